@@ -1,0 +1,95 @@
+"""A module imports downward only: the layers of the package, read from its imports."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "trajopt"
+
+LAYERS = {
+    "errors": 0, "arrays": 0,
+    "model": 1, "trajectory": 1, "nlp": 1,
+    "query": 2,
+    "terms": 3, "solvers": 3,
+    "problem": 4,
+    "transcription": 5, "retime": 5, "verify": 5, "seeds": 5,
+    "simulate": 6,
+    "result": 7, "plan": 7,
+    "moveit": 8, "store": 8, "view": 8, "benchmark": 8, "cli": 8, "__main__": 8,
+}  # fmt: skip
+"""Each room and its layer."""
+
+FORBIDDEN = {
+    "solvers": {"model", "query", "terms", "problem", "trajectory"},
+    "verify": {"query", "terms", "problem", "transcription", "solvers", "seeds", "retime"},
+    "retime": {"query", "terms", "problem", "transcription", "solvers", "seeds", "verify"},
+    "nlp": {"model", "trajectory"},
+    "terms": {"solvers"},
+}
+"""What a room may not import although its layer would allow it."""
+
+ONLY_IN = {
+    "mujoco": {"simulate"},
+    "viser": {"view"},
+    "matplotlib": {"view"},
+    "typer": {"cli"},
+    "rich": {"cli"},
+    "placo": {"seeds"},
+    "toppra": {"retime"},
+    "coacd": {"model"},
+}
+"""Packages that only some rooms may import."""
+
+
+def modules() -> list[Path]:
+    return sorted(path for path in PACKAGE.rglob("*.py") if path.name != "__init__.py" or path.parent != PACKAGE)
+
+
+def room(path: Path) -> str:
+    first = path.relative_to(PACKAGE).parts[0]
+    return first.removesuffix(".py")
+
+
+def imports(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative imports hide where things come from"
+            found.add(node.module or "")
+            if node.module == "trajopt":
+                found.update(f"trajopt.{alias.name}" for alias in node.names)
+    return found
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_imports_downward(path: Path) -> None:
+    mine = room(path)
+    for name in imports(path):
+        parts = name.split(".")
+        if parts[0] == "trajopt" and len(parts) > 1:
+            other = parts[1]
+            assert other in LAYERS, f"{path.name} imports {name}, a room without a layer"
+            assert other == mine or LAYERS[other] <= LAYERS[mine], f"{mine} imports upward: {name}"
+            assert other not in FORBIDDEN.get(mine, set()), f"{mine} must not know {other}: {name}"
+        assert mine in ONLY_IN.get(parts[0], {mine}), f"{parts[0]} is not for {mine}"
+        assert parts[0] not in {"robots", "problems", "trajopt_robots", "trajopt_problems"}, name
+
+
+@pytest.mark.parametrize(
+    "path",
+    sorted([*(ROOT / "robots").rglob("*.py"), *(ROOT / "problems").rglob("*.py")]),
+    ids=lambda path: str(path.relative_to(ROOT)),
+)
+def test_robots_and_problems_use_public_names(path: Path) -> None:
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level == 0:
+            assert not (node.module or "").startswith("trajopt."), f"{path}: {node.module} is not public"
+
+
+def test_every_room_has_a_layer() -> None:
+    rooms = {room(path) for path in PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
+    assert rooms - {"__init__", "__pycache__"} == set(LAYERS)

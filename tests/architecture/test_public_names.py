@@ -1,0 +1,47 @@
+"""The public face: few names, all documented."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import pytest
+
+import trajopt
+
+ROOT = Path(__file__).parents[2]
+SOURCES = sorted(path for folder in ("trajopt", "robots", "problems") for path in (ROOT / folder).rglob("*.py"))
+
+
+def public_names() -> list[str]:
+    return [name for name in vars(trajopt) if not name.startswith("_") and not inspect.ismodule(getattr(trajopt, name))]
+
+
+def test_names_are_few() -> None:
+    assert len(public_names()) <= 45
+
+
+@pytest.mark.parametrize("name", public_names())
+def test_public_names_are_documented(name: str) -> None:
+    value = getattr(trajopt, name)
+    if inspect.isclass(value) or inspect.isfunction(value):
+        assert (value.__doc__ or "").strip(), name
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_modules_are_small(path: Path) -> None:
+    text = path.read_text()
+    assert text.count("\n") <= 400, "a module this long holds more than one concept"
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef):
+            assert (node.end_lineno or 0) - node.lineno <= 75, f"{node.name} is too long"
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_public_functions_are_documented(path: Path) -> None:
+    tree = ast.parse(path.read_text())
+    assert ast.get_docstring(tree) or path.read_text() == "", f"{path}: the module says nothing"
+    classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
+    members = [item for owner in classes if not owner.name.startswith("_") for item in owner.body]
+    for node in (*tree.body, *members):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            assert ast.get_docstring(node), f"{path.name}: {node.name} has no docstring"

@@ -1,0 +1,158 @@
+"""The command line as a process: exit statuses, one-line errors, JSON."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.robots_for_tests import ODD_ARM
+
+SCENE = """
+world:
+  collision_objects:
+    - id: pillar
+      primitives: [{type: cylinder, dimensions: [1.0, 0.08]}]
+      primitive_poses: [{position: [0.72, 0.0, 0.3], orientation: [0, 0, 0, 1]}]
+"""
+REQUEST = """
+group_name: all
+planner_id: SomebodyElses
+max_velocity_scaling_factor: 0
+start_state: {{joint_state: {{name: [pan, reach, elbow, wrist], position: [{start}, 0.1, 0.3, 0]}}}}
+goal_constraints:
+  - joint_constraints:
+      - {{joint_name: pan, position: {goal}}}
+      - {{joint_name: reach, position: 0.1}}
+      - {{joint_name: elbow, position: 0.3}}
+      - {{joint_name: wrist, position: 0.0}}
+"""
+
+
+def trajopt(*words: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "trajopt", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("cli")
+    (path / "odd.urdf").write_text(ODD_ARM)
+    (path / "scene.yaml").write_text(SCENE)
+    (path / "request.yaml").write_text(REQUEST.format(start=-1.0, goal=1.0))
+    (path / "blocked.yaml").write_text(REQUEST.format(start=-1.0, goal=0.0))
+    (path / "set").mkdir()
+    for number in (1, 2):
+        (path / "set" / f"scene000{number}.yaml").write_text(SCENE)
+        (path / "set" / f"request000{number}.yaml").write_text(REQUEST.format(start=-1.0, goal=2.0 - number))
+    return path
+
+
+def common(folder: Path, request: str = "request.yaml") -> list[object]:
+    return ["--robot", folder / "odd.urdf", "--scene", folder / "scene.yaml", "--request", folder / request]
+
+
+@pytest.fixture(scope="module")
+def plan_file(folder: Path) -> Path:
+    done = trajopt("plan", *common(folder), "--out", folder / "plan.json")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "verified" in done.stdout and "clearance" in done.stdout
+    return folder / "plan.json"
+
+
+def test_plan_writes_what_it_promises(plan_file: Path) -> None:
+    document = json.loads(plan_file.read_text())
+    assert document["status"] == "SOLVED" and document["verified"] is True
+    assert document["joint_names"] == ["pan", "reach", "elbow", "wrist"]
+    assert set(document["points"][0]) == {"time_from_start", "positions", "velocities", "accelerations"}
+    assert {"distance_calls", "forward_kinematics", "qp_solves", "qp_iterations"} <= set(document["counts"])
+    assert {"optimise", "retime", "verify", "total"} <= set(document["cpu_seconds"])
+    assert document["certificate"]["verified"] is True
+    assert any("SomebodyElses" in note for note in document["notes"])
+
+
+def test_check_accepts_the_plan_and_refuses_it_changed(folder: Path, plan_file: Path) -> None:
+    assert trajopt("check", *common(folder), plan_file).returncode == 0
+    document = json.loads(plan_file.read_text())
+    for point in document["points"]:
+        point["time_from_start"] *= 0.5
+        point["velocities"] = [2 * v for v in point["velocities"]]
+        point["accelerations"] = [4 * a for a in point["accelerations"]]
+    fast = folder / "fast.json"
+    fast.write_text(json.dumps(document))
+    refused = trajopt("check", *common(folder), fast, "--json")
+    assert refused.returncode == 1
+    failed = [c["name"] for c in json.loads(refused.stdout)["checks"] if c["required"] and not c["holds"]]
+    assert "velocity" in failed
+
+
+def test_check_judges_a_straight_line_through_the_pillar(folder: Path) -> None:
+    line = {
+        "joint_names": ["pan", "reach", "elbow", "wrist"],
+        "points": [
+            {"time_from_start": 0.0, "positions": [-1.0, 0.1, 0.3, 0.0]},
+            {"time_from_start": 9.0, "positions": [1.0, 0.1, 0.3, 0.0]},
+        ],
+    }
+    (folder / "line.json").write_text(json.dumps(line))
+    done = trajopt("check", *common(folder), folder / "line.json")
+    assert done.returncode == 1
+    assert "pillar" in done.stdout
+
+
+def test_no_plan_is_exit_status_one(folder: Path) -> None:
+    done = trajopt("plan", *common(folder, "blocked.yaml"), "--json")
+    assert done.returncode == 1
+    document = json.loads(done.stdout)
+    assert document["status"] == "GOAL_IN_COLLISION" and "pillar" in document["message"]
+
+
+def test_bench(folder: Path) -> None:
+    out = folder / "bench.json"
+    done = trajopt("bench", "--robot", folder / "odd.urdf", "--data", folder, "--sets", "set", "--json", out)
+    assert done.returncode == 0, done.stdout + done.stderr
+    document = json.loads(out.read_text())
+    assert [p["status"] for p in document["problems"]] == ["SOLVED", "GOAL_IN_COLLISION"]
+    assert document["summary"]["left_out"] == 1 and document["summary"]["success"] == 1.0
+    for key in ("set", "index", "verified", "cpu_seconds", "counts", "path_length", "duration", "clearance"):
+        assert key in document["problems"][0]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"--robot": "pandaa"}, "pandaa"),
+        ({"--scene": "nowhere.yaml"}, "nowhere.yaml"),
+        ({"--request": "bad.yaml"}, "bad.yaml"),
+        ({"--srdf": "nowhere.srdf"}, "nowhere.srdf"),
+        ({"--limits": "scene.yaml"}, "joint_limits"),
+    ],
+    ids=lambda value: str(value),
+)
+def test_bad_input_is_one_line_and_exit_status_two(folder: Path, change: dict[str, str], words: str) -> None:
+    (folder / "bad.yaml").write_text("group_name: arms\n")
+    words_given = common(folder)
+    for option, value in change.items():
+        value = value if option == "--robot" else folder / value
+        if option in words_given:
+            words_given[words_given.index(option) + 1] = value
+        else:
+            words_given += [option, value]
+    done = trajopt("plan", *words_given)
+    assert done.returncode == 2, done.stdout
+    assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_unknown_set_names_near_ones(folder: Path) -> None:
+    done = trajopt("bench", "--robot", folder / "odd.urdf", "--data", folder, "--sets", "sets")
+    assert done.returncode == 2 and "'set'" in done.stderr
+
+
+@pytest.mark.parametrize("command", ["demo", "plan", "check", "bench", "view"])
+def test_help(command: str) -> None:
+    done = trajopt(command, "--help")
+    assert done.returncode == 0
+    assert "--json" in done.stdout and "exit status" in done.stdout.lower() or command == "view"

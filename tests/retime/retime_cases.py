@@ -1,0 +1,102 @@
+"""What the tests of retiming share: limits, paths, and measurements that are independent of it."""
+
+import numpy as np
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from trajopt.arrays import Floats
+from trajopt.model.limits import JointLimits
+from trajopt.retime.polyline import polyline
+from trajopt.retime.rounding import smooth
+from trajopt.retime.smooth import SmoothPath
+from trajopt.trajectory import Path, Trajectory
+
+
+def make_limits(
+    count: int,
+    *,
+    velocity: ArrayLike = 2.0,
+    acceleration: ArrayLike = 8.0,
+    effort: ArrayLike = np.inf,
+    position: float = np.inf,
+) -> JointLimits:
+    def each(value: ArrayLike) -> Floats:
+        return np.array(np.broadcast_to(np.asarray(value, dtype=float), (count,)))
+
+    names = tuple(f"joint{i}" for i in range(count))
+    return JointLimits(
+        names,
+        each(-position),
+        each(position),
+        each(velocity),
+        each(acceleration),
+        each(np.inf),
+        each(effort),
+    )
+
+
+def make_path(knots: ArrayLike) -> Path:
+    array = np.asarray(knots, dtype=float)
+    return Path(tuple(f"joint{i}" for i in range(array.shape[1])), array)
+
+
+def smooth_path(path: Path, limits: JointLimits, tolerance: float = 5e-3) -> SmoothPath:
+    """The smooth path that `retime` uses without a deviation bound."""
+    line = polyline(path.knots, limits.velocity)
+    return smooth(line, lower=limits.lower, upper=limits.upper, deviation=None, tolerance=tolerance).path
+
+
+def moments(trajectory: Trajectory, each: int = 20) -> Floats:
+    """The points of a trajectory and `each` times within every piece."""
+    times = trajectory.times
+    parts = np.arange(each) / each
+    inner = (times[:-1, None] + np.diff(times)[:, None] * parts).ravel()
+    return np.append(inner, times[-1])
+
+
+def largest_use(trajectory: Trajectory, limits: JointLimits) -> Floats:
+    """Used part of the velocity and acceleration limits at dense moments, the larger of both."""
+    t = moments(trajectory)
+    speed = np.abs(trajectory(t, 1)) / limits.velocity
+    return np.maximum(speed, np.abs(trajectory(t, 2)) / limits.acceleration).max(axis=1)
+
+
+def distance_from(trajectory: Trajectory, path: SmoothPath) -> float:
+    """Largest distance of the trajectory from the curve, in any joint."""
+    grid = np.linspace(0.0, path.length, 20001)
+    q = trajectory(moments(trajectory, 5))
+    _, nearest = cKDTree(path(grid)).query(q)
+    s = grid[nearest]
+    best = np.abs(path(s) - q).max(axis=1)
+    for _ in range(6):  # Newton's method for the foot of the perpendicular
+        tangent = path(s, 1)
+        length = np.maximum((tangent**2).sum(axis=1), 1e-300)
+        s = np.clip(s - ((path(s) - q) * tangent).sum(axis=1) / length, 0.0, path.length)
+        best = np.minimum(best, np.abs(path(s) - q).max(axis=1))
+    return float(best.max())
+
+
+@st.composite
+def polylines(draw: st.DrawFn) -> tuple[Path, JointLimits]:
+    """Random polylines of 1 to 7 joints: repeated knots, joints that stand still, reversals."""
+    joints, count = draw(st.integers(1, 7)), draw(st.integers(2, 8))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    knots = rng.uniform(-1.5, 1.5, (count, joints))
+    match draw(st.sampled_from(("random", "lattice", "repeated", "still", "walk"))):
+        case "lattice":
+            knots = np.round(knots)
+        case "repeated":
+            knots = knots[np.sort(rng.integers(0, count, count))]
+        case "still":
+            knots[:, rng.random(joints) < 0.5] = 0.3
+        case "walk":
+            knots = np.cumsum(knots * 10.0 ** rng.uniform(-4.0, 0.0, (count, 1)), axis=0)
+        case _:
+            pass
+    limits = make_limits(
+        joints,
+        velocity=10.0 ** rng.uniform(-0.5, 0.7, joints),
+        acceleration=10.0 ** rng.uniform(0.0, 1.5, joints),
+    )
+    return make_path(knots), limits

@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.retime.retime_cases import largest_use, make_limits, make_path, moments
+from trajopt.arrays import Floats
+from trajopt.retime import InverseDynamics, Retimed, RetimeFailure, retime
+from trajopt.trajectory import Trajectory
+
+INERTIA, WEIGHT = 0.4, 6.0
+
+
+def pendulum(q: Floats, v: Floats, a: Floats) -> Floats:
+    """A pendulum that hangs down at 0."""
+    return INERTIA * a + WEIGHT * np.sin(q)
+
+
+def two_links(q: Floats, v: Floats, a: Floats) -> Floats:
+    """A planar arm: unit links with unit masses at their ends, gravity along -y, q = 0 along x."""
+    c2, s2, g = np.cos(q[1]), np.sin(q[1]), 9.81
+    first = (3.0 + 2.0 * c2) * a[0] + (1.0 + c2) * a[1] - s2 * (2.0 * v[0] * v[1] + v[1] ** 2)
+    second = (1.0 + c2) * a[0] + a[1] + s2 * v[0] ** 2
+    outer = g * np.cos(q[0] + q[1])
+    return np.array((first + 2.0 * g * np.cos(q[0]) + outer, second + outer))
+
+
+def torques(trajectory: Trajectory, dynamics: InverseDynamics, each: int = 20) -> Floats:
+    t = moments(trajectory, each)
+    states = zip(trajectory(t), trajectory(t, 1), trajectory(t, 2), strict=True)
+    return np.array([dynamics(q, v, a) for q, v, a in states])
+
+
+def test_a_pendulum_uses_the_torque_that_it_has() -> None:
+    limits = make_limits(1, velocity=50.0, acceleration=1e3, effort=WEIGHT * 1.2)
+    result = retime(make_path([[0.0], [3.0]]), limits, inverse_dynamics=pendulum)
+    assert isinstance(result, Retimed)
+    used = np.abs(torques(result.trajectory, pendulum)) / limits.effort
+    assert used.max() <= 1.0
+    assert (used > 0.98).mean() > 0.95
+
+
+def test_the_duration_is_that_of_the_closed_form() -> None:
+    # Bang-bang torque: energy gives the speed from both ends, the switch is where they meet.
+    effort, goal = WEIGHT * 1.2, 3.0
+    q = np.linspace(0.0, goal, 200001)
+    up = effort * q - WEIGHT * (1.0 - np.cos(q))
+    down = effort * (goal - q) + WEIGHT * (np.cos(q) - np.cos(goal))
+    speed = np.sqrt(2.0 / INERTIA * np.maximum(np.minimum(up, down), 0.0))
+    exact = float((2.0 * np.diff(q) / (speed[:-1] + speed[1:])).sum())
+    limits = make_limits(1, velocity=50.0, acceleration=1e3, effort=effort)
+    result = retime(make_path([[0.0], [goal]]), limits, inverse_dynamics=pendulum)
+    assert isinstance(result, Retimed)
+    assert exact * 0.999 <= result.trajectory.duration <= exact * 1.01
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10**6), st.floats(1.05, 3.0))
+def test_all_limits_hold_on_a_planar_arm(seed: int, strength: float) -> None:
+    rng = np.random.default_rng(seed)
+    path = make_path(rng.uniform(-2.0, 2.0, (4, 2)))
+    limits = make_limits(2, velocity=3.0, acceleration=20.0, effort=strength * np.array((29.43, 9.81)))
+    result = retime(path, limits, inverse_dynamics=two_links)
+    assert isinstance(result, Retimed)
+    assert (np.abs(torques(result.trajectory, two_links)) <= limits.effort).all()
+    assert largest_use(result.trajectory, limits).max() <= 1.0
+
+
+def test_a_joint_too_weak_for_gravity_is_named() -> None:
+    limits = make_limits(2, effort=[29.0, 50.0])
+    result = retime(make_path([[-1.5, 0.0], [1.5, 0.0]]), limits, inverse_dynamics=two_links)
+    assert isinstance(result, RetimeFailure)
+    assert result.joint == "joint0"
+    assert result.place == pytest.approx(0.5, abs=0.02)
+    assert "29.4" in result.reason and "29" in result.reason
+
+
+@pytest.mark.parametrize("effort", [0.0, WEIGHT, WEIGHT * (1.0 + 1e-9)])
+def test_a_limit_that_leaves_nothing_for_motion_is_a_failure(effort: float) -> None:
+    limits = make_limits(1, effort=effort)
+    result = retime(make_path([[0.0], [np.pi]]), limits, inverse_dynamics=pendulum)
+    assert isinstance(result, RetimeFailure)
+
+
+def test_a_limit_that_leaves_little_for_motion_is_held() -> None:
+    limits = make_limits(1, effort=WEIGHT * 1.001)
+    result = retime(make_path([[1.0], [2.0]]), limits, inverse_dynamics=pendulum)
+    assert isinstance(result, Retimed)
+    assert np.abs(torques(result.trajectory, pendulum)).max() <= limits.effort[0]
+
+
+def test_friction_is_respected_although_profiles_do_not_know_it() -> None:
+    def viscous(q: Floats, v: Floats, a: Floats) -> Floats:
+        return pendulum(q, v, a) + 0.5 * v
+
+    limits = make_limits(1, velocity=5.0, acceleration=50.0, effort=WEIGHT * 1.5)
+    result = retime(make_path([[0.0], [2.0]]), limits, inverse_dynamics=viscous)
+    assert isinstance(result, Retimed)
+    assert np.abs(torques(result.trajectory, viscous)).max() <= limits.effort[0]
+
+
+def test_friction_beyond_the_limit_is_a_failure() -> None:
+    def dry(q: Floats, v: Floats, a: Floats) -> Floats:
+        return pendulum(q, v, a) + 2.0 * WEIGHT * np.sign(v)
+
+    limits = make_limits(1, effort=WEIGHT * 1.5)
+    result = retime(make_path([[0.0], [2.0]]), limits, inverse_dynamics=dry)
+    assert isinstance(result, RetimeFailure)
+    assert result.joint == "joint0" and "effort" in result.reason
+
+
+def test_unlimited_joints_need_no_torque() -> None:
+    limits = make_limits(2, effort=[np.inf, 12.0])
+    path = make_path([[-1.0, 0.5], [1.0, -0.5]])
+    result = retime(path, limits, inverse_dynamics=two_links)
+    assert isinstance(result, Retimed)
+    assert np.abs(torques(result.trajectory, two_links))[:, 1].max() <= 12.0
+    free = make_limits(2)
+
+    def never(q: Floats, v: Floats, a: Floats) -> Floats:
+        raise AssertionError("no joint has an effort limit")
+
+    assert isinstance(retime(path, free, inverse_dynamics=never), Retimed)

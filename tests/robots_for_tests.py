@@ -1,0 +1,33 @@
+"""Small robots written as URDF text, with joints of every kind."""
+
+from pathlib import Path
+
+from trajopt import Robot
+
+ODD_ARM = """<robot name="odd">
+  <link name="base"><collision><origin xyz="0 0 0.05"/><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+  <link name="turret"><inertial><origin xyz="0 0 0.1"/><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.04" length="0.2"/></geometry></collision></link>
+  <link name="slide"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.15 0 0" rpy="0 1.5708 0"/><geometry><capsule radius="0.03" length="0.2"/></geometry></collision></link>
+  <link name="fore"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.12 0 0"/><geometry><box size="0.2 0.05 0.04"/></geometry></collision></link>
+  <link name="tip"><inertial><origin xyz="0.05 0 0"/><mass value="0.5"/><inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0.06 0 0"/><geometry><sphere radius="0.04"/></geometry></collision></link>
+  <link name="finger"><inertial><mass value="0.1"/><inertia ixx="0.0001" iyy="0.0001" izz="0.0001" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><box size="0.02 0.02 0.06"/></geometry></collision></link>
+  <joint name="pan" type="continuous"><parent link="base"/><child link="turret"/><origin xyz="0 0 0.1"/><axis xyz="0 0 1"/><limit effort="80" velocity="2"/></joint>
+  <joint name="reach" type="prismatic"><parent link="turret"/><child link="slide"/><origin xyz="0 0 0.2" rpy="0 -0.2 0.1"/><axis xyz="1 0 0"/><limit lower="0" upper="0.3" effort="90" velocity="0.6"/></joint>
+  <joint name="elbow" type="revolute"><parent link="slide"/><child link="fore"/><origin xyz="0.3 0 0"/><axis xyz="0.2 1 -0.3"/><limit lower="-2.5" upper="2.5" effort="60" velocity="2.5"/></joint>
+  <joint name="wrist" type="revolute"><parent link="fore"/><child link="tip"/><origin xyz="0.25 0 0"/><axis xyz="1 0 0.5"/><limit lower="-3" upper="3" effort="20" velocity="3"/></joint>
+  <joint name="follow" type="revolute"><parent link="tip"/><child link="finger"/><origin xyz="0.12 0 0"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="5" velocity="3"/><mimic joint="wrist" multiplier="-0.5" offset="0.2"/></joint>
+</robot>
+"""
+"""Continuous, prismatic, revolute about odd axes, and a mimicking joint."""
+
+
+def odd_arm(folder: Path) -> Robot:
+    """Write and load the odd arm; its one group is "all" with four joints."""
+    path = folder / "odd.urdf"
+    path.write_text(ODD_ARM)
+    return Robot.from_urdf(path)

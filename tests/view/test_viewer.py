@@ -1,0 +1,109 @@
+import socket
+import sys
+import time
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from trajopt.arrays import Floats
+from trajopt.errors import MissingExtra, ShapeError
+from trajopt.model.kinematics import link_placement
+from trajopt.trajectory import Trajectory
+from trajopt.view import Viewer, view
+from trajopt.view.readout import clearance_html, joints_html
+
+from .conftest import Motion
+
+
+def free_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return int(listener.getsockname()[1])
+
+
+@pytest.fixture
+def viewer(motion: Motion) -> Iterator[Viewer]:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    opened = view(motion.reduced, motion.trajectory, port=free_port())
+    yield opened
+    opened.close()
+
+
+def expected_turn(motion: Motion, t: float) -> Floats:
+    """Where the joint `turn` is: its link's frame is the joint's."""
+    every = motion.reduced.all_positions(motion.trajectory(t))
+    return link_placement(motion.reduced.scene.robot, "arm", every).homogeneous
+
+
+@pytest.mark.parametrize("t", [0.0, 0.4, 1.5])
+def test_show_moves_the_drawn_robot(motion: Motion, viewer: Viewer, t: float) -> None:
+    viewer.show(t)
+    assert viewer.time == t
+    np.testing.assert_allclose(viewer.positions, motion.trajectory(t))
+    np.testing.assert_allclose(
+        viewer.joint_placement("turn").homogeneous, expected_turn(motion, t), atol=1e-6
+    )
+
+
+def test_time_is_clipped(viewer: Viewer) -> None:
+    viewer.show(99.0)
+    assert viewer.time == 1.5
+    viewer.show(-1.0)
+    assert viewer.time == 0.0
+
+
+def test_playing_runs_to_the_end_and_starts_again(viewer: Viewer) -> None:
+    viewer.show(1.3)
+    viewer.play()
+    deadline = time.monotonic() + 20.0
+    while viewer.time < 1.5 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert viewer.time == 1.5
+    viewer.play()
+    viewer.pause()
+    paused = viewer.time
+    assert paused < 1.5
+    time.sleep(0.1)
+    assert viewer.time == paused
+
+
+def test_close_ends_waiting(viewer: Viewer) -> None:
+    viewer.close()
+    viewer.close()
+    viewer.wait()
+
+
+def test_two_viewers_get_two_ports(motion: Motion, viewer: Viewer) -> None:
+    second = view(motion.reduced, motion.trajectory, port=int(viewer.url.rsplit(":", 1)[1]))
+    try:
+        assert second.url != viewer.url
+    finally:
+        second.close()
+
+
+def test_missing_extra_says_how_to_get_it(motion: Motion, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(MissingExtra, match=r"trajopt-planner\[view\]"):
+        view(motion.reduced, motion.trajectory)
+
+
+def test_a_motion_of_other_joints_is_refused(motion: Motion) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    foreign = Trajectory(("elbow",), np.array([0.0, 1.0]), np.zeros((2, 1)))
+    with pytest.raises(ShapeError, match="elbow"):
+        view(motion.reduced, foreign)
+
+
+def test_readout_in_words(motion: Motion, viewer: Viewer) -> None:
+    viewer.show(1.5)
+    nearest = viewer.nearest
+    assert nearest is not None
+    text = clearance_html(nearest)
+    assert f"{nearest.distance * 1000:.1f} mm" in text
+    assert "arm" in text
+    assert "post" in text
+    assert "nothing" in clearance_html(None)
+    table = joints_html(motion.reduced.limits, viewer.positions, (False, True, True))
+    assert "100.0 mm" in table
+    assert "20.1&deg;" in table

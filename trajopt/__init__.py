@@ -1,0 +1,37 @@
+"""Motion planning for robot arms by optimisation, with a proof of what was asked.
+
+The short way is here: a robot, a scene, a problem, `plan`. The steps that `plan` is made of are in
+`trajopt.seeds`, `trajopt.transcription`, `trajopt.solvers`, `trajopt.retime` and `trajopt.verify`;
+what comes after in `trajopt.simulate`, `trajopt.view`, `trajopt.moveit` and `trajopt.store`.
+"""
+
+from trajopt.errors import MissingExtra as MissingExtra
+from trajopt.errors import PlanningFailed as PlanningFailed
+from trajopt.errors import TrajoptError as TrajoptError
+from trajopt.model.bodies import MeshPolicy as MeshPolicy
+from trajopt.model.mesh_file import load_mesh as load_mesh
+from trajopt.model.placement import Placement as Placement
+from trajopt.model.placement import placement as placement
+from trajopt.model.requirements import RotationCoordinates as RotationCoordinates
+from trajopt.model.requirements import axis_alignment as axis_alignment
+from trajopt.model.requirements import frame_placement as frame_placement
+from trajopt.model.requirements import joint_positions as joint_positions
+from trajopt.model.robot import FrameAttachment as FrameAttachment
+from trajopt.model.robot import Robot as Robot
+from trajopt.model.robot import load as load
+from trajopt.model.scene import Scene as Scene
+from trajopt.model.shapes import Box as Box
+from trajopt.model.shapes import Capsule as Capsule
+from trajopt.model.shapes import Cone as Cone
+from trajopt.model.shapes import Cylinder as Cylinder
+from trajopt.model.shapes import Plane as Plane
+from trajopt.model.shapes import Sphere as Sphere
+from trajopt.model.shapes import convex as convex
+from trajopt.plan import plan as plan
+from trajopt.problem import Problem as Problem
+from trajopt.problem import named_problem as named_problem
+from trajopt.result import Plan as Plan
+from trajopt.result import Result as Result
+from trajopt.result import Status as Status
+from trajopt.trajectory import Path as Path
+from trajopt.trajectory import Trajectory as Trajectory

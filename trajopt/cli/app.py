@@ -1,0 +1,37 @@
+"""The commands, and how their errors become exit codes.
+
+Exit status: 0 a verified plan, 1 no plan found (with the reason), 2 bad input (one clear line).
+"""
+
+import sys
+
+import typer
+
+from trajopt.cli.bench import bench
+from trajopt.cli.check import check
+from trajopt.cli.demo import demo
+from trajopt.cli.plan import plan
+from trajopt.cli.view import view
+from trajopt.errors import TrajoptError
+
+BAD_INPUT = 2
+
+app = typer.Typer(
+    name="trajopt",
+    help="Plan motions of robot arms by optimisation, with a proof of what was asked.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for command in (demo, plan, check, bench, view):
+    app.command()(command)
+
+
+def main() -> None:
+    """Run the command line; errors of input are one line on standard error and exit status 2."""
+    try:
+        app()
+    except TrajoptError as error:
+        sys.stderr.write(f"trajopt: {error}\n")
+        sys.exit(BAD_INPUT)

@@ -1,0 +1,88 @@
+"""`trajopt bench`: plan folders of MoveIt problems and sum up."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import Progress
+
+from trajopt.benchmark import Record, by_set, find_instances, run, summary
+from trajopt.cli.options import (
+    ExactOption,
+    LimitsOption,
+    PackageOption,
+    RobotOption,
+    RobotSource,
+    SrdfOption,
+)
+from trajopt.store import write_json
+
+DataOption = Annotated[
+    Path, typer.Option("--data", help="Folder laid out as <set>/sceneNNNN.yaml, requestNNNN.yaml.")
+]
+SetsOption = Annotated[str, typer.Option("--sets", help="Names of sets, separated by commas; all if left out.")]
+LimitOption = Annotated[int | None, typer.Option("--limit", min=1, help="Problems of each set at most.")]
+JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every record and the summary here.")]
+
+
+def bench(
+    robot: RobotOption,
+    data: DataOption,
+    sets: SetsOption = "",
+    limit: LimitOption = None,
+    json_file: JsonFileOption = None,
+    srdf: SrdfOption = None,
+    limits: LimitsOption = None,
+    package_dir: PackageOption = None,
+    exact_meshes: ExactOption = False,
+) -> None:
+    """Plan every problem below a folder. Exit status 0 if all that can be asked are solved, else 1."""
+    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
+    instances = find_instances(data, [name for name in sets.split(",") if name], limit=limit)
+    machine = source.load()
+    records: list[Record] = []
+    with Progress(transient=True) as bar:
+        task = bar.add_task("planning", total=len(instances))
+        for record in run(machine, instances):
+            records.append(record)
+            solved = sum(item.verified for item in records)
+            bar.update(task, advance=1, description=f"{solved} of {len(records)} solved")
+    total = summary(records)
+    if json_file is not None:
+        document = {
+            "robot": machine.name,
+            "problems": [record.as_dict() for record in records],
+            "sets": by_set(records),
+            "summary": total,
+        }
+        write_json(json_file, document)
+    typer.echo(table({**by_set(records), "all": total}))
+    typer.echo(json.dumps(total["statuses"]))
+    for record in records:
+        if not record.verified:
+            name = f"{record.instance.set_name} {record.instance.index}"
+            typer.echo(f"  {name}: {record.status.name}: {record.message}")
+    raise typer.Exit(0 if total["success"] in (1.0, None) else 1)
+
+
+def table(rows: dict[str, dict[str, object]]) -> str:
+    """Return a Markdown table, one row for each set."""
+    lines = [
+        "| set | problems | left out | verified | success | CPU ms median | CPU ms p90 "
+        "| distance calls | path rad | motion s |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for name, row in rows.items():
+        lines.append(
+            f"| {name} | {row['problems']} | {row['left_out']} | {row['verified']} "
+            f"| {_number(row['success'], 100, '.1f')} % | {_number(row['cpu_seconds_median'], 1000, '.0f')} "
+            f"| {_number(row['cpu_seconds_p90'], 1000, '.0f')} "
+            f"| {_number(row['distance_calls_median'], 1, '.0f')} "
+            f"| {_number(row['path_length_median'], 1, '.2f')} | {_number(row['duration_median'], 1, '.2f')} |"
+        )
+    return "\n".join(lines)
+
+
+def _number(value: object, factor: float, form: str) -> str:
+    return format(value * factor, form) if isinstance(value, int | float) else "-"

@@ -1,0 +1,61 @@
+"""`trajopt check`: the judge alone, on anybody's trajectory."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli.options import (
+    ExactOption,
+    JsonOption,
+    LimitsOption,
+    PackageOption,
+    RequestOption,
+    RobotOption,
+    RobotSource,
+    SceneOption,
+    SrdfOption,
+    read_files,
+)
+from trajopt.store import read_trajectory
+from trajopt.verify import verify
+
+TrajectoryArgument = Annotated[
+    Path, typer.Argument(help="A plan's JSON, or a RobotTrajectory in JSON or YAML.")
+]
+
+
+def check(
+    robot: RobotOption,
+    scene: SceneOption,
+    request: RequestOption,
+    trajectory: TrajectoryArgument,
+    srdf: SrdfOption = None,
+    limits: LimitsOption = None,
+    package_dir: PackageOption = None,
+    exact_meshes: ExactOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
+
+    Between points that have accelerations it is quintic, with velocities cubic, with neither linear.
+    """
+    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
+    around, asked = read_files(source.load(), scene, request)
+    problem = asked.problem()
+    motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)
+    certificate = verify(
+        problem.reduced,
+        motion,
+        goals=problem.goals,
+        constraints=problem.requirements,
+        limits=problem.limits,
+    )
+    if as_json:
+        typer.echo(json.dumps(certificate.as_dict(), allow_nan=False))
+    else:
+        typer.echo(f"{trajectory}: {motion}\n{certificate}")
+        for note in (*around.notes, *asked.notes):
+            typer.echo(f"note: {note}")
+    raise typer.Exit(0 if certificate.verified else 1)

@@ -1,0 +1,93 @@
+"""`trajopt demo`: the main job from problem to simulated motion, with files to look at."""
+
+import json
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli.options import JsonOption
+from trajopt.cli.progress import progress_line
+from trajopt.cli.report import report
+from trajopt.moveit import write_trajectory
+from trajopt.plan import plan
+from trajopt.problem import named_problem
+from trajopt.result import Plan
+from trajopt.simulate import Rollout, render, simulate
+from trajopt.store import write_json
+from trajopt.view.plots import plot_motion
+
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the files.")]
+ProblemOption = Annotated[str, typer.Option("--problem", help="Name of an installed problem.")]
+PictureOption = Annotated[
+    bool, typer.Option("--picture/--no-picture", help="Render the rollout (needs OpenGL or software GL).")
+]
+
+
+def demo(
+    out: OutOption = Path("out/demo"),
+    problem: ProblemOption = "cup_past_pillar",
+    picture: PictureOption = True,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan a Panda carrying an upright cup past a pillar, verify it, simulate it, draw it.
+
+    Exit status 0 verified, 1 no plan, 2 bad input.
+    """
+    asked = named_problem(problem)
+    out.mkdir(parents=True, exist_ok=True)
+    with progress_line() as progress:
+        result = plan(asked, progress=progress)
+    if not as_json:
+        typer.echo(report(result))
+    if not result.verified:
+        if as_json:
+            typer.echo(json.dumps(result.as_dict(), allow_nan=False))
+        raise typer.Exit(1)
+    with progress_line() as progress:
+        begin = time.process_time()
+        progress("simulate", None)
+        rollout, files = _produce(result.require(), result.as_dict() | {"source": {"problem": problem}}, out)
+        if picture:
+            progress("render", None)
+            files |= _pictures(result.require(), rollout, out)
+        used = time.process_time() - begin
+    if as_json:
+        document = {
+            **result.as_dict(),
+            "rollout": rollout.as_dict(),
+            "files": {name: str(path) for name, path in files.items()},
+        }
+        typer.echo(json.dumps(document, allow_nan=False))
+        return
+    typer.echo(f"\nsimulated in MuJoCo\n  {rollout.summary()}")
+    typer.echo(f"\nfiles (simulation and pictures took {used:.1f} s of CPU)")
+    for name, path in files.items():
+        typer.echo(f"  {name:<12} {path}")
+    typer.echo(f"\nlook at it: trajopt view {files['plan']}")
+
+
+def _produce(plan: Plan, document: dict[str, object], out: Path) -> tuple[Rollout, dict[str, Path]]:
+    """Write trajectory and plot, and simulate."""
+    reduced, trajectory = plan.problem.reduced, plan.trajectory
+    files = {"plan": out / "plan.json", "for MoveIt": out / "robot_trajectory.yaml", "plot": out / "motion.png"}
+    write_json(files["plan"], document)
+    write_trajectory(trajectory, files["for MoveIt"])
+    plot_motion(
+        reduced,
+        trajectory,
+        files["plot"],
+        limits=plan.problem.limits,
+        constraints=plan.problem.requirements,
+        title=plan.problem.name,
+    )
+    return simulate(reduced, trajectory), files
+
+
+def _pictures(plan: Plan, rollout: Rollout, out: Path) -> dict[str, Path]:
+    """Render a still of several moments, and a clip."""
+    files = {"still": out / "rollout.png", "clip": out / "rollout.gif"}
+    for path in files.values():
+        render(plan.problem.reduced, rollout, path)
+    return files

@@ -1,0 +1,100 @@
+"""Options that commands share, and the robot, scene and request that they name."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.errors import FileFormatError
+from trajopt.model.bodies import MeshPolicy
+from trajopt.model.robot import Robot, load
+from trajopt.moveit import RequestFile, SceneFile, read_request, read_scene
+
+RobotOption = Annotated[
+    str, typer.Option("--robot", help="Name of an installed robot (panda, ur5, ...) or a URDF file.")
+]
+SceneOption = Annotated[Path, typer.Option("--scene", help="MoveIt PlanningScene in YAML.")]
+RequestOption = Annotated[Path, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML.")]
+SrdfOption = Annotated[Path | None, typer.Option("--srdf", help="With a URDF file: its SRDF.")]
+LimitsOption = Annotated[
+    Path | None, typer.Option("--limits", help="With a URDF file: MoveIt's joint_limits.yaml.")
+]
+PackageOption = Annotated[
+    list[Path] | None,
+    typer.Option("--package-dir", help="With a URDF file: where package:// meshes are (repeatable)."),
+]
+ExactOption = Annotated[
+    bool,
+    typer.Option("--exact-meshes", help="With a URDF file: keep collision meshes as triangles."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
+
+
+@dataclass(frozen=True)
+class RobotSource:
+    """Where a robot comes from: a name, or files.
+
+    Attributes:
+        robot: Name of an installed robot or path of a URDF file.
+        srdf: SRDF file.
+        limits: MoveIt's `joint_limits.yaml`.
+        package_dirs: Folders of packages.
+        exact_meshes: Whether collision meshes stay triangles.
+    """
+
+    robot: str
+    srdf: Path | None = None
+    limits: Path | None = None
+    package_dirs: tuple[Path, ...] = ()
+    exact_meshes: bool = False
+
+    def load(self) -> Robot:
+        """Load the robot."""
+        return load(
+            self.robot,
+            srdf=self.srdf,
+            limits=self.limits,
+            package_dirs=self.package_dirs,
+            meshes=MeshPolicy(exact=True) if self.exact_meshes else None,
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data from which `from_dict` makes the same source, on this machine."""
+        is_file = Path(self.robot).is_file()
+        return {
+            "robot": str(Path(self.robot).resolve()) if is_file else self.robot,
+            "srdf": None if self.srdf is None else str(self.srdf.resolve()),
+            "limits": None if self.limits is None else str(self.limits.resolve()),
+            "package_dirs": [str(folder.resolve()) for folder in self.package_dirs],
+            "exact_meshes": self.exact_meshes,
+        }
+
+    @staticmethod
+    def from_dict(path: Path, document: dict[str, object]) -> "RobotSource":
+        """Read what `as_dict` wrote.
+
+        Raises:
+            FileFormatError: If it names no robot.
+        """
+        robot, folders = document.get("robot"), document.get("package_dirs")
+        if not isinstance(robot, str):
+            raise FileFormatError(str(path), "names no robot; give --robot, --scene and --request")
+        srdf, limits = document.get("srdf"), document.get("limits")
+        return RobotSource(
+            robot,
+            Path(srdf) if isinstance(srdf, str) else None,
+            Path(limits) if isinstance(limits, str) else None,
+            tuple(Path(str(folder)) for folder in folders) if isinstance(folders, list) else (),
+            bool(document.get("exact_meshes")),
+        )
+
+
+def read_files(robot: Robot, scene: Path, request: Path) -> tuple[SceneFile, RequestFile]:
+    """Read a scene and a request.
+
+    Raises:
+        FileFormatError: If a file is missing or does not say what it must.
+    """
+    around = read_scene(scene, robot)
+    return around, read_request(request, around)

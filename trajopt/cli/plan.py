@@ -1,0 +1,63 @@
+"""`trajopt plan`: plan a MoveIt request in a MoveIt scene."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli.options import (
+    ExactOption,
+    JsonOption,
+    LimitsOption,
+    PackageOption,
+    RequestOption,
+    RobotOption,
+    RobotSource,
+    SceneOption,
+    SrdfOption,
+    read_files,
+)
+from trajopt.cli.progress import progress_line
+from trajopt.cli.report import report
+from trajopt.plan import plan as plan_problem
+from trajopt.store import write_json
+
+OutOption = Annotated[Path | None, typer.Option("--out", help="Write the plan here as JSON.")]
+
+
+def plan(
+    robot: RobotOption,
+    scene: SceneOption,
+    request: RequestOption,
+    out: OutOption = None,
+    srdf: SrdfOption = None,
+    limits: LimitsOption = None,
+    package_dir: PackageOption = None,
+    exact_meshes: ExactOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
+    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
+    around, asked = read_files(source.load(), scene, request)
+    with progress_line() as progress:
+        result = plan_problem(asked.problem(), progress=progress)
+    notes = [*around.notes, *asked.notes]
+    document = {
+        **result.as_dict(),
+        "notes": notes,
+        "source": {
+            **source.as_dict(),
+            "scene": str(scene.resolve()),
+            "request": str(request.resolve()),
+        },
+    }
+    if out is not None:
+        write_json(out, document)
+    if as_json:
+        typer.echo(json.dumps(document, allow_nan=False))
+    else:
+        typer.echo(report(result, notes))
+        if out is not None:
+            typer.echo(f"\nwritten to {out}")
+    raise typer.Exit(0 if result.verified else 1)

@@ -1,0 +1,173 @@
+"""Errors of misuse: typed, naming the offender and what it may have meant.
+
+Not finding a plan is no error: it is a `Status`. What is here is raised for input that cannot be
+a question at all. Each class also derives from the builtin exception that it refines.
+"""
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+
+class TrajoptError(Exception):
+    """Root of every error that trajopt raises on purpose."""
+
+
+class ModelError(TrajoptError, ValueError):
+    """A robot, scene or shape is not what it must be."""
+
+
+class ProblemError(TrajoptError, ValueError):
+    """A planning problem or one of its parts is malformed."""
+
+
+class SolverError(TrajoptError, RuntimeError):
+    """A solver or one of its backends cannot be used."""
+
+
+class NameNotFound(ModelError, KeyError):
+    """A name is unknown; carries the names that come near it.
+
+    Attributes:
+        kind: What was looked for ("link", "group", ...).
+        name: The name that was asked for.
+        near: Known names most like it, best first.
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
+        """Find the near matches of `name` among `known`."""
+        self.kind = kind
+        self.name = name
+        names = sorted(known)
+        self.near: Sequence[str] = tuple(get_close_matches(name, names, n=3, cutoff=0.4))
+        if self.near:
+            hint = "did you mean " + " or ".join(repr(near) for near in self.near) + "?"
+        elif names:
+            hint = "known: " + ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+        else:
+            hint = "there are none here"
+        self.message = f"no {kind} named {name!r}; {hint}"
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        """Return the sentence itself (KeyError would show its repr)."""
+        return self.message
+
+
+class FrameNotFound(NameNotFound):
+    """No link, tool frame or scene object of that name."""
+
+
+class JointNotFound(NameNotFound):
+    """No movable joint of that name."""
+
+
+class GroupNotFound(NameNotFound):
+    """No planning group of that name."""
+
+
+class StateNotFound(NameNotFound):
+    """No named state of that name in the group."""
+
+
+class ObjectNotFound(NameNotFound):
+    """No scene object of that id."""
+
+
+class RobotNotFound(NameNotFound):
+    """No installed robot of that name and no URDF file at that path."""
+
+
+class ProblemNotFound(NameNotFound):
+    """No installed problem of that name."""
+
+
+class DuplicateObject(ModelError):
+    """A scene object of that id is there already."""
+
+    def __init__(self, name: str) -> None:
+        """Name the id that is taken."""
+        self.name = name
+        super().__init__(f"the scene already has an object {name!r}; remove or move it instead")
+
+
+class ShapeError(ModelError):
+    """An array has the wrong shape, or a number in it cannot be used.
+
+    Attributes:
+        name: The argument at fault.
+    """
+
+    def __init__(self, name: str, problem: str) -> None:
+        """Say which argument is wrong and why."""
+        self.name = name
+        super().__init__(f"{name}: {problem}")
+
+
+class SizeError(ShapeError):
+    """A length is not positive, or so large that it must have been meant in millimetres."""
+
+
+class MeshFileError(ModelError):
+    """A mesh file is missing, empty or unreadable."""
+
+    def __init__(self, path: str, reason: str) -> None:
+        """Name the file and the reason."""
+        self.path = path
+        self.reason = reason
+        super().__init__(f"mesh file {path}: {reason}")
+
+
+class FileFormatError(ModelError):
+    """A file (URDF, SRDF, YAML, JSON) does not say what it must.
+
+    Attributes:
+        path: The file.
+        reason: What is wrong, and where in the file.
+    """
+
+    def __init__(self, path: str, reason: str) -> None:
+        """Name the file and what is wrong in it."""
+        self.path = path
+        self.reason = reason
+        super().__init__(f"{path}: {reason}")
+
+
+class UnsupportedJoint(ModelError):
+    """A joint has more than one degree of freedom."""
+
+    def __init__(self, name: str, joint_type: str) -> None:
+        """Name the joint and what to write in its place."""
+        self.name = name
+        super().__init__(
+            f"joint {name!r} is of type {joint_type!r}; write it as a chain of prismatic, "
+            "revolute and continuous joints, one degree of freedom each"
+        )
+
+
+class SolverNotFound(NameNotFound, SolverError):
+    """No solver or QP backend of that name."""
+
+
+class BackendFailed(SolverError):
+    """A backend raised an error of its own; the original is the `__cause__`."""
+
+
+class MissingExtra(TrajoptError, ImportError):
+    """An optional package is not installed; the message holds the command that installs it."""
+
+    def __init__(self, package: str, extra: str) -> None:
+        """Name the package and the extra that brings it."""
+        self.package = package
+        self.extra = extra
+        super().__init__(
+            f'{package} is not installed; run: pip install "trajopt-planner[{extra}]"'
+        )
+
+
+class PlanningFailed(TrajoptError):
+    """Raised by `Result.require` when there is no verified plan; carries the result."""
+
+    def __init__(self, message: str, result: object) -> None:
+        """Keep the result beside its sentence."""
+        self.result = result
+        super().__init__(message)

@@ -1,0 +1,1 @@
+"""What exists: robots, scenes, shapes, limits and requirements, all immutable."""

@@ -1,0 +1,61 @@
+"""Which pairs of links and objects may touch: MoveIt's allowed-collision matrix as a value."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class AllowedCollisions:
+    """Allowed-collision matrix.
+
+    An entry for a pair decides; without one the defaults of the two names do (a pair is allowed
+    if either name's default allows it); without any the pair is checked.
+
+    Attributes:
+        entries: Pair of names -> whether contact is allowed.
+        defaults: Name -> whether contact with anything is allowed.
+    """
+
+    entries: Mapping[frozenset[str], bool] = field(default_factory=dict[frozenset[str], bool])
+    defaults: Mapping[str, bool] = field(default_factory=dict[str, bool])
+
+    def allowed(self, a: str, b: str) -> bool:
+        """Say whether contact between two named things is allowed."""
+        entry = self.entries.get(frozenset((a, b)))
+        if entry is not None:
+            return entry
+        return self.defaults.get(a, False) or self.defaults.get(b, False)
+
+    def with_entry(self, a: str, b: str, allowed: bool) -> "AllowedCollisions":
+        """Return the matrix with one entry set."""
+        return AllowedCollisions({**self.entries, frozenset((a, b)): allowed}, self.defaults)
+
+    def with_default(self, name: str, allowed: bool) -> "AllowedCollisions":
+        """Return the matrix with the default of one name set."""
+        return AllowedCollisions(self.entries, {**self.defaults, name: allowed})
+
+
+@dataclass(frozen=True)
+class ContactAllowance:
+    """Contact that is meant, for a time: the part lifted off its table touches it at the start.
+
+    Attributes:
+        name: What it is for, shown in the certificate.
+        a: One link or object.
+        b: The other.
+        depth: Deepest penetration accepted [m].
+        first: Contact is accepted during the first seconds of the motion [s].
+        last: Contact is accepted during the last seconds of the motion [s].
+    """
+
+    name: str
+    a: str
+    b: str
+    depth: float
+    first: float
+    last: float
+
+    @property
+    def pair(self) -> frozenset[str]:
+        """The two names."""
+        return frozenset((self.a, self.b))

@@ -1,0 +1,85 @@
+"""Collision bodies: a convex shape (or an exact mesh, if asked for) fixed to a frame."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from trajopt.model.convex import CoverMethod, convex_pieces
+from trajopt.model.mesh_file import Mesh, load_mesh
+from trajopt.model.placement import Placement
+from trajopt.model.shapes import Shape, convex
+from trajopt.model.urdf import LinkGeometry, MeshReference
+
+
+@dataclass(frozen=True)
+class MeshPolicy:
+    """How a collision mesh becomes what distances are measured to.
+
+    Attributes:
+        exact: Keep the triangles themselves (slower, and without depth of penetration) in place
+            of convex pieces that contain them.
+        hull_excess: A mesh becomes its convex hull where that adds at most this share of volume.
+    """
+
+    exact: bool = False
+    hull_excess: float = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class CollisionBody:
+    """One shape fixed to a frame.
+
+    Attributes:
+        name: Link or object it belongs to, with a number where there are several.
+        owner: The link or scene object it is part of.
+        frame: Link it moves with, or "world".
+        placement: Of the shape in that frame.
+        shape: The shape.
+    """
+
+    name: str
+    owner: str
+    frame: str
+    placement: Placement
+    shape: Shape
+
+
+def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> tuple[tuple[Shape, ...], str]:
+    """Return the shapes that stand for a mesh, and a sentence that says which they are."""
+    if policy.exact:
+        return (mesh,), f"exact mesh of {len(mesh.faces)} triangles"
+    cover = convex_pieces(mesh, hull_excess=policy.hull_excess)
+    shapes = tuple(convex(piece) for piece in cover.pieces)
+    if cover.method is CoverMethod.HULL:
+        return shapes, f"convex hull, {cover.excess:.1%} more volume than the mesh"
+    return shapes, f"{len(shapes)} convex pieces"
+
+
+def robot_bodies(
+    collisions: Sequence[LinkGeometry], policy: MeshPolicy
+) -> tuple[tuple[CollisionBody, ...], tuple[str, ...]]:
+    """Make the collision bodies of a robot's links.
+
+    Returns:
+        The bodies, and a sentence for every link that has a mesh.
+
+    Raises:
+        MeshFileError: If a mesh is missing, empty or unreadable.
+    """
+    bodies: list[CollisionBody] = []
+    notes: list[str] = []
+    for element in collisions:
+        shapes: tuple[Shape, ...]
+        if isinstance(element.geometry, MeshReference):
+            mesh = load_mesh(element.geometry.path, element.geometry.scale)
+            shapes, note = cover_mesh(mesh, policy)
+            notes.append(f"{element.link}: {note}")
+        else:
+            shapes = (element.geometry,)
+        for shape in shapes:
+            count = sum(body.owner == element.link for body in bodies)
+            bodies.append(
+                CollisionBody(
+                    f"{element.link}/{count}", element.link, element.link, element.placement, shape
+                )
+            )
+    return tuple(bodies), tuple(notes)

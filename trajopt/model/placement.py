@@ -1,0 +1,119 @@
+"""Placement: where one frame is, seen from another (an element of SE(3))."""
+
+from dataclasses import dataclass, field
+from typing import overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from trajopt.arrays import Floats, floats, readonly
+from trajopt.errors import ShapeError
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Rotation and translation of a frame, seen from a reference frame.
+
+    A point with coordinates x in the placed frame has `rotation @ x + translation` in the
+    reference frame. Build one with `placement(...)`, which checks its input.
+
+    Attributes:
+        rotation: Rotation matrix, shape (3, 3), read-only.
+        translation: Origin of the placed frame, shape (3,) [m], read-only.
+    """
+
+    rotation: Floats = field(default_factory=lambda: readonly(np.eye(3)))
+    translation: Floats = field(default_factory=lambda: readonly(np.zeros(3)))
+
+    @overload
+    def __mul__(self, other: "Placement") -> "Placement": ...
+    @overload
+    def __mul__(self, other: Floats) -> Floats: ...
+    def __mul__(self, other: "Placement | Floats") -> "Placement | Floats":
+        """Compose with another placement, or place points of shape (..., 3)."""
+        if isinstance(other, Placement):
+            return Placement(
+                readonly(self.rotation @ other.rotation),
+                readonly(self.rotation @ other.translation + self.translation),
+            )
+        return other @ self.rotation.T + self.translation
+
+    def inverse(self) -> "Placement":
+        """Return the placement of the reference frame, seen from the placed one."""
+        return Placement(
+            readonly(self.rotation.T.copy()), readonly(-self.rotation.T @ self.translation)
+        )
+
+    @property
+    def quaternion(self) -> Floats:
+        """Unit quaternion (x, y, z, w), shape (4,), w >= 0."""
+        return np.asarray(Rotation.from_matrix(self.rotation).as_quat(canonical=True))
+
+    @property
+    def homogeneous(self) -> Floats:
+        """Homogeneous matrix, shape (4, 4)."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.rotation
+        matrix[:3, 3] = self.translation
+        return matrix
+
+    def __eq__(self, other: object) -> bool:
+        """Compare entry by entry, exactly."""
+        return (
+            isinstance(other, Placement)
+            and np.array_equal(self.rotation, other.rotation)
+            and np.array_equal(self.translation, other.translation)
+        )
+
+    def __hash__(self) -> int:
+        """Hash the entries."""
+        return hash((self.rotation.tobytes(), self.translation.tobytes()))
+
+    def __repr__(self) -> str:
+        """Show position and roll-pitch-yaw."""
+        x, y, z = (round(float(value), 6) + 0.0 for value in self.translation)
+        rpy = Rotation.from_matrix(self.rotation).as_euler("xyz")
+        roll, pitch, yaw = (round(float(value), 6) + 0.0 for value in rpy)
+        return f"placement(xyz=({x}, {y}, {z}), rpy=({roll}, {pitch}, {yaw}))"
+
+
+def placement(
+    xyz: ArrayLike = (0.0, 0.0, 0.0),
+    *,
+    rpy: ArrayLike | None = None,
+    quaternion: ArrayLike | None = None,
+    rotation: ArrayLike | None = None,
+) -> Placement:
+    """Place a frame by its position and one form of its orientation.
+
+    Args:
+        xyz: Position of the frame's origin, shape (3,) [m].
+        rpy: Roll, pitch, yaw about the fixed axes x, y, z in this order (URDF's), shape (3,) [rad].
+        quaternion: (x, y, z, w), shape (4,); normalised here.
+        rotation: Rotation matrix, shape (3, 3), orthonormal to 1e-6, right-handed.
+
+    Returns:
+        The placement; identity orientation when none of the three is given.
+
+    Raises:
+        ShapeError: If a number is not finite, the quaternion has no length, the matrix is no
+            rotation, or more than one orientation is given.
+    """
+    translation = floats("xyz", xyz, (3,))
+    if sum(value is not None for value in (rpy, quaternion, rotation)) > 1:
+        raise ShapeError("orientation", "give one of rpy, quaternion and rotation, not several")
+    matrix = np.eye(3)
+    if rpy is not None:
+        matrix = Rotation.from_euler("xyz", floats("rpy", rpy, (3,))).as_matrix()
+    elif quaternion is not None:
+        parts = floats("quaternion", quaternion, (4,))
+        length = float(np.linalg.norm(parts))
+        if length < 1e-9:
+            raise ShapeError("quaternion", "has no length, so it is no orientation")
+        matrix = Rotation.from_quat(parts / length).as_matrix()
+    elif rotation is not None:
+        matrix = np.array(floats("rotation", rotation, (3, 3)))
+        if np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-6 or np.linalg.det(matrix) < 0.0:
+            raise ShapeError("rotation", "is not orthonormal and right-handed")
+    return Placement(readonly(np.ascontiguousarray(matrix)), translation)

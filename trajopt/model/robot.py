@@ -1,0 +1,343 @@
+"""Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.arrays import Floats, Ints, floats, readonly
+from trajopt.errors import (
+    FrameNotFound,
+    GroupNotFound,
+    JointNotFound,
+    ModelError,
+    RobotNotFound,
+    StateNotFound,
+)
+from trajopt.model.bodies import CollisionBody, MeshPolicy, robot_bodies
+from trajopt.model.groups import Group, resolve_groups
+from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
+from trajopt.model.placement import Placement
+from trajopt.model.srdf import EndEffector, Srdf, read_srdf
+from trajopt.model.urdf import LinkGeometry, Mimic, read_urdf
+
+
+@dataclass(frozen=True)
+class FrameAttachment:
+    """A frame fixed to a link, such as the tool centre point.
+
+    Attributes:
+        link: Name of the link.
+        placement: Of the frame in the link's frame.
+    """
+
+    link: str
+    placement: Placement
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot as its description files state it; immutable.
+
+    A joint has one number: its angle [rad] or travel [m]; continuous joints count whole turns.
+    Positions of all joints are arrays in the order of `joint_names`.
+
+    Attributes:
+        name: The robot's name.
+        model: Pinocchio's model of all joints; never changed.
+        joint_names: Names of all movable joints, mimicking and passive ones included.
+        limits: Limits of all movable joints.
+        groups: Planning groups by name.
+        states: Named joint positions by (group, state).
+        end_effectors: By name.
+        passive_joints: Joints that nobody drives.
+        disabled_pairs: Link pairs never checked for collision.
+        mimics: Joints that follow another.
+        frames: Tool frames by name, beside the links.
+        bodies: Collision bodies of all links.
+        visuals: Visual elements of all links, for viewers.
+        mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
+        urdf_path: The file it came from.
+        urdf_xml: Its text without collision and visual elements.
+    """
+
+    name: str
+    model: pin.Model
+    joint_names: tuple[str, ...]
+    limits: JointLimits
+    groups: Mapping[str, Group]
+    states: Mapping[tuple[str, str], Mapping[str, float]]
+    end_effectors: Mapping[str, EndEffector]
+    passive_joints: frozenset[str]
+    disabled_pairs: frozenset[frozenset[str]]
+    mimics: Mapping[str, Mimic]
+    frames: Mapping[str, FrameAttachment]
+    bodies: tuple[CollisionBody, ...]
+    visuals: tuple[LinkGeometry, ...]
+    mesh_notes: tuple[str, ...]
+    urdf_path: Path
+    urdf_xml: str
+
+    @staticmethod
+    def from_urdf(
+        urdf: Path | str,
+        *,
+        srdf: Path | str | None = None,
+        limits: Path | str | None = None,
+        package_dirs: Sequence[Path | str] = (),
+        frames: Mapping[str, FrameAttachment] | None = None,
+        name: str | None = None,
+        meshes: MeshPolicy | None = None,
+    ) -> "Robot":
+        """Load a robot from its files.
+
+        Args:
+            urdf: The URDF file.
+            srdf: MoveIt's semantic description; without it every joint is in a group named
+                "all" and only adjacent links are excused from collision.
+            limits: MoveIt's `joint_limits.yaml`, for acceleration and jerk limits.
+            package_dirs: Folders to look in for `package://` meshes.
+            frames: Further frames fixed to links, such as tool centre points.
+            name: A name in place of the URDF's.
+            meshes: How collision meshes become convex; the default policy when None.
+
+        Raises:
+            FileFormatError: If a file does not say what it must.
+            MeshFileError: If a collision mesh is missing, empty or unreadable.
+            UnsupportedJoint: If a joint has more than one degree of freedom.
+            NameNotFound: If the SRDF, the limits or a frame name what the URDF does not have.
+        """
+        description = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs])
+        model = pin.buildModelFromXML(description.xml)
+        links = tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+        semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
+        joint_names = tuple(model.names[1:])
+        for frame in (frames or {}).values():
+            if frame.link not in links:
+                raise FrameNotFound("link", frame.link, links)
+        stated = {} if limits is None else read_joint_limits(Path(limits))
+        bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
+        groups = resolve_groups(model, semantics, frozenset(description.mimics))
+        for (group, state), values in semantics.states.items():
+            if group not in groups:
+                raise GroupNotFound("group", group, groups)
+            for joint in values:
+                if not model.existJointName(joint) and not model.existFrame(joint):
+                    raise JointNotFound(f"joint (in state {state!r})", joint, joint_names)
+        return Robot(
+            name=name or description.name,
+            model=model,
+            joint_names=joint_names,
+            limits=with_stated(_described_limits(model), stated),
+            groups=groups,
+            states=semantics.states,
+            end_effectors=semantics.end_effectors,
+            passive_joints=semantics.passive_joints,
+            disabled_pairs=semantics.disabled_pairs | _adjacent_links(model, links),
+            mimics=description.mimics,
+            frames=dict(frames or {}),
+            bodies=bodies,
+            visuals=description.visuals,
+            mesh_notes=notes,
+            urdf_path=description.path,
+            urdf_xml=description.xml,
+        )
+
+    @cached_property
+    def links(self) -> tuple[str, ...]:
+        """Names of all links, root first."""
+        return tuple(
+            frame.name for frame in self.model.frames if frame.type == pin.FrameType.BODY
+        )
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Names of all links and tool frames."""
+        return (*self.links, *self.frames)
+
+    def frame(self, name: str) -> FrameAttachment:
+        """Return a link or tool frame as a placement in a link.
+
+        Raises:
+            FrameNotFound: If there is none of that name.
+        """
+        if name in self.frames:
+            return self.frames[name]
+        if name not in self.links:
+            raise FrameNotFound("frame", name, self.frame_names)
+        return FrameAttachment(name, Placement())
+
+    def group(self, name: str) -> Group:
+        """Return a planning group.
+
+        Raises:
+            GroupNotFound: If there is none of that name.
+        """
+        if name not in self.groups:
+            raise GroupNotFound("group", name, self.groups)
+        return self.groups[name]
+
+    def index(self, joints: Iterable[str]) -> Ints:
+        """Return the places of joints in `joint_names`, shape (k,).
+
+        Raises:
+            JointNotFound: If one is no movable joint.
+        """
+        places: list[int] = []
+        for joint in joints:
+            if joint not in self.joint_names:
+                raise JointNotFound("joint", joint, self.joint_names)
+            places.append(self.joint_names.index(joint))
+        return np.array(places, dtype=np.int64)
+
+    def positions(
+        self, values: Mapping[str, float] | str | None = None, *, group: str | None = None
+    ) -> Floats:
+        """Return positions of all joints.
+
+        Args:
+            values: Joint -> position [rad | m], or the name of a state; joints not named are at
+                the position nearest to zero inside their limits, mimicking ones follow.
+            group: The group whose named state is meant; any group that has it when None.
+
+        Returns:
+            Positions, shape (number of joints,), read-only.
+
+        Raises:
+            JointNotFound: If a name is no movable joint.
+            StateNotFound: If there is no named state of that name.
+        """
+        result = np.clip(np.zeros(len(self.joint_names)), self.limits.lower, self.limits.upper)
+        named = self.state(values, group=group) if isinstance(values, str) else (values or {})
+        for joint, value in named.items():
+            result[self.index([joint])[0]] = float(floats(f"position of {joint}", value, ()))
+        for joint, mimic in self.mimics.items():
+            if joint not in named:
+                source = result[self.index([mimic.source])[0]]
+                result[self.index([joint])[0]] = mimic.multiplier * source + mimic.offset
+        return readonly(result)
+
+    def state(self, name: str, *, group: str | None = None) -> Mapping[str, float]:
+        """Return a named state of a group, as joint -> position [rad | m].
+
+        Raises:
+            StateNotFound: If there is none of that name.
+        """
+        for (owner, state), values in self.states.items():
+            if state == name and group in (None, owner):
+                return {joint: v for joint, v in values.items() if joint in self.joint_names}
+        raise StateNotFound(
+            "state", name, {state for owner, state in self.states if group in (None, owner)}
+        )
+
+    def configuration(self, positions: Floats) -> Floats:
+        """Return pinocchio's configuration vector of positions of all joints.
+
+        Args:
+            positions: One number a joint, shape (number of joints,) [rad | m].
+
+        Returns:
+            Configuration q, shape (model.nq,): cosine and sine for continuous joints.
+        """
+        return configuration(self.model, positions)
+
+    def __repr__(self) -> str:
+        """Say name, joints and groups."""
+        groups = ", ".join(f"{g.name} ({len(g.joints)} joints)" for g in self.groups.values())
+        return f"Robot({self.name!r}, {len(self.joint_names)} joints, groups: {groups or 'none'})"
+
+
+def configuration(model: pin.Model, positions: Floats) -> Floats:
+    """Return pinocchio's configuration of one-degree-of-freedom joint positions, (nv,) -> (nq,)."""
+    if model.nq == model.nv:
+        return positions
+    q = np.empty(model.nq)
+    for joint, position in zip(list(model.joints)[1:], positions, strict=True):
+        if joint.nq == 1:
+            q[joint.idx_q] = position
+        else:
+            q[joint.idx_q : joint.idx_q + 2] = np.cos(position), np.sin(position)
+    return q
+
+
+def load(
+    robot: str | Path,
+    *,
+    srdf: Path | str | None = None,
+    limits: Path | str | None = None,
+    package_dirs: Sequence[Path | str] = (),
+    meshes: MeshPolicy | None = None,
+) -> Robot:
+    """Load an installed robot by name ("panda"), or any robot from its URDF file.
+
+    Names come from the entry-point group `trajopt.robots`, so any package can add some.
+
+    Args:
+        robot: A name, or the path of a URDF file.
+        srdf: With a path: MoveIt's semantic description.
+        limits: With a path: MoveIt's `joint_limits.yaml`.
+        package_dirs: With a path: folders to look in for `package://` meshes.
+        meshes: With a path: how collision meshes become convex.
+
+    Raises:
+        RobotNotFound: If it is neither an installed name nor a file.
+        ModelError: If options for a path come with a name.
+    """
+    installed = {entry.name: entry for entry in entry_points(group="trajopt.robots")}
+    if str(robot) in installed:
+        if srdf or limits or package_dirs or meshes:
+            raise ModelError(f"robot {robot!r} is installed by name and brings its own files")
+        return installed[str(robot)].load()()
+    if not Path(robot).is_file():
+        raise RobotNotFound("installed robot or URDF file", str(robot), installed)
+    return Robot.from_urdf(
+        robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes
+    )
+
+
+def _described_limits(model: pin.Model) -> JointLimits:
+    """Read what the URDF states: position, velocity, effort; acceleration is nan, jerk inf."""
+    count = model.njoints - 1
+    lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
+    for place, joint in enumerate(list(model.joints)[1:]):
+        if joint.nq == 1:
+            lower[place] = model.lowerPositionLimit[joint.idx_q]
+            upper[place] = model.upperPositionLimit[joint.idx_q]
+    effort = np.array(model.effortLimit)
+    effort[effort <= 0.0] = np.inf
+    return JointLimits(
+        tuple(model.names[1:]),
+        lower,
+        upper,
+        np.array(model.velocityLimit),
+        np.full(count, np.nan),
+        np.full(count, np.inf),
+        effort,
+    )
+
+
+def _adjacent_links(model: pin.Model, links: tuple[str, ...]) -> frozenset[frozenset[str]]:
+    """Pair the links joined by one joint, or fixed to each other: contact there is construction."""
+    by_joint: dict[int, list[str]] = {}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            by_joint.setdefault(int(frame.parentJoint), []).append(frame.name)
+    parent_link = {
+        frame.name: model.frames[frame.parentFrame].name
+        for frame in model.frames
+        if frame.type in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+    }
+    pairs: set[frozenset[str]] = set()
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            joint_frame = model.frames[frame.parentFrame].name
+            parent = parent_link.get(joint_frame)
+            if parent in links:
+                pairs.add(frozenset((frame.name, parent)))
+    for names in by_joint.values():
+        pairs.update(frozenset((a, b)) for a in names for b in names if a < b)
+    return frozenset(pairs)

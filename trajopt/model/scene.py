@@ -1,0 +1,354 @@
+"""Scene: a robot among objects, and what may touch what. A value: an edit gives a new one."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from trajopt.arrays import Floats, number
+from trajopt.errors import (
+    DuplicateObject,
+    FrameNotFound,
+    ModelError,
+    ObjectNotFound,
+    ShapeError,
+)
+from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.model.bodies import CollisionBody, MeshPolicy, cover_mesh
+from trajopt.model.kinematics import link_placement
+from trajopt.model.mesh_file import Mesh
+from trajopt.model.placement import Placement
+from trajopt.model.requirements import WORLD
+from trajopt.model.robot import FrameAttachment, Robot
+from trajopt.model.shapes import Shape
+
+DEFAULT_MARGIN = 0.01
+"""Clearance that the optimiser keeps from everything, unless told otherwise [m]."""
+
+Part = tuple[Shape, Placement]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneObject:
+    """A thing in the scene.
+
+    Attributes:
+        name: Its id.
+        parts: Shapes with their placements in the object's frame; none makes a mere frame.
+        placement: Of the object's frame in `frame`.
+        frame: "world", a link or tool frame, or another object.
+        touch_links: Links that may touch it.
+        notes: What its meshes became.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    placement: Placement
+    frame: str
+    touch_links: frozenset[str] = frozenset()
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A robot among objects.
+
+    Attributes:
+        robot: The robot.
+        objects: Objects by id.
+        allowed: Pairs that may touch; starts with the robot's disabled pairs.
+        margin: Clearance that the optimiser keeps from everything [m].
+        pair_margins: Clearance of single pairs of links and objects, where it differs [m].
+        allowances: Contacts that are meant, for a time.
+    """
+
+    robot: Robot
+    objects: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
+    allowed: AllowedCollisions = field(default_factory=AllowedCollisions)
+    margin: float = DEFAULT_MARGIN
+    pair_margins: Mapping[frozenset[str], float] = field(
+        default_factory=dict[frozenset[str], float]
+    )
+    allowances: tuple[ContactAllowance, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Start from the robot's disabled pairs when nothing else was given."""
+        if not self.allowed.entries and not self.allowed.defaults:
+            entries = dict.fromkeys(self.robot.disabled_pairs, True)
+            object.__setattr__(self, "allowed", AllowedCollisions(entries))
+
+    def add(
+        self,
+        name: str,
+        shape: Shape | Sequence[Part],
+        placement: Placement | None = None,
+        *,
+        frame: str = WORLD,
+        touch_links: Iterable[str] = (),
+        meshes: MeshPolicy | None = None,
+    ) -> "Scene":
+        """Add an object.
+
+        Args:
+            name: Its id, not taken by another object or a frame of the robot.
+            shape: One shape, or several with placements in the object's frame (none: a mere
+                frame). A mesh is covered by convex pieces unless `meshes` asks for it exactly.
+            placement: Of the object in `frame`; at its origin when None.
+            frame: "world", a link or tool frame (it moves along then), or another object.
+            touch_links: Links that may touch it.
+            meshes: How meshes become convex.
+
+        Raises:
+            DuplicateObject: If the id is taken.
+            FrameNotFound: If `frame` or a touch link is unknown.
+        """
+        if name in self.objects:
+            raise DuplicateObject(name)
+        if not name or name == WORLD or name in self.robot.frame_names:
+            raise ModelError(f"object id {name!r} is taken by a frame of the robot or is empty")
+        self._check_frame(frame)
+        parts: list[Part] = []
+        notes: list[str] = []
+        given = [(shape, Placement())] if isinstance(shape, Shape) else list(shape)
+        for part, where in given:
+            if isinstance(part, Mesh):
+                pieces, note = cover_mesh(part, meshes or MeshPolicy())
+                parts.extend((piece, where) for piece in pieces)
+                notes.append(f"{name}: {note}")
+            else:
+                parts.append((part, where))
+        item = SceneObject(
+            name, tuple(parts), placement or Placement(), frame, self._links(touch_links), tuple(notes)
+        )
+        return replace(self, objects={**self.objects, name: item})
+
+    def remove(self, name: str) -> "Scene":
+        """Remove an object.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            ModelError: If another object is placed in its frame.
+        """
+        self.object(name)
+        for other in self.objects.values():
+            if other.frame == name:
+                raise ModelError(f"object {other.name!r} is placed in {name!r}; remove or move it first")
+        kept = {key: item for key, item in self.objects.items() if key != name}
+        return replace(self, objects=kept)
+
+    def move(self, name: str, placement: Placement, *, frame: str | None = None) -> "Scene":
+        """Place an object anew, in its present frame or another.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            FrameNotFound: If the frame is unknown.
+            ModelError: If the object would be placed in itself.
+        """
+        item = self.object(name)
+        target = item.frame if frame is None else frame
+        self._check_frame(target)
+        over = target
+        while over in self.objects:
+            if over == name:
+                raise ModelError(f"object {name!r} cannot be placed in its own frame")
+            over = self.objects[over].frame
+        return self._with(replace(item, placement=placement, frame=target))
+
+    def attach(
+        self,
+        name: str,
+        link: str,
+        *,
+        placement: Placement | None = None,
+        at: Floats | None = None,
+        touch_links: Iterable[str] = (),
+    ) -> "Scene":
+        """Fix an object to a link or tool frame: it moves along from now on.
+
+        Args:
+            name: The object's id.
+            link: The link or tool frame.
+            placement: Of the object in the link's frame; or
+            at: positions of all joints at which it is grasped where it stands.
+            touch_links: Links that may touch it, beside the link itself.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            FrameNotFound: If the link or a touch link is unknown.
+            ModelError: Unless exactly one of `placement` and `at` is given.
+        """
+        item = self.object(name)
+        holder = self.robot.frame(link)
+        if (placement is None) == (at is None):
+            raise ModelError("attach: give the placement in the link, or the positions it is grasped at")
+        where = placement
+        if where is None:
+            assert at is not None
+            where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
+        links = self._links(touch_links) | {holder.link} | item.touch_links
+        return self._with(replace(item, placement=where, frame=link, touch_links=links))
+
+    def detach(self, name: str, *, at: Floats) -> "Scene":
+        """Leave an object in the world where it is at these positions of all joints.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            ModelError: If it is not attached.
+        """
+        item = self.object(name)
+        if self.holder(name).link == WORLD:
+            raise ModelError(f"object {name!r} is not attached to a link")
+        where = self.placement_of(name, at)
+        return self._with(
+            replace(item, placement=where, frame=WORLD, touch_links=frozenset[str]())
+        )
+
+    def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> "Scene":
+        """Let two things touch, or one touch anything (`b` None); `allowed=False` forbids again.
+
+        Raises:
+            FrameNotFound: If a name is neither link nor object.
+        """
+        for name in (a, b):
+            if name is not None:
+                self._check_owner(name)
+        matrix = (
+            self.allowed.with_default(a, allowed)
+            if b is None
+            else self.allowed.with_entry(a, b, allowed)
+        )
+        return replace(self, allowed=matrix)
+
+    def with_margin(self, margin: float, a: str | None = None, b: str | None = None) -> "Scene":
+        """Set the clearance to keep: from everything, or between two named things [m].
+
+        Raises:
+            ShapeError: If the margin is negative or not finite.
+            FrameNotFound: If a name is neither link nor object.
+            ModelError: If only one name is given.
+        """
+        value = number("margin", margin)
+        if value < 0.0:
+            raise ShapeError("margin", f"is negative: {value:g} m")
+        if a is None and b is None:
+            return replace(self, margin=value)
+        if a is None or b is None:
+            raise ModelError("with_margin: name both things or none")
+        self._check_owner(a)
+        self._check_owner(b)
+        return replace(self, pair_margins={**self.pair_margins, frozenset((a, b)): value})
+
+    def allow_contact(
+        self, name: str, a: str, b: str, *, depth: float = 1e-3, first: float = 0.0, last: float = 0.0
+    ) -> "Scene":
+        """Accept contact of a pair during the first or last seconds of the motion.
+
+        Args:
+            name: What it is for; shown in the certificate.
+            a: One link or object.
+            b: The other.
+            depth: Deepest penetration accepted [m].
+            first: From the start, for so long [s].
+            last: Up to the end, for so long [s].
+
+        Raises:
+            FrameNotFound: If a name is neither link nor object.
+            ModelError: If no window is given.
+            ShapeError: If a number is negative or not finite.
+        """
+        self._check_owner(a)
+        self._check_owner(b)
+        for label, value in (("depth", depth), ("first", first), ("last", last)):
+            if number(label, value) < 0.0:
+                raise ShapeError(label, f"is negative: {value:g}")
+        if first == 0.0 and last == 0.0:
+            raise ModelError(f"allowance {name!r}: say for how long, `first` or `last` seconds")
+        allowance = ContactAllowance(name, a, b, depth, first, last)
+        return replace(self, allowances=(*self.allowances, allowance))
+
+    def object(self, name: str) -> SceneObject:
+        """Return an object.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+        """
+        if name not in self.objects:
+            raise ObjectNotFound("object", name, self.objects)
+        return self.objects[name]
+
+    def holder(self, name: str) -> FrameAttachment:
+        """Return the link (or "world") that a frame or object is fixed to, and where in it.
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+        """
+        if name == WORLD:
+            return FrameAttachment(WORLD, Placement())
+        if name in self.objects:
+            item = self.objects[name]
+            holder = self.holder(item.frame)
+            return FrameAttachment(holder.link, holder.placement * item.placement)
+        self._check_frame(name)
+        return self.robot.frame(name)
+
+    def placement_of(self, name: str, positions: Floats) -> Placement:
+        """Return the placement in the world of a frame or object.
+
+        Args:
+            name: "world", a link, tool frame or object.
+            positions: Of all joints, shape (number of joints,) [rad | m].
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+        """
+        holder = self.holder(name)
+        if holder.link == WORLD:
+            return holder.placement
+        return link_placement(self.robot, holder.link, positions) * holder.placement
+
+    def object_bodies(self) -> tuple[CollisionBody, ...]:
+        """Return the collision bodies of all objects, each fixed to a link or the world."""
+        bodies: list[CollisionBody] = []
+        for item in self.objects.values():
+            holder = self.holder(item.name)
+            for count, (shape, where) in enumerate(item.parts):
+                bodies.append(
+                    CollisionBody(
+                        f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape
+                    )
+                )
+        return tuple(bodies)
+
+    def may_touch(self, a: str, b: str) -> bool:
+        """Say whether two links or objects are excused from keeping apart."""
+        for one, other in ((a, b), (b, a)):
+            if one in self.objects and other in self.objects[one].touch_links:
+                return True
+        return self.allowed.allowed(a, b)
+
+    def margin_of(self, a: str, b: str) -> float:
+        """Return the clearance that two links or objects must keep [m]."""
+        return self.pair_margins.get(frozenset((a, b)), self.margin)
+
+    def __repr__(self) -> str:
+        """Say the robot, the objects and the margin."""
+        names = ", ".join(self.objects) or "no objects"
+        return f"Scene({self.robot.name!r}, {names}; margin {self.margin * 1000:g} mm)"
+
+    def _with(self, item: SceneObject) -> "Scene":
+        return replace(self, objects={**self.objects, item.name: item})
+
+    def _check_frame(self, name: str) -> None:
+        known = (WORLD, *self.robot.frame_names, *self.objects)
+        if name not in known:
+            raise FrameNotFound("frame", name, known)
+
+    def _check_owner(self, name: str) -> None:
+        known = (*self.robot.links, *self.objects)
+        if name not in known:
+            raise FrameNotFound("link or object", name, known)
+
+    def _links(self, names: Iterable[str]) -> frozenset[str]:
+        links = frozenset(names)
+        for link in links:
+            if link not in self.robot.links:
+                raise FrameNotFound("touch link", link, self.robot.links)
+        return links

@@ -1,0 +1,8 @@
+"""MoveIt's own files: planning scenes, motion plan requests and robot trajectories in YAML."""
+
+from trajopt.moveit.motion_plan_request import RequestFile as RequestFile
+from trajopt.moveit.motion_plan_request import read_request as read_request
+from trajopt.moveit.planning_scene import SceneFile as SceneFile
+from trajopt.moveit.planning_scene import read_scene as read_scene
+from trajopt.moveit.robot_trajectory import read_trajectory as read_trajectory
+from trajopt.moveit.robot_trajectory import write_trajectory as write_trajectory

@@ -1,0 +1,125 @@
+"""Constraints messages: joint, position and orientation constraints become requirements."""
+
+import numpy as np
+
+from trajopt.arrays import readonly
+from trajopt.errors import JointNotFound
+from trajopt.model.placement import Placement
+from trajopt.model.requirements import (
+    JointPositions,
+    Requirement,
+    RotationCoordinates,
+    frame_placement,
+    joint_positions,
+)
+from trajopt.model.scene import Scene
+from trajopt.moveit.document import Node
+from trajopt.moveit.frames import Reading, require
+from trajopt.moveit.orientation_constraint import Orientation, read_orientation
+from trajopt.moveit.position_constraint import PointRegion, read_region
+from trajopt.moveit.tolerance import read_tolerance
+
+CONSTRAINTS_FIELDS = (
+    *("name", "joint_constraints", "position_constraints"),
+    *("orientation_constraints", "visibility_constraints"),
+)
+JOINT_FIELDS = ("joint_name", "position", "tolerance_above", "tolerance_below", "weight")
+FREE = np.inf
+
+
+def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[Requirement, ...], Scene]:
+    """Return what a constraints message requires.
+
+    A position and an orientation of the same frame, seen from the same reference, become one
+    requirement where the axes of the position's region allow it. Weights are ignored: everything
+    is required.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: What names mean; its notes receive what was taken differently.
+
+    Returns:
+        The requirements, and the scene with the frames that they need.
+
+    Raises:
+        FileFormatError: If a constraint is malformed or of a kind that trajopt does not know.
+        NameNotFound: If it names an unknown joint, link or frame.
+    """
+    node.only(CONSTRAINTS_FIELDS)
+    if node["visibility_constraints"].elements():
+        raise node["visibility_constraints"].error("visibility constraints are not supported")
+    found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene)]
+    regions = [read_region(element, scene, reading) for element in node["position_constraints"].elements()]
+    for element in node["orientation_constraints"].elements():
+        orientation, scene = read_orientation(element, scene, reading)
+        partner = next((region for region in regions if _share_axes(region, orientation)), None)
+        regions = [region for region in regions if region is not partner]
+        found.extend(_oriented(orientation, partner, element, reading))
+    for region in regions:
+        found.extend(_positioned(region, node["position_constraints"], reading))
+    return tuple(found), scene
+
+
+def _read_joints(nodes: Node, scene: Scene) -> tuple[JointPositions, ...]:
+    positions: dict[str, float] = {}
+    below: dict[str, float] = {}
+    above: dict[str, float] = {}
+    for node in nodes.elements():
+        joint = node.only(JOINT_FIELDS)["joint_name"].text()
+        require(node["joint_name"], JointNotFound, "joint", joint, scene.robot.joint_names)
+        if joint in positions:
+            raise node["joint_name"].error(f"joint {joint!r} is constrained twice")
+        positions[joint] = node["position"].number()
+        below[joint] = read_tolerance(node["tolerance_below"])
+        above[joint] = read_tolerance(node["tolerance_above"])
+    return (joint_positions(positions, below=below, above=above),) if positions else ()
+
+
+def _share_axes(region: PointRegion, orientation: Orientation) -> bool:
+    return (
+        region.frame == orientation.original
+        and region.reference == orientation.reference
+        and (region.turnable or np.allclose(region.placement.rotation, orientation.rotation, atol=1e-9))
+    )
+
+
+def _oriented(
+    orientation: Orientation, region: PointRegion | None, node: Node, reading: Reading
+) -> tuple[Requirement, ...]:
+    """Return the requirement of an orientation, together with that of a region if there is one."""
+    translation, tolerance, offset = np.zeros(3), np.full(3, FREE), np.zeros(3)
+    if region is not None:
+        translation, tolerance = region.placement.translation, region.tolerance
+        offset = orientation.turn @ region.offset
+    if np.isinf(tolerance).all() and np.isinf(orientation.tolerance).all():
+        reading.notes.append(f"{node.place}: leaves every axis free and requires nothing")
+        return ()
+    return (
+        frame_placement(
+            orientation.frame,
+            Placement(readonly(np.array(orientation.rotation)), readonly(np.array(translation))),
+            reference=orientation.reference,
+            position_tolerance=tolerance,
+            rotation_tolerance=orientation.tolerance,
+            coordinates=orientation.coordinates,
+            offset=offset,
+        ),
+    )
+
+
+def _positioned(region: PointRegion, node: Node, reading: Reading) -> tuple[Requirement, ...]:
+    if np.isinf(region.tolerance).all():
+        reading.notes.append(f"{node.place}: leaves every axis free and requires nothing")
+        return ()
+    return (
+        frame_placement(
+            region.frame,
+            region.placement,
+            reference=region.reference,
+            position_tolerance=region.tolerance,
+            rotation_tolerance=FREE,
+            coordinates=RotationCoordinates.ROTATION_VECTOR,
+            offset=region.offset,
+        ),
+    )

@@ -1,0 +1,95 @@
+"""Joint trajectory messages: joint names and points, as in `trajectory_msgs/JointTrajectory`."""
+
+from itertools import pairwise
+from math import inf
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import ShapeError
+from trajopt.moveit.document import Node
+from trajopt.trajectory import Trajectory
+
+NANOSECONDS = 10**9
+
+
+def read_points(node: Node) -> Trajectory:
+    """Return the trajectory of `joint_names` and `points`; other members are ignored.
+
+    Points with accelerations are joined by quintic polynomials, with velocities only by cubic
+    ones, with neither by straight lines. An empty list counts as absent.
+
+    Raises:
+        FileFormatError: If something is missing or malformed, points differ in what they carry,
+            or time does not increase from 0.
+    """
+    names = tuple(name.text() for name in node["joint_names"].elements())
+    if not names or len(set(names)) != len(names):
+        raise node["joint_names"].error("must name every joint once")
+    points = node["points"].elements()
+    if len(points) < 2:
+        raise node["points"].error(f"a trajectory has two points at least, not {len(points)}")
+    times = [_read_time(point["time_from_start"]) for point in points]
+    if times[0] != 0.0:
+        raise points[0]["time_from_start"].error(f"must be 0 at the first point, is {times[0]:g} s")
+    for point, (before, after) in zip(points[1:], pairwise(times), strict=True):
+        if after <= before:
+            raise point["time_from_start"].error(f"{after:g} s does not come after {before:g} s")
+    positions = _read_rows(points, "positions", names)
+    velocities = _read_rows(points, "velocities", names)
+    accelerations = _read_rows(points, "accelerations", names)
+    if positions is None:
+        raise points[0].error("has no positions")
+    if accelerations is not None and velocities is None:
+        raise points[0].error("has accelerations, but no velocities")
+    return Trajectory(names, np.array(times), positions, velocities, accelerations)
+
+
+def _read_time(node: Node) -> float:
+    """Return a time in seconds, written as a number or as {sec:, nanosec:} (or secs, nsecs)."""
+    if not isinstance(node.value, dict):
+        return node.number()
+    node.only(("sec", "nanosec", "secs", "nsecs"))
+    seconds = node["secs"] if node.has("secs") else node["sec"]
+    rest = node["nsecs"] if node.has("nsecs") else node["nanosec"]
+    time = (seconds.number(0.0) * NANOSECONDS + rest.number(0.0)) / NANOSECONDS
+    if time == inf:
+        raise node.error("must be finite")
+    return time
+
+
+def _read_rows(points: list[Node], key: str, names: tuple[str, ...]) -> Floats | None:
+    rows = [point[key].numbers() for point in points]
+    for point, row in zip(points, rows, strict=True):
+        if bool(row) != bool(rows[0]):
+            has, other = ("has", "has none") if row else ("has no", "has some")
+            raise point.error(f"{has} {key}, but the first point {other}")
+        if row and len(row) != len(names):
+            raise point[key].error(f"{len(row)} numbers for {len(names)} joints")
+    return np.array(rows) if rows[0] else None
+
+
+def points_document(trajectory: Trajectory) -> dict[str, object]:
+    """Return `joint_names` and `points` of a trajectory, times in whole nanoseconds.
+
+    Raises:
+        ShapeError: If two points are less than a nanosecond apart.
+    """
+    stamps = [round(float(time) * NANOSECONDS) for time in trajectory.times]
+    if any(after <= before for before, after in pairwise(stamps)):
+        raise ShapeError("times", "two points are less than a nanosecond apart")
+    points: list[dict[str, object]] = []
+    for place, stamp in enumerate(stamps):
+        seconds, nanoseconds = divmod(stamp, NANOSECONDS)
+        point: dict[str, object] = {
+            key: [float(value) for value in rows[place]]
+            for key, rows in (
+                ("positions", trajectory.positions),
+                ("velocities", trajectory.velocities),
+                ("accelerations", trajectory.accelerations),
+            )
+            if rows is not None
+        }
+        point["time_from_start"] = {"sec": seconds, "nanosec": nanoseconds}
+        points.append(point)
+    return {"joint_names": list(trajectory.joint_names), "points": points}

@@ -1,0 +1,151 @@
+"""Motion plan request messages, MoveIt's description of a planning problem."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from trajopt.arrays import Floats
+from trajopt.errors import GroupNotFound
+from trajopt.model.groups import ALL_JOINTS
+from trajopt.model.requirements import Requirement
+from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
+from trajopt.moveit.attached_object import apply_attached
+from trajopt.moveit.constraints import read_constraints
+from trajopt.moveit.document import Node, read_document
+from trajopt.moveit.frames import Reading, require, world_names
+from trajopt.moveit.planning_scene import SceneFile
+from trajopt.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.problem import Problem
+
+IGNORED = ("planner_id", "pipeline_id", "num_planning_attempts", "reference_trajectories")
+REQUEST_FIELDS = (
+    *("workspace_parameters", "start_state", "goal_constraints", "path_constraints"),
+    *("trajectory_constraints", "group_name", "allowed_planning_time"),
+    *("max_velocity_scaling_factor", "max_acceleration_scaling_factor", "max_cartesian_speed"),
+    *("cartesian_speed_limited_link", "cartesian_speed_end_effector_link"),
+    *IGNORED,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class RequestFile:
+    """What a motion plan request file says.
+
+    Attributes:
+        path: The file.
+        scene: The scene it is about, with what the start state carries.
+        start: Positions of all joints, shape (number of joints,) [rad | m].
+        group: The planning group.
+        goals: What must hold at the end.
+        constraints: What must hold all the way.
+        velocity_scaling: Factor in (0, 1] on the velocity limits.
+        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        allowed_planning_time: Time to plan for [s]; None where the file leaves it open.
+        notes: Sentences on what was taken differently from how it is written, or left out.
+    """
+
+    path: Path
+    scene: Scene
+    start: Floats
+    group: str
+    goals: tuple[Requirement, ...]
+    constraints: tuple[Requirement, ...]
+    velocity_scaling: float
+    acceleration_scaling: float
+    allowed_planning_time: float | None
+    notes: tuple[str, ...]
+
+    def problem(self) -> Problem:
+        """Return the planning problem that the file asks for."""
+        return Problem(
+            scene=self.scene,
+            start=self.start,
+            goal=self.goals,
+            group=self.group,
+            constraints=self.constraints,
+            velocity_scaling=self.velocity_scaling,
+            acceleration_scaling=self.acceleration_scaling,
+            name=self.path.stem,
+        )
+
+
+def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
+    """Read a `moveit_msgs/MotionPlanRequest` from YAML.
+
+    Joints that the start state leaves out stand where the scene file has them, else at their
+    default. Of several goals the first is taken. The workspace is ignored.
+
+    Args:
+        path: The file.
+        scene: The scene that it is about.
+
+    Raises:
+        FileFormatError: If the file does not say what it must.
+        NameNotFound: If it names a joint, link, frame, object or group that does not exist.
+    """
+    document = read_document(path).only(REQUEST_FIELDS)
+    if isinstance(scene, Scene):
+        scene = SceneFile(Path(path), scene, {}, world_names(scene.robot), ())
+    robot, around = scene.scene.robot, scene.scene
+    notes: list[str] = []
+    state = read_joint_positions(document["start_state"], robot, notes)
+    start = layered_positions(robot, scene.state, state)
+    reading = Reading(scene.world_names, start, None, notes)
+    for node in document["start_state"]["attached_collision_objects"].elements():
+        around = apply_attached(node, around, reading)
+    group = _read_group(document["group_name"], robot, notes)
+    goals, around = read_constraints(_first_goal(document["goal_constraints"], notes), around, reading)
+    if not goals:
+        raise document["goal_constraints"].error("requires nothing")
+    constraints, around = read_constraints(document["path_constraints"], around, reading)
+    if document["trajectory_constraints"].only(("constraints",))["constraints"].elements():
+        raise document["trajectory_constraints"].error("is not supported")
+    if document["max_cartesian_speed"].number(0.0) > 0.0:
+        notes.append("max_cartesian_speed: is ignored")
+    notes.extend(f"{key}: is ignored" for key in IGNORED if document[key].value)
+    return RequestFile(
+        path=Path(path),
+        scene=around,
+        start=start,
+        group=group,
+        goals=goals,
+        constraints=constraints,
+        velocity_scaling=_read_scaling(document["max_velocity_scaling_factor"]),
+        acceleration_scaling=_read_scaling(document["max_acceleration_scaling_factor"]),
+        allowed_planning_time=_read_time(document["allowed_planning_time"]),
+        notes=tuple(notes),
+    )
+
+
+def _first_goal(node: Node, notes: list[str]) -> Node:
+    goals = node.elements()
+    if not goals:
+        raise node.error("names no goal")
+    if len(goals) > 1:
+        notes.append(f"{node.place}: the first of {len(goals)} alternatives is taken")
+    return goals[0]
+
+
+def _read_group(node: Node, robot: Robot, notes: list[str]) -> str:
+    """Return the group; all joints where a robot without SRDF cannot know the name."""
+    name = node.text("")
+    if tuple(robot.groups) == (ALL_JOINTS,):
+        if name not in ("", ALL_JOINTS):
+            notes.append(f"{node.place}: {name!r} needs the robot's SRDF; all joints are planned for")
+        return ALL_JOINTS
+    if not name and len(robot.groups) == 1:
+        return next(iter(robot.groups))
+    require(node, GroupNotFound, "group", name, robot.groups)
+    return name
+
+
+def _read_scaling(node: Node) -> float:
+    value = node.number(0.0)
+    if not 0.0 <= value <= 1.0:
+        raise node.error(f"must lie in (0, 1], or be 0 for the default of 1; is {value:g}")
+    return value or 1.0
+
+
+def _read_time(node: Node) -> float | None:
+    value = node.number(0.0)
+    return value if value > 0.0 else None

@@ -1,0 +1,149 @@
+"""Planning scene messages, MoveIt's description of a robot among objects."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from trajopt.arrays import Floats
+from trajopt.errors import FrameNotFound
+from trajopt.model.bodies import MeshPolicy
+from trajopt.model.placement import Placement
+from trajopt.model.requirements import WORLD
+from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
+from trajopt.moveit.attached_object import apply_attached
+from trajopt.moveit.collision_matrix import apply_matrix
+from trajopt.moveit.collision_object import apply_object, read_object
+from trajopt.moveit.document import Node, read_document
+from trajopt.moveit.frames import Reading, frame_id, require, world_names
+from trajopt.moveit.pose import read_placement
+from trajopt.moveit.robot_state import layered_positions, read_joint_positions
+
+SCENE_FIELDS = (
+    *("name", "robot_state", "robot_model_name", "fixed_frame_transforms", "link_padding"),
+    *("allowed_collision_matrix", "link_scale", "object_colors", "world", "is_diff"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SceneFile:
+    """What a planning scene file says.
+
+    Attributes:
+        path: The file.
+        scene: The robot among the objects.
+        state: Positions of the joints that the file names, by joint [rad | m].
+        world_names: Frame ids that mean the world in this file.
+        notes: Sentences on what was taken differently from how it is written, or left out.
+    """
+
+    path: Path
+    scene: Scene
+    state: Mapping[str, float]
+    world_names: frozenset[str]
+    notes: tuple[str, ...]
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of all joints, shape (number of joints,) [rad | m]."""
+        return layered_positions(self.scene.robot, self.state)
+
+
+def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
+    """Read a `moveit_msgs/PlanningScene` from YAML.
+
+    Everything is put into a fresh scene. Objects in the frame of a link stand in the world where
+    that link is at the file's robot state. Link padding becomes a clearance to keep from the
+    objects of the file; colours are ignored.
+
+    Args:
+        path: The file.
+        robot: The robot that it is about.
+        meshes: How meshes become convex; the default policy when None.
+
+    Raises:
+        FileFormatError: If the file does not say what it must, or holds an octomap.
+        NameNotFound: If it names a joint, link, frame or object that does not exist.
+    """
+    document = read_document(path).only(SCENE_FIELDS)
+    notes: list[str] = []
+    state = read_joint_positions(document["robot_state"], robot, notes)
+    names = world_names(robot) | _planning_frame(document, robot)
+    reading = Reading(names, layered_positions(robot, state), meshes, notes)
+    model = document["robot_model_name"].text("")
+    if model not in ("", robot.name):
+        notes.append(f"robot_model_name: made for {model!r}, read for {robot.name!r}")
+    if document["is_diff"].flag():
+        notes.append("is_diff: read as a whole scene, starting from an empty world")
+    scene = Scene(robot)
+    for node in document["fixed_frame_transforms"].elements():
+        scene = _with_fixed_frame(node, scene, reading)
+    world = document["world"].only(("collision_objects", "octomap"))
+    _refuse_octomap(world["octomap"])
+    for node in world["collision_objects"].elements():
+        scene = apply_object(read_object(node, reading), scene, reading)
+    for node in document["robot_state"]["attached_collision_objects"].elements():
+        scene = apply_attached(node, scene, reading)
+    scene = apply_matrix(document["allowed_collision_matrix"], scene, notes)
+    scene = _with_padding(document, scene, notes)
+    return SceneFile(Path(path), scene, state, names, tuple(notes))
+
+
+def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
+    """Return the name that the file has for the world, where it gives it away.
+
+    It is the frame of the joints of several degrees of freedom, and of a fixed frame that has no
+    other name.
+    """
+    names = {frame_id(document["robot_state"]["multi_dof_joint_state"]["header"])}
+    for node in document["fixed_frame_transforms"].elements():
+        child = node["child_frame_id"].text("").removeprefix("/")
+        if frame_id(node["header"]) in ("", child):
+            names.add(child)
+    return frozenset(names - set(robot.frame_names))
+
+
+def _with_fixed_frame(node: Node, scene: Scene, reading: Reading) -> Scene:
+    # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
+    # other way round. Either way the transform is that of the frame, seen from the world.
+    node.only(("header", "child_frame_id", "transform"))
+    where = read_placement(node["transform"], reading.notes)
+    frames = {frame_id(node["header"]), node["child_frame_id"].text("").removeprefix("/")}
+    others = sorted(frames - reading.world_names)
+    if not others:
+        if where != Placement():
+            raise node.error("displaces the world from itself")
+        return scene
+    if len(others) == len(frames):
+        raise node.error(f"neither of {', '.join(others)} is the world")
+    name = others[0]
+    if name in scene.robot.frame_names:
+        reading.notes.append(f"{node.place}: {name!r} is a frame of the robot, which comes first")
+        return scene
+    if name in scene.objects:
+        raise node.error(f"the frame {name!r} is given twice")
+    return scene.add(name, (), where)
+
+
+def _refuse_octomap(node: Node) -> None:
+    octomap = node.only(("header", "origin", "octomap"))["octomap"]
+    if octomap.has("data") and octomap["data"].value:
+        raise octomap.error("octomaps are not supported; use boxes, and leave no obstacle out")
+
+
+def _with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
+    for node in document["link_scale"].elements():
+        if node.only(("link_name", "scale"))["scale"].number(1.0) != 1.0:
+            notes.append(f"{node.place}: the scale of {node['link_name'].text()!r} is ignored")
+    margins = dict(scene.pair_margins)
+    around = [name for name in scene.objects if scene.holder(name).link == WORLD]
+    for node in document["link_padding"].elements():
+        padding = node.only(("link_name", "padding"))["padding"].number(0.0)
+        link = node["link_name"].text()
+        require(node["link_name"], FrameNotFound, "link", link, scene.robot.links)
+        if padding < 0.0:
+            raise node["padding"].error(f"is negative: {padding:g} m")
+        if padding > scene.margin:
+            notes.append(f"{node.place}: {link} keeps {padding:g} m from the objects of the world")
+            margins.update({frozenset((link, name)): padding for name in around})
+    return replace(scene, pair_margins=margins)

@@ -1,0 +1,62 @@
+"""Poses of MoveIt's files, in both spellings: lists, or mappings of x, y, z (and w)."""
+
+from math import hypot, inf
+
+from trajopt.model.placement import Placement, placement
+from trajopt.moveit.document import Node
+
+
+def read_vector(node: Node, axes: str = "xyz") -> tuple[float, ...] | None:
+    """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None where it is missing.
+
+    Args:
+        node: The vector.
+        axes: Names of its components, one letter each.
+
+    Raises:
+        FileFormatError: If a component is missing, too many, or no finite number.
+    """
+    if node.missing:
+        return None
+    if isinstance(node.value, list):
+        numbers = node.numbers()
+        if len(numbers) != len(axes):
+            raise node.error(f"needs {len(axes)} numbers ({', '.join(axes)}), has {len(numbers)}")
+        return numbers
+    node.only(axes)
+    return tuple(node[axis].number() for axis in axes)
+
+
+def read_placement(node: Node, notes: list[str]) -> Placement:
+    """Return a pose (position, orientation) or transform (translation, rotation).
+
+    What is missing is zero. A quaternion of zeros is a message field that nobody set and stands
+    for no rotation; others are normalised.
+
+    Args:
+        node: The pose; identity where it is missing.
+        notes: Receives a sentence for every quaternion that was not of unit length.
+    """
+    transform = node.has("translation") or node.has("rotation")
+    where, how = ("translation", "rotation") if transform else ("position", "orientation")
+    node.only((where, how))
+    return placement(
+        read_vector(node[where]) or (0.0, 0.0, 0.0), quaternion=read_quaternion(node[how], notes)
+    )
+
+
+def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
+    """Return a unit quaternion (x, y, z, w); no rotation where it is missing or all zero."""
+    none = (0.0, 0.0, 0.0, 1.0)
+    parts = read_vector(node, "xyzw")
+    if parts is None:
+        return none
+    length = hypot(*parts)
+    if length == 0.0:
+        notes.append(f"{node.place}: a quaternion of zeros, taken for no rotation")
+        return none
+    if not 1e-9 < length < inf:
+        raise node.error(f"a quaternion of length {length:g} is no orientation")
+    if abs(length - 1.0) > 1e-3:
+        notes.append(f"{node.place}: a quaternion of length {length:.6g}, normalised")
+    return tuple(part / length for part in parts)

@@ -1,0 +1,160 @@
+"""Nlp: a nonlinear program over knots, as block rows with stencils. It knows no robot.
+
+Variables are the knots x, shape (N, n). Every row of a residual touches few knots, so that a solver
+may use the block structure or flatten it into a sparse matrix as it likes.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+
+
+class Loss(Enum):
+    """How a residual r with weight w is penalised as a cost."""
+
+    SQUARED = "w r^2"
+    ABSOLUTE = "w |r|"
+    HINGE = "w max(0, r)"
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Linearised residual rows, r(x + dx) = value + sum_k jacobian[:, k] . dx[knots[:, k]].
+
+    Attributes:
+        value: Residuals, shape (m,).
+        jacobian: Derivatives by the knots of the stencil, shape (m, k, n).
+        knots: The knots of each row's stencil, shape (m, k).
+        component: Which component of the residual (or which pair) each row is, shape (m,).
+        place: Where along the motion each row sits, in knots, shape (m,).
+    """
+
+    value: Floats
+    jacobian: Floats
+    knots: Ints
+    component: Ints
+    place: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class CostRows:
+    """Rows that are penalised.
+
+    Attributes:
+        name: Of the residual.
+        rows: The rows.
+        weight: Weight w, shape (m,).
+        loss: The loss.
+    """
+
+    name: str
+    rows: Rows
+    weight: Floats
+    loss: Loss
+
+    @property
+    def cost(self) -> float:
+        """The cost's value."""
+        value = self.rows.value
+        if self.loss is Loss.SQUARED:
+            return float(self.weight @ value**2)
+        size = np.abs(value) if self.loss is Loss.ABSOLUTE else np.maximum(value, 0.0)
+        return float(self.weight @ size)
+
+
+@dataclass(frozen=True, eq=False)
+class ConstraintRows:
+    """Rows that must lie between bounds.
+
+    Attributes:
+        name: Of the residual.
+        rows: The rows.
+        lower: Lower bounds, shape (m,); -inf for none.
+        upper: Upper bounds, shape (m,); inf for none.
+        tolerance: Violation up to which the constraint counts as held, in the residual's unit.
+    """
+
+    name: str
+    rows: Rows
+    lower: Floats
+    upper: Floats
+    tolerance: float
+
+    @property
+    def violation(self) -> Floats:
+        """How far each row is outside its bounds, shape (m,), >= 0."""
+        value = self.rows.value
+        return np.maximum(0.0, np.maximum(self.lower - value, value - self.upper))
+
+    @property
+    def worst(self) -> float:
+        """Largest violation; 0 without rows."""
+        return float(self.violation.max(initial=0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearisation:
+    """Costs and constraints around one point.
+
+    Attributes:
+        x: The point, shape (N, n).
+        costs: Cost rows.
+        constraints: Constraint rows.
+        sampling: Samples per segment that the rows were taken on, shape (N - 1,).
+    """
+
+    x: Floats
+    costs: tuple[CostRows, ...]
+    constraints: tuple[ConstraintRows, ...]
+    sampling: Ints
+
+    @property
+    def cost(self) -> float:
+        """Sum of all costs."""
+        return sum(block.cost for block in self.costs)
+
+    @property
+    def violation(self) -> float:
+        """Sum of all violations (the L1 norm)."""
+        return float(sum(block.violation.sum() for block in self.constraints))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint holds within its tolerance."""
+        return all(block.worst <= block.tolerance for block in self.constraints)
+
+
+class Nlp(Protocol):
+    """A program over knots: minimise costs subject to constraints and bounds."""
+
+    @property
+    def lower(self) -> Floats:
+        """Lower bounds of the knots, shape (N, n); equal to upper where a knot is fixed."""
+        ...
+
+    @property
+    def upper(self) -> Floats:
+        """Upper bounds of the knots, shape (N, n)."""
+        ...
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size in each variable, shape (n,); the trust region's unit."""
+        ...
+
+    def sampling(self, x: Floats, *, fine: bool) -> Ints:
+        """Return how many samples each segment needs at x, shape (N - 1,)."""
+        ...
+
+    def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
+        """Evaluate and linearise everything at x on given samples.
+
+        Args:
+            x: Knots, shape (N, n).
+            sampling: Samples per segment, shape (N - 1,); compare points on equal samples only.
+        """
+        ...

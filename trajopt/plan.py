@@ -1,0 +1,263 @@
+"""plan(problem): seeds, transcription, solver, retiming, judge. The only place where all meet.
+
+Everything it does can be done by hand, one arrow at a time; `plan` is the sequence a reader would
+have typed.
+"""
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.problem import Problem
+from trajopt.query.dynamics import DynamicsQuery
+from trajopt.query.kinematics import Counts, KinematicsQuery
+from trajopt.result import Result, Status
+from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
+from trajopt.seeds import goal_candidates, straight_line
+from trajopt.solvers import Iteration, SolveResult, Sqp
+from trajopt.terms import constrain
+from trajopt.terms.motion import Motion
+from trajopt.terms.residual import WHOLE
+from trajopt.trajectory import Path
+from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
+from trajopt.verify import Certificate, Examination, examine, verify
+
+PATH_TOLERANCES = (5e-3, 1e-3)
+"""How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
+GOALS_TRIED = 3
+"""Goal configurations that are planned to, nearest first, before giving up."""
+
+Progress = Callable[[str, Iteration | None], None]
+"""Called with the stage, and with the solver's step while it works."""
+
+
+def plan(
+    problem: Problem,
+    *,
+    solver: Sqp | None = None,
+    rng: np.random.Generator | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Plan a motion and have it judged.
+
+    Args:
+        problem: What the motion must achieve.
+        solver: The solver with its options; the default when None.
+        rng: Draws the starts of inverse kinematics; a fixed seed when None, so that the answer is
+            the same every time.
+        progress: Called at every stage and every step of the solver.
+
+    Returns:
+        A result; `result.require()` gives the plan or raises with the reason.
+
+    Raises:
+        ProblemError: If a requirement cannot be asked of this robot.
+    """
+    run = _Planning(problem, solver or Sqp(), rng or np.random.default_rng(0), progress)
+    return run.plan()
+
+
+@dataclass(eq=False)
+class _Planning:
+    """One call of `plan`: what it has done so far."""
+
+    problem: Problem
+    solver: Sqp
+    rng: np.random.Generator
+    progress: Progress | None
+    counts: dict[str, int] = field(default_factory=dict[str, int])
+    seconds: dict[str, float] = field(default_factory=dict[str, float])
+
+    def plan(self) -> Result:
+        with self._stage("examine"):
+            refusal = self._examine_start()
+        if refusal is not None:
+            return refusal
+        with self._stage("seed"):
+            goals, refusal = self._goals()
+        if refusal is not None:
+            return refusal
+        last: Result | None = None
+        for goal in goals[:GOALS_TRIED]:
+            last = self._to(goal)
+            if last.status is Status.SOLVED:
+                break
+        assert last is not None
+        return last
+
+    def _to(self, goal: Floats) -> Result:
+        """Plan to one goal configuration."""
+        problem = self.problem
+        with self._stage("optimise"):
+            seed = straight_line(problem.reduced.start_positions, goal, problem.knots)
+            nlp = transcribe(problem, seed)
+            solved = self.solver.solve(nlp, seed, progress=self._step)
+            path = nlp.decode(solved.x)
+        self._count(
+            distance_calls=nlp.counts.distances,
+            forward_kinematics=nlp.counts.forward_kinematics,
+            qp_solves=solved.qp_solves,
+            qp_iterations=solved.qp_iterations,
+        )
+        result = self._result(Status.STUCK, _blocking(solved), path=path, solve=solved)
+        for tolerance in PATH_TOLERANCES:
+            with self._stage("retime"):
+                timed = self._retime(nlp, path, tolerance)
+            if isinstance(timed, RetimeFailure):
+                return self._result(Status.NO_TIMING, timed.reason, path=path, solve=solved)
+            with self._stage("verify"):
+                certificate = self._verify(timed)
+            status = Status.SOLVED if certificate.verified else Status.STUCK
+            if solved.feasible and not certificate.verified:
+                status = Status.NOT_VERIFIED
+            message = "" if certificate.verified else certificate.first_failure()
+            if status is Status.STUCK:
+                message = _blocking(solved)
+            result = self._result(
+                status, message, path=path, solve=solved, timed=timed, certificate=certificate
+            )
+            if certificate.verified or not solved.feasible:
+                break
+        return result
+
+    def _retime(self, nlp: KnotsNlp, path: Path, tolerance: float) -> Retimed | RetimeFailure:
+        problem, reduced = self.problem, self.problem.reduced
+        dynamics = DynamicsQuery(reduced)
+
+        def deviation(smooth: Floats, straight: Floats) -> Floats:
+            return nlp.distances.displacement(nlp.kinematics(smooth), nlp.kinematics(straight))
+
+        limits = problem.limits
+        return retime(
+            path,
+            limits,
+            inverse_dynamics=dynamics.torque if np.isfinite(limits.effort).any() else None,
+            deviation=deviation,
+            options=replace(RetimeOptions(), path_tolerance=tolerance),
+        )
+
+    def _verify(self, timed: Retimed) -> Certificate:
+        problem = self.problem
+        certificate = verify(
+            problem.reduced,
+            timed.trajectory,
+            goals=problem.goals,
+            constraints=problem.requirements,
+            limits=problem.limits,
+        )
+        self._count(judge_distance_calls=certificate.counts.distances)
+        return certificate
+
+    def _examine_start(self) -> Result | None:
+        """Refuse a start that no motion can leave."""
+        reduced = self.problem.reduced
+        seen = examine(reduced, reduced.start_positions)
+        allowed = {allowance.pair for allowance in self.problem.scene.allowances if allowance.first > 0.0}
+        refusal = self._refuse(seen, "start", allowed)
+        if refusal is not None:
+            return refusal
+        broken = self._broken(reduced.start_positions)
+        if broken:
+            return self._result(Status.START_BREAKS_CONSTRAINT, broken)
+        return None
+
+    def _goals(self) -> tuple[Sequence[Floats], Result | None]:
+        """Return goal configurations, nearest first, or why there is none."""
+        reduced = self.problem.reduced
+        goal = fixed_goal(self.problem)
+        if goal is not None:
+            allowed = {a.pair for a in self.problem.scene.allowances if a.last > 0.0}
+            refusal = self._refuse(examine(reduced, goal), "goal", allowed)
+            broken = self._broken(goal)
+            if refusal is None and broken:
+                refusal = self._result(Status.GOAL_BREAKS_CONSTRAINT, broken)
+            return (goal,), refusal
+        counts = Counts()
+        wanted = (*self.problem.goals, *self.problem.requirements)
+        found = goal_candidates(reduced, wanted, rng=self.rng, counts=counts)
+        self._count(distance_calls=counts.distances, forward_kinematics=counts.forward_kinematics)
+        if found.free:
+            return found.free, None
+        if found.blocking is not None:
+            first, second, depth = found.blocking
+            return (), self._result(
+                Status.GOAL_IN_COLLISION,
+                f"all {found.colliding} configurations that reach the goal collide; in the nearest, "
+                f"{first} is {depth * 1000:.1f} mm inside {second}",
+            )
+        return (), self._result(
+            Status.NO_INVERSE_KINEMATICS,
+            f"the nearest of the configurations tried misses the goal by {found.nearest_miss:.3g} (m, rad)",
+        )
+
+    def _refuse(
+        self, seen: Examination, end: str, allowed: set[frozenset[str]]
+    ) -> Result | None:
+        if seen.out_of_limits:
+            status = Status.START_OUT_OF_LIMITS if end == "start" else Status.GOAL_OUT_OF_LIMITS
+            return self._result(status, "; ".join(str(item) for item in seen.out_of_limits))
+        worst = [item for item in seen.collisions if frozenset(item.owners) not in allowed]
+        if worst:
+            status = Status.START_IN_COLLISION if end == "start" else Status.GOAL_IN_COLLISION
+            return self._result(status, "; ".join(str(item) for item in worst[:3]))
+        return None
+
+    def _broken(self, positions: Floats) -> str:
+        """Say which path constraint does not hold at a configuration, or nothing."""
+        reduced = self.problem.reduced
+        motion = Motion.standing(positions, KinematicsQuery(reduced, Counts()))
+        for required in self.problem.requirements:
+            for item in constrain(required, reduced, WHOLE, inset=0.0):
+                excess = item.excess(motion)
+                if excess > 0.0:
+                    return f"{required} is exceeded by {excess:.3g}"
+        return ""
+
+    def _result(
+        self,
+        status: Status,
+        message: str,
+        *,
+        path: Path | None = None,
+        solve: SolveResult | None = None,
+        timed: Retimed | None = None,
+        certificate: Certificate | None = None,
+    ) -> Result:
+        return Result(
+            problem=self.problem,
+            status=status,
+            message=message,
+            path=path,
+            solve=solve,
+            timed=timed,
+            certificate=certificate,
+            counts=dict(self.counts),
+            cpu_seconds=dict(self.seconds),
+        )
+
+    def _step(self, iteration: Iteration) -> None:
+        if self.progress is not None:
+            self.progress("optimise", iteration)
+
+    def _count(self, **numbers: int) -> None:
+        for name, number in numbers.items():
+            self.counts[name] = self.counts.get(name, 0) + number
+
+    @contextmanager
+    def _stage(self, name: str) -> Iterator[None]:
+        if self.progress is not None:
+            self.progress(name, None)
+        begin = time.process_time()
+        yield
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
+
+
+def _blocking(solved: SolveResult) -> str:
+    """Say what the solver could not satisfy."""
+    parts = [f"{name} by {size:.3g}" for name, size in solved.violations().items() if size > 0.0]
+    broken = ", ".join(parts) or "nothing"
+    return f"{solved.status.value}; still violated: {broken}"

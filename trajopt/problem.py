@@ -1,0 +1,163 @@
+"""Problem: what a motion must achieve, frozen; it says what it is when printed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import entry_points
+
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ProblemError, ProblemNotFound
+from trajopt.model.limits import JointLimits
+from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.requirements import (
+
+    AxisAlignment,
+    FramePlacement,
+    JointPositions,
+    Requirement,
+)
+from trajopt.model.scene import Scene
+from trajopt.terms.residual import Constraint, Cost
+from trajopt.terms.smoothness import Acceleration, Velocity
+
+DEFAULT_KNOTS = 24
+"""Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
+
+
+def default_costs() -> tuple[Cost, ...]:
+    """Return the costs of a problem that names none: short and smooth."""
+    return (Cost(Velocity()), Cost(Acceleration()))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Problem:
+    """A planning problem: from a start to a goal, holding constraints, at least cost.
+
+    Attributes:
+        scene: The robot and what is around it, with the clearance to keep.
+        start: Name of a state, joint -> position [rad | m], or positions of all joints.
+        goal: What must hold at the end: one requirement or several.
+        group: The planning group; may be left out where the robot has one only.
+        constraints: What must hold all the way: requirements, or residuals of your own with bounds.
+        costs: What to minimise; squared velocity and acceleration unless told otherwise.
+        knots: Number of knots of the path.
+        velocity_scaling: Factor in (0, 1] on the velocity limits.
+        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        name: For reports.
+    """
+
+    scene: Scene
+    start: str | Mapping[str, float] | Floats
+    goal: Requirement | Sequence[Requirement]
+    group: str = ""
+    constraints: Sequence[Requirement | Constraint] = ()
+    costs: Sequence[Cost] | None = None
+    knots: int = DEFAULT_KNOTS
+    velocity_scaling: float = 1.0
+    acceleration_scaling: float = 1.0
+    name: str = "problem"
+
+    def __post_init__(self) -> None:
+        """Check names and numbers, so that no solver meets a malformed problem."""
+        robot = self.scene.robot
+        if not self.group:
+            if len(robot.groups) != 1:
+                raise ProblemError(f"name the group to plan for: {', '.join(robot.groups)}")
+            object.__setattr__(self, "group", next(iter(robot.groups)))
+        if not robot.group(self.group).joints:
+            raise ProblemError(f"group {self.group!r} has no joint to move")
+        if not isinstance(self.start, str | Mapping):
+            start = floats("start", self.start, (len(robot.joint_names),))
+        else:
+            start = robot.positions(self.start)
+        object.__setattr__(self, "start", start)
+        goals = (self.goal,) if isinstance(self.goal, Requirement) else tuple(self.goal)
+        if not goals:
+            raise ProblemError("a problem needs a goal")
+        object.__setattr__(self, "goal", goals)
+        object.__setattr__(self, "constraints", tuple(self.constraints))
+        costs = default_costs() if self.costs is None else tuple(self.costs)
+        object.__setattr__(self, "costs", costs)
+        if self.knots < 3:
+            raise ProblemError(f"knots must be at least 3, are {self.knots}")
+        for label in ("velocity_scaling", "acceleration_scaling"):
+            if not 0.0 < number(label, getattr(self, label)) <= 1.0:
+                raise ProblemError(f"{label} must lie in (0, 1], is {getattr(self, label)}")
+        for requirement in (*goals, *self.constraints):
+            self._check_names(requirement)
+
+    @cached_property
+    def reduced(self) -> ReducedModel:
+        """The robot with only the group's joints free."""
+        return reduce_model(self.scene, self.group, self.start_positions)
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the group's joints, with the scaling factors applied."""
+        return self.reduced.limits.scaled(
+            velocity=self.velocity_scaling, acceleration=self.acceleration_scaling
+        )
+
+    @property
+    def start_positions(self) -> Floats:
+        """Positions of all joints at the start, shape (number of joints,) [rad | m]."""
+        assert not isinstance(self.start, str | Mapping)
+        return self.start
+
+    @property
+    def goals(self) -> tuple[Requirement, ...]:
+        """What must hold at the end."""
+        assert not isinstance(self.goal, Requirement)
+        return tuple(self.goal)
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What must hold all the way and is plain data, so that the judge can prove it."""
+        return tuple(item for item in self.constraints if isinstance(item, Requirement))
+
+    def _check_names(self, item: Requirement | Constraint) -> None:
+        match item:
+            case JointPositions():
+                self.scene.robot.index(item.positions)
+            case FramePlacement() | AxisAlignment():
+                self.scene.holder(item.frame)
+                self.scene.holder(item.reference)
+            case _:
+                pass
+
+    def __repr__(self) -> str:
+        """Say in a few lines what is asked."""
+        objects = ", ".join(self.scene.objects) or "nothing"
+        lines = [
+            f"Problem {self.name!r}: {self.scene.robot.name}, group {self.group!r}, {self.knots} knots",
+            f"  around it    {objects}; clearance {self.scene.margin * 1000:g} mm",
+            *(f"  at the end   {goal}" for goal in self.goals),
+            *(
+                f"  all the way  {item if isinstance(item, Requirement) else item.residual.name}"
+                for item in self.constraints
+            ),
+            "  at least     "
+            + " + ".join(f"{cost.weight:g} x {cost.residual.name}" for cost in self.costs or ()),
+        ]
+        if min(self.velocity_scaling, self.acceleration_scaling) < 1.0:
+            lines.append(
+                f"  no faster    {self.velocity_scaling:g} of velocity, "
+                f"{self.acceleration_scaling:g} of acceleration limits"
+            )
+        return "\n".join(lines)
+
+
+
+
+def named_problem(name: str) -> Problem:
+    """Return an installed problem by name ("cup_past_pillar").
+
+    Names come from the entry-point group `trajopt.problems`, so any package can add some.
+
+    Raises:
+        ProblemNotFound: If there is none of that name.
+    """
+    installed = {entry.name: entry for entry in entry_points(group="trajopt.problems")}
+    if name not in installed:
+        raise ProblemNotFound("installed problem", name, installed)
+    return installed[name].load()()

@@ -1,0 +1,1 @@
+"""Numbers of given configurations: placements, signed distances, dynamics."""

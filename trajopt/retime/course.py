@@ -1,0 +1,90 @@
+"""A smooth path on a grid, with everything that the passes over it need."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.limits import JointLimits
+from trajopt.retime.profile import Profile, from_control
+from trajopt.retime.reachability import fastest
+from trajopt.retime.smooth import SmoothPath
+from trajopt.retime.stages import Rows, Stages, rooms, squared_speed_bound, stages, stations
+from trajopt.retime.torque import TorqueLimits, torque_rows
+from trajopt.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Bounds:
+    """Limits at every point of a grid, so that they can be tightened in some places only.
+
+    Attributes:
+        velocity: At the k + 1 stations, shape (k + 1, n) [rad/s | m/s].
+        rows: Of acceleration and torque at the k grid points, shape (k, n + m).
+    """
+
+    velocity: Floats
+    rows: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A smooth path on a grid of k points.
+
+    Attributes:
+        s: Grid, shape (k,).
+        q: Positions at the grid points, shape (k, n) [rad | m].
+        dq: dq/ds there, shape (k, n).
+        ddq: d²q/ds² there, shape (k, n).
+        slope: dq/ds at the stations, shape (k + 1, n).
+        rows: The n accelerations, then the m limited torques.
+        stages: The same as half-planes.
+        bounds: The limits, the same at all points.
+    """
+
+    s: Floats
+    q: Floats
+    dq: Floats
+    ddq: Floats
+    slope: Floats
+    rows: Rows
+    stages: Stages
+    bounds: Bounds
+
+
+def course(path: SmoothPath, s: Floats, limits: JointLimits, torque: TorqueLimits | None) -> Course:
+    """Evaluate a path and its limits on a grid.
+
+    Args:
+        path: The smooth path.
+        s: Grid, from 0 to the length of the path, shape (k,).
+        limits: Velocity and acceleration limits of its joints.
+        torque: Torque limits, if there are any.
+    """
+    q, dq, ddq = path(s), path(s, 1), path(s, 2)
+    rows, limit = Rows(dq, ddq, np.zeros_like(dq)), limits.acceleration
+    if torque is not None:
+        more = torque_rows(torque, q, dq, ddq)
+        rows = Rows(*(np.hstack(pair) for pair in ((dq, more.a), (ddq, more.b), (rows.c, more.c))))
+        limit = np.concatenate((limit, torque.limit))
+    slope = path(stations(s), 1)
+    bounds = Bounds(np.tile(limits.velocity, (len(slope), 1)), np.tile(limit, (len(s), 1)))
+    return Course(s, q, dq, ddq, slope, rows, stages(s, rows), bounds)
+
+
+def fastest_profile(course: Course, bounds: Bounds) -> Profile:
+    """Find the fastest profile from rest to rest within limits that hold at the grid points."""
+    bound = squared_speed_bound(course.slope, bounds.velocity)
+    return from_control(course.s, fastest(course.stages, rooms(course.rows, bounds.rows), bound))
+
+
+def trajectory(course: Course, profile: Profile, joint_names: tuple[str, ...]) -> Trajectory:
+    """Time a path: a point of the trajectory at each grid point."""
+    x = profile.x[:, None]
+    return Trajectory(
+        joint_names,
+        profile.times,
+        course.q,
+        course.dq * np.sqrt(x),
+        course.dq * profile.u[:, None] + course.ddq * x,
+    )

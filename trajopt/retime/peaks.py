@@ -1,0 +1,99 @@
+"""How far a trajectory uses its limits, also between its points, and what follows from it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.retime.course import Bounds, Course
+from trajopt.retime.extremes import acceleration_range, speed_peaks
+from trajopt.retime.torque import TorqueLimits, torque_range
+from trajopt.trajectory import Trajectory
+
+LEAST_ROOM = 0.1
+"""Part of the room beside gravity that tightening always leaves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Peaks:
+    """Extremes in each of the k - 1 pieces of a trajectory.
+
+    Attributes:
+        speed: Largest absolute velocities, shape (k - 1, n) [rad/s | m/s].
+        low: Least accelerations, then least torques, shape (k - 1, n + m).
+        high: Largest accelerations, then largest torques, shape (k - 1, n + m).
+    """
+
+    speed: Floats
+    low: Floats
+    high: Floats
+
+
+def peaks(trajectory: Trajectory, torque: TorqueLimits | None) -> Peaks:
+    """Measure a trajectory: velocity and acceleration exactly, torque at samples with a supplement."""
+    low, high = acceleration_range(trajectory)
+    if torque is not None:
+        least, largest = torque_range(torque, trajectory)
+        low, high = np.hstack((low, least)), np.hstack((high, largest))
+    return Peaks(speed_peaks(trajectory), low, high)
+
+
+@dataclass(frozen=True, eq=False)
+class Slowdown:
+    """How much slower a trajectory must be run so that its limits hold.
+
+    Attributes:
+        factor: Of all times; not above 1 when the limits hold.
+        column: The limit that asks for it: velocities (n), then accelerations and torques (n + m).
+        piece: The piece of the trajectory in which it does.
+        factors: What each piece alone would ask for, shape (k - 1,).
+    """
+
+    factor: float
+    column: int
+    piece: int
+    factors: Floats
+
+
+def slowdown(course: Course, peaks: Peaks) -> Slowdown:
+    """Find by how much time must be stretched uniformly.
+
+    Stretching by k divides velocities by k, and by k² accelerations and that part of the torque
+    which is not gravity.
+
+    Args:
+        course: The path on the grid of the trajectory.
+        peaks: What was measured of the trajectory.
+    """
+    velocity = course.bounds.velocity[0]
+    speed = peaks.speed / np.where(velocity > 0.0, velocity, 1.0)
+    limit, still = course.bounds.rows[0], (course.rows.c[:-1] + course.rows.c[1:]) / 2.0
+    least = 1e-9 * limit
+    square = np.maximum(
+        (peaks.high - still) / np.maximum(limit - still, least),
+        (still - peaks.low) / np.maximum(limit + still, least),
+    )
+    factor = np.hstack((speed, np.sqrt(np.maximum(square, 0.0))))
+    piece, column = divmod(int(factor.argmax()), factor.shape[1])
+    return Slowdown(float(factor[piece, column]), column, piece, factor.max(axis=1))
+
+
+def tightened(course: Course, bounds: Bounds, peaks: Peaks) -> Bounds:
+    """Lower limits beside the pieces that exceed them, by as much as they do.
+
+    Args:
+        course: The path on the grid of the trajectory.
+        bounds: Limits with which the trajectory was found.
+        peaks: What was measured of it.
+    """
+    velocity, limit = course.bounds.velocity[0], course.bounds.rows[0]
+    over = np.maximum(peaks.speed / np.where(velocity > 0.0, velocity, 1.0), 1.0)
+    stations = np.ones_like(bounds.velocity)
+    for shift in range(3):  # the stations before, within and after each piece
+        part = stations[shift : shift + len(over)]
+        np.maximum(part, over, out=part)
+    excess = np.maximum(np.maximum(peaks.high, -peaks.low) - limit, 0.0)
+    beside = np.vstack((excess[:1], np.maximum(excess[:-1], excess[1:]), excess[-1:]))
+    still = np.abs(course.rows.c)
+    floor = still + LEAST_ROOM * (limit - still)
+    return Bounds(bounds.velocity / stations, np.maximum(bounds.rows - beside, floor))

@@ -1,0 +1,132 @@
+"""The fastest squared speeds on a grid: one pass backward, one forward.
+
+The backward pass finds, for each grid point, the largest x = (ds/dt)² from which the goal can still
+be reached; the forward pass takes the largest x that stays below. Standing still must be allowed
+at every grid point (`rooms` positive): then rest can be reached from 0 up to that x, the feasible
+half-planes of an interval hold the origin, and both passes always succeed.
+
+Source: Pham and Pham, IEEE T-RO 34(3), 2018, algorithm 1 (TOPP-RA). Here the two linear programs of
+each interval are reduced beforehand, for all intervals at once, to the least of some straight lines.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.retime.stages import Stages
+
+ROUNDS = 60
+"""Most cuts of the search along a polygon; each cut drops one of its at most 4 m sides."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Straight lines offset - slope * argument, shape (k, 4 m); unused ones are at infinity."""
+
+    offset: Floats
+    slope: Floats
+
+    def highest(self, argument: Floats) -> tuple[Floats, Floats]:
+        """Return the largest line at an argument per interval (k,), and its slope."""
+        return self._pick((self.offset - self.slope * argument[:, None]).argmax(axis=1), argument)
+
+    def lowest(self, argument: Floats) -> tuple[Floats, Floats]:
+        """Return the smallest line at an argument per interval (k,), and its slope."""
+        return self._pick((self.offset - self.slope * argument[:, None]).argmin(axis=1), argument)
+
+    def _pick(self, index: np.ndarray, argument: Floats) -> tuple[Floats, Floats]:
+        rows = np.arange(len(index))
+        slope = self.slope[rows, index]
+        return self.offset[rows, index] - slope * argument, -slope
+
+
+def fastest(stages: Stages, room: Floats, bound: Floats) -> Floats:
+    """Find the pointwise largest control values of a profile from rest to rest.
+
+    Args:
+        stages: Half-planes at the k grid points.
+        room: Their right-hand sides, positive, shape (k, 4 m).
+        bound: Bound at the stations, positive, shape (k + 1,).
+
+    Returns:
+        Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.
+    """
+    above = _bounds(room, stages.held, stages.onward, upper=True)
+    onward = _bounds(room, stages.onward, stages.held, upper=True)
+    summit = _summit(above, _bounds(room, stages.held, stages.onward, upper=False), bound[1:])
+    controllable = _backward(above, summit, bound)
+    count = len(bound)
+    x = [0.0] * count
+    offset, slope = list(onward.offset), list(onward.slope)
+    for i in range(count - 1):
+        x[i + 1] = max(0.0, min(float((offset[i] - slope[i] * x[i]).min()), controllable[i + 1]))
+    return np.array(x)
+
+
+def _bounds(room: Floats, factor: Floats, other: Floats, *, upper: bool) -> _Lines:
+    """Solve factor * y + other * argument <= room for y: upper or lower bounds of y."""
+    used = factor > 0.0 if upper else factor < 0.0
+    safe = np.where(used, factor, 1.0)
+    return _Lines(
+        np.where(used, room / safe, np.inf if upper else -np.inf), np.where(used, other / safe, 0.0)
+    )
+
+
+def _backward(above: _Lines, summit: Floats, bound: Floats) -> list[float]:
+    """Largest x at each grid point from which rest at the goal can be reached."""
+    most, peaks = [float(value) for value in bound], [float(value) for value in summit]
+    offset, slope = list(above.offset), list(above.slope)
+    ahead = most[-1] = 0.0
+    for i in range(len(most) - 2, -1, -1):
+        ahead = min(peaks[i], ahead)
+        ahead = max(0.0, min(float((offset[i] - slope[i] * ahead).min()), most[i]))
+        most[i] = ahead
+    return most
+
+
+def _summit(above: _Lines, below: _Lines, bound: Floats) -> Floats:
+    """Per interval, the x at its end, at most `bound`, for which x at its begin can be largest."""
+    end = bound.copy()
+    for _ in range(ROUNDS):  # Newton from the right to where the upper and lower bounds meet
+        high, high_slope = above.lowest(end)
+        low, low_slope = below.highest(end)
+        gap, closing = high - low, low_slope - high_slope
+        outside = (gap < 0.0) & (closing > 0.0)
+        if not outside.any():
+            break
+        step = np.where(outside, gap / np.where(outside, closing, 1.0), 0.0)
+        outside &= -step > 1e-15 * end
+        end = np.maximum(end + step, 0.0)
+        if not outside.any():
+            break
+    return _highest_point(above, end)
+
+
+def _highest_point(above: _Lines, end: Floats) -> Floats:
+    """Per interval, the argument in [0, end] where the least of the lines is largest."""
+    begin = np.zeros_like(end)
+    left, rise = above.lowest(begin)
+    right, fall = above.lowest(end)
+    rising, falling = rise > 0.0, fall < 0.0
+    best = np.where(falling, begin, end)
+    active = rising & falling
+    for _ in range(ROUNDS):
+        if not active.any():
+            break
+        # The lines that are lowest at both sides cross above the summit, at an argument between.
+        slopes = np.where(active, rise - fall, 1.0)
+        crossing = (right - left - fall * end + rise * begin) / slopes
+        crossing = np.where(active, np.clip(crossing, begin, end), best)
+        value, slope = above.lowest(crossing)
+        met = value >= left + rise * (crossing - begin) - 1e-13 * np.abs(value)
+        best = np.where(active, crossing, best)
+        active = active & ~met & (slope != 0.0)
+        up, down = active & (slope > 0.0), active & (slope < 0.0)
+        begin, left, rise = (
+            np.where(up, new, old) for new, old in ((crossing, begin), (value, left), (slope, rise))
+        )
+        end, right, fall = (
+            np.where(down, new, old) for new, old in ((crossing, end), (value, right), (slope, fall))
+        )
+    return best

@@ -1,0 +1,67 @@
+"""Why a path cannot be timed: the limit that no speed can hold."""
+
+import numpy as np
+
+from trajopt.model.limits import JointLimits
+from trajopt.retime.course import Course
+from trajopt.retime.peaks import Slowdown
+from trajopt.retime.polyline import Polyline
+from trajopt.retime.result import RetimeFailure
+from trajopt.retime.torque import TorqueLimits
+
+GRAVITY = 1.0 - 1e-6
+"""Part of a torque limit that holding still may take; a path that needs more is refused."""
+
+
+def immovable(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
+    """Find a joint that the path moves although a limit forbids it to move at all."""
+    moved = np.ptp(line.corners, axis=0) > 0.0
+    for name, limit in (("velocity", limits.velocity), ("acceleration", limits.acceleration)):
+        stuck = np.nonzero(moved & (limit <= 0.0))[0]
+        if len(stuck):
+            joint = limits.joint_names[int(stuck[0])]
+            first = int(np.nonzero(line.corners[:, stuck[0]])[0][0]) - 1
+            return RetimeFailure(
+                f"the {name} limit of {joint} is {limit[stuck[0]]:g}, but the path moves it",
+                joint,
+                float(line.parameters[first] / line.length),
+            )
+    return None
+
+
+def unholdable(course: Course, limits: JointLimits, torque: TorqueLimits | None) -> RetimeFailure | None:
+    """Find the point where holding still takes more torque than there is.
+
+    A path through such a point could be passed in one swing only, and nowhere be stopped.
+    """
+    if torque is None:
+        return None
+    still = course.rows.c[:, -len(torque.joints) :]
+    usable = torque.limit > 0.0
+    part = np.where(usable, np.abs(still) / np.where(usable, torque.limit, 1.0), np.inf)
+    row, column = np.unravel_index(int(part.argmax()), part.shape)
+    if part[row, column] < GRAVITY:
+        return None
+    joint = limits.joint_names[int(torque.joints[column])]
+    return RetimeFailure(
+        f"{joint} needs {abs(still[row, column]):.4g} only to hold still there, "
+        f"its effort limit is {torque.limit[column]:.4g}",
+        joint,
+        float(course.s[row] / course.s[-1]),
+    )
+
+
+def exceeded(
+    course: Course, found: Slowdown, limits: JointLimits, torque: TorqueLimits | None
+) -> RetimeFailure:
+    """Name the limit that a trajectory exceeds however slow it is."""
+    kind, place = divmod(found.column, len(limits.joint_names))
+    if kind > 1 and torque is not None:
+        place = int(torque.joints[found.column - 2 * len(limits.joint_names)])
+    joint = limits.joint_names[place]
+    return RetimeFailure(
+        f"the {('velocity', 'acceleration', 'effort')[min(kind, 2)]} limit of {joint} "
+        "is exceeded there however slow the motion is",
+        joint,
+        float(course.s[found.piece] / course.s[-1]),
+    )

@@ -1,0 +1,143 @@
+"""Smoothing a polyline: exact in its knots, except at corners too sharp for the tolerance.
+
+The control points lie on the polyline (Schoenberg's spline, which reproduces straight lines and
+never oscillates), and are moved so that the spline passes through every knot. Where it then leaves
+the polyline by more than the tolerance, the knot is given up for a rounded corner: its control
+points stay on the polyline, and two spline knots beside it say how near to it the rounding begins.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints
+from trajopt.retime.polyline import Polyline
+from trajopt.retime.smooth import SmoothPath, design, greville
+
+DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
+"""Positions (S, n) on the smooth path and on the polyline -> how far any body moves (S,) [m]."""
+
+SAMPLES = 8
+"""Samples per piece of the spline at which its distance from the polyline is measured."""
+BETWEEN = 0.98
+"""Part of the tolerance that samples may use: the arcs between them are that much higher at most."""
+SHRINK = 0.1
+"""Least factor by which a rounding gets smaller in one step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothing:
+    """A smooth path and how far it leaves the polyline.
+
+    Attributes:
+        path: The smooth path.
+        deviation: Largest deviation at the samples, by the measure of the bound.
+    """
+
+    path: SmoothPath
+    deviation: float
+
+
+def smooth(
+    line: Polyline,
+    *,
+    lower: Floats,
+    upper: Floats,
+    deviation: DeviationBound | None,
+    tolerance: float,
+) -> Smoothing:
+    """Find a smooth path within the tolerance of a polyline of positive length.
+
+    Each step either rounds one more corner or shrinks a rounding, and the deviation at a rounded
+    corner is proportional to its size: so this ends. Control points are held within the position
+    limits, hence so is the whole path.
+
+    Args:
+        line: The polyline.
+        lower: Lower position limits, shape (n,) [rad | m].
+        upper: Upper position limits, shape (n,) [rad | m].
+        deviation: How far bodies move between two positions; None for the joint difference.
+        tolerance: Largest deviation, in the unit of the bound.
+    """
+    box = (
+        np.minimum(lower - line.origin, line.corners.min(axis=0)),
+        np.maximum(upper - line.origin, line.corners.max(axis=0)),
+    )
+    count, lengths = len(line.corners), np.diff(line.parameters)
+    rounded = np.zeros(count, dtype=np.bool_)
+    reach = np.full(count, np.inf)
+    reach[1:-1] = np.minimum(lengths[:-1], lengths[1:]) / 2.0
+    while True:
+        knots, through = _spline_knots(line, rounded, reach)
+        path = SmoothPath(line.origin, line.goal, knots, np.clip(_control(line, knots, through), *box))
+        s = (knots[:-1, None] + np.diff(knots)[:, None] * np.arange(SAMPLES) / SAMPLES).ravel()
+        far = _measure(path(s), line.origin + line(s), deviation)
+        worst = float(far.max())
+        if worst <= BETWEEN * tolerance or count == 2:
+            return Smoothing(path, worst)
+        _round_corners(line.parameters, s, far / (BETWEEN * tolerance), rounded, reach)
+
+
+def _measure(on_path: Floats, on_line: Floats, deviation: DeviationBound | None) -> Floats:
+    if deviation is None:
+        return np.abs(on_path - on_line).max(axis=1)
+    return deviation(on_path, on_line)
+
+
+def _spline_knots(line: Polyline, rounded: Bools, reach: Floats) -> tuple[Floats, Ints]:
+    """Knots of the spline, and the places among them of polyline knots to pass through."""
+    knots: list[float] = [0.0]
+    through: list[int] = []
+    for index in range(1, len(rounded)):
+        begin, end = float(line.parameters[index - 1]), float(line.parameters[index])
+        leave = begin + float(reach[index - 1]) if rounded[index - 1] else None
+        enter = end - float(reach[index]) if rounded[index] else None
+        if leave is not None and enter is not None and enter - leave < 1e-3 * (end - begin):
+            knots.append((leave + enter) / 2.0)
+        else:
+            knots.extend(place for place in (leave, enter) if place is not None)
+        if not rounded[index] and index < len(rounded) - 1:
+            through.append(len(knots))
+        knots.append(end)
+    return np.array(knots), np.array(through, dtype=np.int64)
+
+
+def _control(line: Polyline, knots: Floats, through: Ints) -> Floats:
+    """Control points on the polyline, moved where the spline must pass through a knot."""
+    control = line(greville(knots))
+    if len(through):
+        weights = design(knots, knots[through])
+        moved = through + 1  # the control point with the most weight at that knot
+        control[moved] += np.linalg.solve(weights[:, moved], line(knots[through]) - weights @ control)
+    return control
+
+
+def _round_corners(corners: Floats, s: Floats, ratio: Floats, rounded: Bools, reach: Floats) -> None:
+    """Round the corners beside which the deviation is too large, or shrink their rounding.
+
+    Too large a deviation rounds the nearer corner of its segment, or else the other one; only
+    when both are rounded (or an end) does the nearer rounding shrink.
+
+    Args:
+        corners: Parameters of the polyline's corners, shape (m,).
+        s: Parameters of the samples.
+        ratio: Deviation over tolerance at the samples.
+        rounded: Which corners are rounded; changed in place.
+        reach: Size of each rounding in the parameter; changed in place.
+    """
+    last = len(corners) - 1
+    right = np.clip(np.searchsorted(corners, s, side="right"), 1, last)
+    left = right - 1
+    near_left = s - corners[left] <= corners[right] - s
+    near = np.where((near_left & (left > 0)) | (right == last), left, right)
+    other = left + right - near
+    sharp = ~rounded
+    sharp[[0, last]] = False
+    blamed = np.where(sharp[other] & ~sharp[near], other, near)
+    worst = np.zeros(last + 1)
+    np.maximum.at(worst, blamed, ratio)
+    shrunk = rounded & (worst > 1.0)
+    reach[shrunk] *= np.maximum(SHRINK, 0.95 / worst[shrunk])
+    rounded |= sharp & (worst > 1.0)

@@ -1,0 +1,51 @@
+"""The last step: one uniform stretch of time, so that every limit holds truly."""
+
+from trajopt.retime.course import Course
+from trajopt.retime.peaks import Slowdown, peaks, slowdown
+from trajopt.retime.torque import TorqueLimits
+from trajopt.trajectory import Trajectory
+
+ROUNDS = 16
+"""Most stretches; one is enough but for rounding errors and friction."""
+
+
+def hold(
+    course: Course,
+    trajectory: Trajectory,
+    needed: Slowdown,
+    torque: TorqueLimits | None,
+    shortest: float,
+) -> Trajectory | Slowdown:
+    """Slow a trajectory down until it holds its limits, and measure that it does.
+
+    Args:
+        course: The path on the grid of the trajectory.
+        trajectory: What to slow down.
+        needed: By how much, as measured.
+        torque: Torque limits, if there are any.
+        shortest: Least duration [s].
+
+    Returns:
+        The trajectory, or what it still exceeds: torque that does not decrease with the speed.
+    """
+    factor = max(needed.factor, shortest / trajectory.duration)
+    for attempt in range(ROUNDS):
+        if factor <= 1.0:
+            return trajectory
+        trajectory = slowed(trajectory, factor)
+        needed = slowdown(course, peaks(trajectory, torque))
+        # Each next stretch goes a little beyond, more and more: it must not end in rounding errors.
+        factor = needed.factor * (1.0 + 1e-12 * 8.0**attempt if needed.factor > 1.0 else 1.0)
+    return needed
+
+
+def slowed(trajectory: Trajectory, factor: float) -> Trajectory:
+    """Run the same path slower: times multiplied by a factor."""
+    assert trajectory.velocities is not None and trajectory.accelerations is not None
+    return Trajectory(
+        trajectory.joint_names,
+        trajectory.times * factor,
+        trajectory.positions,
+        trajectory.velocities / factor,
+        trajectory.accelerations / factor**2,
+    )

@@ -1,0 +1,94 @@
+"""Picture files: a PNG of one or several pictures, an animated GIF, an MP4 film."""
+
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from PIL import Image as Pillow
+from PIL import ImageDraw, ImageFont
+
+from trajopt.errors import FileFormatError, MissingExtra
+from trajopt.simulate.offscreen import Image
+
+SUFFIXES = (".png", ".gif", ".mp4")
+"""Kinds of files that can be written."""
+GAP = 6
+"""White between the pictures of a film strip [pixels]."""
+
+
+def check_path(path: Path) -> str:
+    """Return the lower-case suffix of a picture file that can be written.
+
+    Raises:
+        FileFormatError: If it is none of `SUFFIXES`, or its folder does not exist.
+        MissingExtra: If it is MP4 and the package that brings ffmpeg is not installed.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in SUFFIXES:
+        raise FileFormatError(str(path), f"pictures end in {', '.join(SUFFIXES)}")
+    if not path.parent.is_dir():
+        raise FileFormatError(str(path), "its folder does not exist")
+    if suffix == ".mp4" and find_spec("imageio_ffmpeg") is None:
+        raise MissingExtra("imageio-ffmpeg", "video")
+    return suffix
+
+
+def write_strip(path: Path, pictures: list[Image]) -> None:
+    """Write pictures side by side, in rows of about as many as there are rows."""
+    columns = int(np.ceil(np.sqrt(len(pictures))))
+    rows = -(-len(pictures) // columns)
+    height, width = pictures[0].shape[:2]
+    sheet = np.full((rows * (height + GAP) - GAP, columns * (width + GAP) - GAP, 3), 255, np.uint8)
+    for place, picture in enumerate(pictures):
+        top, left = place // columns * (height + GAP), place % columns * (width + GAP)
+        sheet[top : top + height, left : left + width] = picture
+    Pillow.fromarray(sheet).save(path, optimize=True)
+
+
+def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
+    """Write an endless animation, all pictures in the colours of the first."""
+    frames: list[Pillow.Image] = []
+    for picture in pictures:
+        image = Pillow.fromarray(picture)
+        if frames:
+            frames.append(image.quantize(palette=frames[0], dither=Pillow.Dither.NONE))
+        else:
+            frames.append(image.quantize(colors=256, dither=Pillow.Dither.NONE))
+    # Times are whole hundredths of a second in this format.
+    duration = 10 * max(2, round(100.0 / fps))
+    frames[0].save(
+        path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=False
+    )
+
+
+def write_mp4(path: Path, pictures: Iterable[Image], fps: float) -> None:
+    """Write an H.264 film."""
+    imageio = import_module("imageio.v3")  # slow to import, and used for films only
+    frames = np.stack(list(pictures))
+    imageio.imwrite(
+        path, frames, plugin="FFMPEG", fps=fps, codec="libx264", quality=8, macro_block_size=2
+    )
+
+
+def labelled(picture: Image, text: str) -> Image:
+    """Write a line of text into the lower left corner."""
+    image = Pillow.fromarray(np.ascontiguousarray(picture))
+    size = max(12, picture.shape[0] // 28)
+    margin = size // 2
+    ImageDraw.Draw(image).text(
+        (margin, picture.shape[0] - margin),
+        text,
+        fill=(70, 76, 84),
+        font=ImageFont.load_default(size),
+        anchor="lb",
+    )
+    return np.asarray(image)
+
+
+WRITERS: dict[str, Callable[[Path, Iterable[Image], float], None]] = {
+    ".gif": write_gif,
+    ".mp4": write_mp4,
+}
+"""How films are written, by suffix."""

@@ -1,0 +1,128 @@
+"""Drawing without a window: finds an OpenGL that works here, and reads pictures from it."""
+
+import os
+import sys
+from collections.abc import Sequence
+from ctypes.util import find_library
+from importlib import import_module
+from types import TracebackType
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from trajopt.errors import TrajoptError
+
+Image = NDArray[np.uint8]
+
+PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
+"""What brings OpenGL to a Debian or Ubuntu without a graphics card."""
+
+
+class RenderingUnavailable(TrajoptError, RuntimeError):
+    """No way to draw was found; the message says what was tried and what to install."""
+
+    def __init__(self, tried: Sequence[str]) -> None:
+        """Keep what was tried, each with the reason why it failed."""
+        self.tried = tuple(tried)
+        super().__init__(
+            "no OpenGL to draw with: " + ("; ".join(tried) or "nothing found") + f". Try: {PACKAGES}"
+        )
+
+
+def backends() -> tuple[str, ...]:
+    """Return the ways to draw that are worth trying here, best first.
+
+    The environment variable MUJOCO_GL ("egl", "osmesa", "glfw", "cgl") decides alone when set.
+    Otherwise EGL, which needs no display; OSMesa where there is no EGL; and a hidden window.
+    """
+    asked = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if asked in ("egl", "osmesa", "glfw", "cgl"):
+        return (asked,)
+    if asked in ("disable", "disabled", "off", "false", "0"):
+        return ()
+    if sys.platform == "darwin":
+        return ("cgl", "glfw")
+    found: list[str] = []
+    if sys.platform.startswith("linux"):
+        # PyOpenGL binds to one of the two for good, so the second is no fallback of the first.
+        if find_library("EGL"):
+            found.append("egl")
+        elif find_library("OSMesa"):
+            found.append("osmesa")
+        if not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+            return tuple(found)
+    return (*found, "glfw")
+
+
+def open_context(width: int, height: int) -> Any:
+    """Open an OpenGL context for pictures of up to this many pixels, and make it current.
+
+    MuJoCo's own choice is made when it is imported, which is too late to be corrected; its
+    context classes are used directly instead.
+
+    Raises:
+        RenderingUnavailable: If none can be had.
+    """
+    tried: list[str] = []
+    for backend in backends():
+        platform = os.environ.get("PYOPENGL_PLATFORM")
+        try:
+            context = import_module(f"mujoco.{backend}").GLContext(width, height)
+            context.make_current()
+            return context
+        except Exception as error:
+            tried.append(f"{backend}: {type(error).__name__}: {error}")
+            if platform is None:
+                os.environ.pop("PYOPENGL_PLATFORM", None)
+    if not tried and os.environ.get("MUJOCO_GL"):
+        tried.append(f"MUJOCO_GL={os.environ['MUJOCO_GL']} turns drawing off")
+    raise RenderingUnavailable(tried)
+
+
+class Offscreen:
+    """An OpenGL context with a model's meshes and textures loaded; use it in a `with`."""
+
+    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+        """Open the context; the model's offscreen buffer must be at least this large.
+
+        Args:
+            model: MuJoCo's model.
+            width: Of the pictures [pixels].
+            height: Of the pictures [pixels].
+
+        Raises:
+            RenderingUnavailable: If there is no OpenGL.
+        """
+        self._size = (width, height)
+        self._context = open_context(width, height)
+        try:
+            self._resources = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_150.value)
+        except mujoco.FatalError as error:
+            self._context.free()
+            raise RenderingUnavailable([f"MuJoCo: {error}"]) from error
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._resources)
+
+    def __enter__(self) -> "Offscreen":
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Free the graphics memory."""
+        self._resources.free()
+        self._context.free()
+
+    def picture(self, scene: mujoco.MjvScene) -> Image:
+        """Draw a scene, shape (height, width, 3), first row on top."""
+        width, height = self._size
+        rectangle = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(rectangle, scene, self._resources)
+        pixels = np.empty((height, width, 3), dtype=np.uint8)
+        mujoco.mjr_readPixels(pixels, None, rectangle, self._resources)
+        return pixels[::-1]

@@ -1,0 +1,111 @@
+"""Shapes in MuJoCo's terms: each becomes one native geometry, or convex meshes."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from trajopt.arrays import Floats, Ints, readonly
+from trajopt.model.bodies import MeshPolicy, cover_mesh
+from trajopt.model.mesh_file import Mesh
+from trajopt.model.placement import Placement
+from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
+
+CONE_TOLERANCE = 5e-6
+"""How far the pyramid that stands for a cone may stick out of it [m]."""
+MOST_CONE_SIDES = 512
+"""Sides of that pyramid at most; reached by cones of more than 13 cm in radius."""
+HALF_SPACE_EDGE = 40.0
+"""Edge of the box that stands for a half-space on a moving body [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """One MuJoCo geometry.
+
+    Attributes:
+        kind: MuJoCo's geometry type.
+        size: MuJoCo's size parameters, shape (3,) [m].
+        placement: In the frame of the shape it comes from.
+        vertices: Of a mesh, shape (n, 3) [m]; empty for native types.
+        faces: Of a mesh, outward triangles, shape (m, 3); empty for native types.
+    """
+
+    kind: mujoco.mjtGeom
+    size: Floats
+    placement: Placement
+    vertices: Floats
+    faces: Ints
+
+
+def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
+    """Return the MuJoCo geometries that stand for a shape, and a sentence on what was lost.
+
+    Args:
+        shape: The shape.
+        moving: Whether a joint moves it; MuJoCo has half-spaces at rest only.
+
+    Returns:
+        The pieces, and a sentence that is empty when nothing was lost.
+    """
+    match shape:
+        case Plane():
+            return _half_space(moving=moving)
+        case Cone():
+            return _pyramid(shape)
+        case Convex():
+            return (surface(shape.vertices, shape.faces),), ""
+        case Mesh():
+            cover, note = cover_mesh(shape, MeshPolicy())
+            parts = [surface(part.vertices, part.faces) for part in cover if isinstance(part, Convex)]
+            return tuple(parts), f"the exact mesh is simulated as what contains it: {note}"
+        case _:
+            return (_primitive(shape),), ""
+
+
+def surface(vertices: Floats, faces: Ints) -> Piece:
+    """Return a mesh. Drawn as it is; contacts see its convex hull."""
+    return Piece(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces)
+
+
+def _primitive(shape: Box | Sphere | Cylinder | Capsule) -> Piece:
+    kinds = mujoco.mjtGeom
+    match shape:
+        case Box():
+            return _native(kinds.mjGEOM_BOX, shape.x / 2, shape.y / 2, shape.z / 2)
+        case Sphere():
+            return _native(kinds.mjGEOM_SPHERE, shape.radius)
+        case Cylinder():
+            return _native(kinds.mjGEOM_CYLINDER, shape.radius, shape.length / 2)
+        case Capsule():
+            return _native(kinds.mjGEOM_CAPSULE, shape.radius, shape.length / 2)
+
+
+def _native(kind: mujoco.mjtGeom, *size: float) -> Piece:
+    padded = np.zeros(3)
+    padded[: len(size)] = size
+    return Piece(kind, readonly(padded), Placement(), np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
+
+
+def _half_space(*, moving: bool) -> tuple[tuple[Piece, ...], str]:
+    if not moving:
+        return (_native(mujoco.mjtGeom.mjGEOM_PLANE, 0.0, 0.0, 1.0),), ""
+    half = HALF_SPACE_EDGE / 2
+    box = _native(mujoco.mjtGeom.mjGEOM_BOX, half, half, half)
+    below = Placement(translation=readonly(np.array((0.0, 0.0, -half))))
+    moved = Piece(box.kind, box.size, below, box.vertices, box.faces)
+    return (moved,), f"the moving half-space is a box with edges of {HALF_SPACE_EDGE:g} m"
+
+
+def _pyramid(shape: Cone) -> tuple[tuple[Piece, ...], str]:
+    """Circumscribe a regular pyramid: it contains the cone."""
+    wanted = np.pi * np.sqrt(shape.radius / (2.0 * CONE_TOLERANCE))
+    sides = int(np.clip(np.ceil(wanted), 16, MOST_CONE_SIDES))
+    outer = shape.radius / np.cos(np.pi / sides)
+    angle = 2.0 * np.pi * np.arange(sides) / sides
+    base = np.stack((outer * np.cos(angle), outer * np.sin(angle), np.full(sides, -shape.length / 2)), axis=1)
+    points = np.vstack((base, (0.0, 0.0, shape.length / 2)))
+    excess = outer - shape.radius
+    hull = convex(points)
+    note = f"the cone is a pyramid of {sides} sides, up to {excess:.1e} m larger"
+    return (surface(hull.vertices, hull.faces),), note

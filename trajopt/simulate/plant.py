@@ -1,0 +1,101 @@
+"""The simulated robot: MuJoCo's model and state, addressed by pinocchio's joint order."""
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import ModelError
+from trajopt.model.reduced import ReducedModel
+from trajopt.simulate.spec import describe
+
+SMALLEST_MOVED_INERTIA = 1e-9
+"""A joint that moves less than this [kg m^2 | kg] cannot be simulated."""
+TOUCH_DEPTH = 1e-6
+"""Penetration below this [m] is the rounding of MuJoCo's single-precision meshes, no contact."""
+
+
+class Plant:
+    """MuJoCo's model and state of a reduced model; scratch memory, one per simulation."""
+
+    def __init__(self, reduced: ReducedModel, dt: float) -> None:
+        """Compile the model.
+
+        Args:
+            reduced: The reduced model.
+            dt: Time step [s].
+
+        Raises:
+            ModelError: If MuJoCo refuses the model, or a joint moves no mass.
+        """
+        report = describe(reduced)
+        report.spec.option.timestep = dt
+        # A simulation that blows up is reported; MuJoCo would silently start over.
+        report.spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET.value
+        try:
+            self.model = report.spec.compile()
+        except ValueError as error:
+            raise ModelError(f"MuJoCo refuses the model: {error}") from error
+        self.data = mujoco.MjData(self.model)
+        self.notes = report.notes
+        names = tuple(reduced.model.names[1:])
+        joints = [self.model.joint(name).id for name in names]
+        self._position = self.model.jnt_qposadr[joints]
+        self._velocity = self.model.jnt_dofadr[joints]
+        self._owner = [report.owners.get(self.model.geom(i).name, "") for i in range(self.model.ngeom)]
+        self._expand, self._offset = reduced.expand, reduced.offset
+        self._check_inertia(reduced)
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of the model's joints, in pinocchio's order [rad | m]."""
+        return self.data.qpos[self._position]
+
+    @property
+    def velocities(self) -> Floats:
+        """Velocities of the model's joints, in pinocchio's order [rad/s | m/s]."""
+        return self.data.qvel[self._velocity]
+
+    def reset(self, positions: Floats, velocities: Floats) -> None:
+        """Put the group at positions and velocities, shape (n,) each; mimicking joints follow."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.data.qpos[self._position] = self._expand @ positions + self._offset
+        self.data.qvel[self._velocity] = self._expand @ velocities
+        mujoco.mj_forward(self.model, self.data)
+
+    def step(self, torques: Floats) -> Mapping[tuple[str, str], float]:
+        """Advance one time step.
+
+        Args:
+            torques: Asked of the group's motors, shape (n,) [Nm | N]; they give what they can.
+
+        Returns:
+            How deep [m] links and objects were in each other before the step, by pair of owners.
+        """
+        self.data.ctrl[:] = torques
+        mujoco.mj_step(self.model, self.data)
+        return self._touching()
+
+    def _touching(self) -> Mapping[tuple[str, str], float]:
+        depths: dict[tuple[str, str], float] = {}
+        if self.data.ncon == 0:
+            return depths
+        contacts = self.data.contact
+        for k in np.flatnonzero(contacts.dist < -TOUCH_DEPTH).tolist():
+            first, second = (self._owner[int(geom)] for geom in contacts.geom[k])
+            pair = (min(first, second), max(first, second))
+            depths[pair] = max(depths.get(pair, 0.0), -float(contacts.dist[k]))
+        return depths
+
+    def _check_inertia(self, reduced: ReducedModel) -> None:
+        self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
+        full = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, full)
+        moved = self._expand.T @ full[np.ix_(self._velocity, self._velocity)] @ self._expand
+        for name, inertia in zip(reduced.joint_names, np.diag(moved), strict=True):
+            if inertia < SMALLEST_MOVED_INERTIA:
+                raise ModelError(
+                    f"joint {name!r} moves no mass, so nothing can be simulated; "
+                    "give the links beyond it an <inertial> in the URDF"
+                )

@@ -1,0 +1,121 @@
+"""Pictures and films of a motion, drawn by MuJoCo without a display."""
+
+from collections.abc import Callable, Sequence
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ShapeError
+from trajopt.model.reduced import ReducedModel
+from trajopt.simulate.camera import CameraView
+from trajopt.simulate.controller import in_group_order
+from trajopt.simulate.film import WRITERS, check_path, write_strip
+from trajopt.simulate.rollout import Rollout
+from trajopt.simulate.studio import Motion, Studio
+from trajopt.trajectory import Trajectory
+
+
+class Layout(Enum):
+    """How several moments come into one PNG."""
+
+    FILM_STRIP = "one picture each, in rows"
+    SUPERPOSED = "one picture: the last moment solid, the others translucent"
+
+
+def render(
+    reduced: ReducedModel,
+    motion: Rollout | Trajectory,
+    path: Path | str,
+    *,
+    width: int = 640,
+    height: int = 480,
+    fps: float = 20.0,
+    moments: Sequence[float] | None = None,
+    layout: Layout = Layout.FILM_STRIP,
+    camera: CameraView | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Draw a motion into a PNG, GIF or MP4 file.
+
+    Args:
+        reduced: Robot and scene.
+        motion: A simulated or a planned motion.
+        path: The file; its suffix says the kind. MP4 needs the package imageio-ffmpeg.
+        width: Of one picture [pixels].
+        height: Of one picture [pixels].
+        fps: Pictures per second of GIF and MP4.
+        moments: Times to show in a PNG [s]; start, end and two between when None.
+        layout: How several moments come into a PNG.
+        camera: From where; chosen to show the whole motion when None.
+        progress: Called with the share done, up to 1.
+
+    Returns:
+        The path.
+
+    Raises:
+        FileFormatError: If the suffix is none of the three, or the folder does not exist.
+        MissingExtra: If MP4 is asked for and imageio-ffmpeg is not installed.
+        RenderingUnavailable: If no OpenGL works here; says what to install.
+        ShapeError: If a size, `fps` or `moments` cannot be used.
+        ModelError: If the motion is not of this group's joints.
+    """
+    file = Path(path)
+    suffix = check_path(file)
+    for name, value in (("width", width), ("height", height), ("fps", fps)):
+        if value <= 0 or (suffix == ".mp4" and name != "fps" and value % 2):
+            raise ShapeError(name, f"must be positive, and even for MP4; is {value}")
+    still = suffix == ".png"
+    known = _motion(reduced, motion)
+    times = _moments(known, moments) if still else _beats(known, fps)
+    report = progress or _silent
+    studio = Studio(
+        reduced,
+        known,
+        width=width,
+        height=height,
+        shadow=min(4096, (6 if still else 3) * max(width, height)),
+        pictures=len(times),
+        camera=camera,
+    )
+    with studio:
+        if still and layout is Layout.SUPERPOSED:
+            write_strip(file, [studio.superposed(times)])
+        elif still:
+            write_strip(file, list(studio.pictures(times, report)))
+        else:
+            WRITERS[suffix](file, studio.pictures(times, report), fps)
+    report(1.0)
+    return file
+
+
+def _motion(reduced: ReducedModel, motion: Rollout | Trajectory) -> Motion:
+    if isinstance(motion, Rollout):
+        if motion.joint_names != reduced.joint_names:
+            in_group_order(reduced, motion.trajectory)  # raises
+        if len(motion.times) == 1:  # it blew up at once
+            return Motion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
+        return Motion(motion.times, motion.positions)
+    trajectory = in_group_order(reduced, motion)
+    between = 0.01 * np.arange(int(trajectory.duration / 0.01) + 1)
+    times = np.array(sorted({*between.tolist(), *trajectory.times.tolist()}))
+    return Motion(times, trajectory(times))
+
+
+def _moments(motion: Motion, moments: Sequence[float] | None) -> Floats:
+    end = motion.duration
+    if moments is None:
+        return np.array([end * share / 3.0 for share in range(4)])
+    times = floats("moments", moments, (None,))
+    if len(times) == 0 or (times < 0.0).any() or (times > end + 1e-9).any():
+        raise ShapeError("moments", f"need at least one, each from 0 to {end:g} s")
+    return times
+
+
+def _beats(motion: Motion, fps: float) -> Floats:
+    return np.array([k / fps for k in range(int(motion.duration * fps + 1.5))])
+
+
+def _silent(_: float) -> None:
+    pass

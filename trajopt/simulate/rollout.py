@@ -1,0 +1,175 @@
+"""Rollout: what the simulated robot did, and how far from the plan it was."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from trajopt.arrays import Floats
+from trajopt.model.reduced import ReducedModel
+from trajopt.simulate.contacts import Contact
+from trajopt.simulate.tool import tool_frame
+from trajopt.trajectory import Trajectory
+
+MOST_CONTACTS = 3
+"""Contacts that the summary tells in full."""
+
+
+@dataclass(frozen=True, eq=False)
+class TrackingError:
+    """Distance between planned and simulated positions during the motion.
+
+    Attributes:
+        maximum: Largest absolute error of each joint, shape (n,) [rad | m].
+        rms: Root mean square error of each joint, shape (n,) [rad | m].
+    """
+
+    maximum: Floats
+    rms: Floats
+
+
+@dataclass(frozen=True)
+class PoseError:
+    """How far a frame is from where it should be.
+
+    Attributes:
+        position: Distance of the origins [m].
+        rotation: Angle of the rotation between the two [rad].
+    """
+
+    position: float
+    rotation: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rollout:
+    """A simulated execution of a trajectory.
+
+    Attributes:
+        reduced: The robot and scene it ran in.
+        trajectory: What was to be followed, joints in the group's order.
+        times: Of the stored samples, shape (k,) [s]; the last ones hold the end of the trajectory.
+        positions: The group's positions, shape (k, n) [rad | m].
+        velocities: Shape (k, n) [rad/s | m/s].
+        torques: What the motors gave, shape (k, n) [Nm | N].
+        tracking_error: Over all steps of the motion, stored or not; without the settling time.
+        contacts: What touched though the scene does not excuse it.
+        saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
+        diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
+        notes: Where MuJoCo's model differs from the robot's and the scene's.
+    """
+
+    reduced: ReducedModel = field(repr=False)
+    trajectory: Trajectory
+    times: Floats = field(repr=False)
+    positions: Floats = field(repr=False)
+    velocities: Floats = field(repr=False)
+    torques: Floats = field(repr=False)
+    tracking_error: TrackingError = field(repr=False)
+    contacts: tuple[Contact, ...]
+    saturated: Mapping[str, float]
+    diverged: float | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the group's joints."""
+        return self.reduced.joint_names
+
+    @property
+    def duration(self) -> float:
+        """Simulated time, settling included [s]."""
+        return float(self.times[-1])
+
+    @property
+    def collisions(self) -> tuple[Contact, ...]:
+        """Contacts that no allowance covers."""
+        return tuple(contact for contact in self.contacts if contact.allowance is None)
+
+    def final_pose_error(self, frame: str | None = None) -> PoseError:
+        """Compare where a frame ended with where the trajectory ends.
+
+        Args:
+            frame: A link, tool frame or object; the group's tool when None.
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+        """
+        name = tool_frame(self.reduced) if frame is None else frame
+        scene, place = self.reduced.scene, self.reduced.all_positions
+        planned = scene.placement_of(name, place(self.trajectory(self.trajectory.duration)))
+        actual = scene.placement_of(name, place(self.positions[-1]))
+        between = planned.inverse() * actual
+        return PoseError(
+            float(np.linalg.norm(between.translation)),
+            float(Rotation.from_matrix(between.rotation).magnitude()),
+        )
+
+    def summary(self) -> str:
+        """Say in a sentence or two how the execution went."""
+        if self.diverged is not None:
+            return f"The simulation blew up after {self.diverged:.3f} s and was stopped."
+        worst = int(np.argmax(self.tracking_error.maximum))
+        end = self.final_pose_error()
+        parts = [
+            f"Simulated {self.trajectory.duration:.2f} s of motion and "
+            f"{self.duration - self.trajectory.duration:.2f} s of rest",
+            f"largest tracking error {self.tracking_error.maximum[worst]:.2g} {self._unit(worst)} "
+            f"({self.joint_names[worst]})",
+            f"{tool_frame(self.reduced)} ended {end.position * 1e3:.2g} mm and "
+            f"{end.rotation:.2g} rad from the plan",
+        ]
+        if self.saturated:
+            motors = (f"{name} for {seconds:.3f} s" for name, seconds in self.saturated.items())
+            parts.append("motors at their limit: " + ", ".join(motors))
+        else:
+            parts.append("no motor at its limit")
+        parts.extend(map(str, self.contacts[:MOST_CONTACTS]))
+        if len(self.contacts) > MOST_CONTACTS:
+            parts.append(f"{len(self.contacts) - MOST_CONTACTS} more contacts")
+        elif not self.contacts:
+            parts.append("no contact")
+        return "; ".join(parts) + "."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything measured as lists, numbers and text, ready for JSON."""
+        end = self.final_pose_error() if self.diverged is None else None
+        return {
+            "robot": self.reduced.scene.robot.name,
+            "group": self.reduced.group,
+            "joint_names": list(self.joint_names),
+            "duration": self.duration,
+            "times": self.times.tolist(),
+            "positions": self.positions.tolist(),
+            "velocities": self.velocities.tolist(),
+            "torques": self.torques.tolist(),
+            "tracking_error": {
+                "maximum": self.tracking_error.maximum.tolist(),
+                "rms": self.tracking_error.rms.tolist(),
+            },
+            "final_pose_error": end and {
+                "frame": tool_frame(self.reduced),
+                "position": end.position,
+                "rotation": end.rotation,
+            },
+            "contacts": [
+                {
+                    "pair": list(contact.pair),
+                    "start": contact.start,
+                    "end": contact.end,
+                    "depth": contact.depth,
+                    "allowance": contact.allowance,
+                }
+                for contact in self.contacts
+            ],
+            "saturated": dict(self.saturated),
+            "diverged": self.diverged,
+            "notes": list(self.notes),
+        }
+
+    def _unit(self, joint: int) -> str:
+        model = self.reduced.model
+        kind = model.joints[model.getJointId(self.joint_names[joint])].shortname()
+        return "m" if kind.startswith("JointModelP") else "rad"

@@ -1,0 +1,180 @@
+"""The MuJoCo model of a reduced model: same kinematics, inertias, limits, shapes and pairs."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from trajopt.arrays import Floats
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.simulate.inertia import principal_inertia
+from trajopt.simulate.pieces import Piece, pieces
+
+STIFF = (0.004, 1.0)
+"""Time constant [s] and damping ratio of the constraint that makes a joint mimic another."""
+
+
+@dataclass(frozen=True, eq=False)
+class SpecReport:
+    """A MuJoCo model and how it differs from the reduced model.
+
+    Attributes:
+        spec: The model, not compiled yet.
+        owners: Link or object of each collision geometry, by the geometry's name.
+        notes: A sentence for every shape or inertia that MuJoCo cannot hold exactly.
+    """
+
+    spec: mujoco.MjSpec
+    owners: dict[str, str]
+    notes: tuple[str, ...]
+
+
+def build_spec(reduced: ReducedModel) -> mujoco.MjSpec:
+    """Return the MuJoCo model of a reduced model.
+
+    Joints keep their names; each has a motor of its name if the group drives it, limited to its
+    effort; joints that mimic another are held by a stiff constraint. Exactly the pairs that the
+    scene does not excuse can collide. Joint friction and damping are left out, as in pinocchio's
+    inverse dynamics.
+
+    Raises:
+        ModelError: If a shape cannot be built.
+    """
+    return describe(reduced).spec
+
+
+def describe(reduced: ReducedModel) -> SpecReport:
+    """Build the MuJoCo model, and say where it differs from the reduced model."""
+    spec = mujoco.MjSpec()
+    spec.modelname = reduced.scene.robot.name
+    spec.compiler.degree = False  # MuJoCo's default reads joint ranges as degrees.
+    spec.compiler.autolimits = False
+    spec.option.gravity = np.array(reduced.model.gravity.linear)
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    bodies, notes = add_joints(spec, reduced)
+    _add_motors(spec, reduced)
+    names: list[list[str]] = []
+    owners: dict[str, str] = {}
+    for body in reduced.bodies:
+        parts, note = pieces(body.shape, moving=body.joint != 0)
+        own = [body.name if len(parts) == 1 else f"{body.name}#{k}" for k in range(len(parts))]
+        for name, piece in zip(own, parts, strict=True):
+            add_piece(spec, bodies[body.joint], name, piece, body.placement)
+            owners[name] = body.owner
+        if note:
+            notes.append(f"{body.name}: {note}")
+        names.append(own)
+    for i, j in zip(reduced.pairs.first.tolist(), reduced.pairs.second.tolist(), strict=True):
+        for a in names[int(i)]:
+            for b in names[int(j)]:
+                spec.add_pair(geomname1=a, geomname2=b)
+    return SpecReport(spec, owners, tuple(notes))
+
+
+def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.MjsBody], list[str]]:
+    """Add a body for every joint, without shapes.
+
+    Returns:
+        The bodies by pinocchio's joint index (0: the world), and notes on changed inertias.
+    """
+    model = reduced.model
+    robot = reduced.scene.robot
+    bodies: list[mujoco.MjsBody] = [spec.worldbody]
+    notes: list[str] = []
+    names = tuple(model.names[1:])
+    limits = robot.limits.take(robot.index(names))
+    for index, name in enumerate(names, start=1):
+        where = model.jointPlacements[index]
+        placed = Placement(np.array(where.rotation), np.array(where.translation))
+        body = bodies[int(model.parents[index])].add_body(name=_link_of(model, index))
+        body.pos, body.quat = placed.translation, scalar_first(placed)
+        inertia = principal_inertia(model.inertias[index])
+        body.explicitinertial = True
+        body.mass, body.inertia = inertia.mass, inertia.moments
+        body.ipos, body.iquat = inertia.placement.translation, scalar_first(inertia.placement)
+        if inertia.change > 0.0:
+            notes.append(
+                f"{body.name}: no rigid body has the stated inertia; "
+                f"a principal moment was changed by {inertia.change:.1e} kg m^2"
+            )
+        kind, axis = _joint_axis(model, index)
+        joint = body.add_joint(name=name, type=kind, axis=axis)
+        joint.armature = float(model.armature[model.joints[index].idx_v])
+        _limit(joint, float(limits.lower[index - 1]), float(limits.upper[index - 1]))
+        bodies.append(body)
+    return bodies, notes
+
+
+def add_piece(
+    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, piece: Piece, where: Placement
+) -> mujoco.MjsGeom:
+    """Fix a piece to a body, as a massless geometry that touches nothing by itself.
+
+    Args:
+        spec: The model; meshes are stored in it.
+        body: The body.
+        name: Name of the geometry, and of its mesh.
+        piece: The piece.
+        where: Placement of the piece's shape in the body's frame.
+    """
+    placed = where * piece.placement
+    geom = body.add_geom(name=name, type=piece.kind, size=piece.size)
+    geom.pos, geom.quat = placed.translation, scalar_first(placed)
+    geom.mass, geom.contype, geom.conaffinity = 0.0, 0, 0
+    if piece.kind == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+        mesh.uservert, mesh.userface = piece.vertices.ravel(), piece.faces.ravel()
+        geom.meshname = name
+    return geom
+
+
+def scalar_first(placement: Placement) -> Floats:
+    """Return the quaternion (w, x, y, z) of a placement, as MuJoCo orders it, shape (4,)."""
+    x, y, z, w = placement.quaternion
+    return np.array((w, x, y, z))
+
+
+def _link_of(model: pin.Model, joint: int) -> str:
+    """Name the body that a joint moves: the first link on it."""
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == joint:
+            return str(frame.name)
+    return f"{model.names[joint]} (no link)"
+
+
+def _joint_axis(model: pin.Model, index: int) -> tuple[mujoco.mjtJoint, Floats]:
+    """Return MuJoCo's joint type and the axis in the joint's frame, from the motion subspace."""
+    joint = model.joints[index]
+    data = joint.createData()
+    joint.calc(data, pin.neutral(model))
+    subspace = np.array(data.S).ravel()
+    if np.abs(subspace[:3]).max() > np.abs(subspace[3:]).max():
+        return mujoco.mjtJoint.mjJNT_SLIDE, subspace[:3]
+    return mujoco.mjtJoint.mjJNT_HINGE, subspace[3:]
+
+
+def _limit(joint: mujoco.MjsJoint, lower: float, upper: float) -> None:
+    """Set position limits; a limit that does not exist is put out of reach."""
+    limited = np.isfinite((lower, upper)).any() and lower < upper
+    joint.limited = mujoco.mjtLimited(int(limited))
+    if limited:
+        joint.range = np.clip((lower, upper), -1e6, 1e6)
+
+
+def _add_motors(spec: mujoco.MjSpec, reduced: ReducedModel) -> None:
+    for name, effort in zip(reduced.joint_names, reduced.limits.effort, strict=True):
+        motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        motor.forcelimited = mujoco.mjtLimited(int(np.isfinite(effort)))
+        if np.isfinite(effort):
+            motor.forcerange = np.array((-effort, effort))
+    for row, name in enumerate(tuple(reduced.model.names[1:])):
+        if name in reduced.joint_names:
+            continue
+        source = int(np.flatnonzero(reduced.expand[row])[0]) if reduced.expand[row].any() else 0
+        rule = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=name)
+        rule.name2 = reduced.joint_names[source]
+        rule.objtype = mujoco.mjtObj.mjOBJ_JOINT
+        rule.data[:2] = reduced.offset[row], reduced.expand[row, source]
+        rule.solref = np.array(STIFF)

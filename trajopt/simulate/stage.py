@@ -1,0 +1,191 @@
+"""The model that pictures are drawn of: the robot's visuals, the objects, a floor and light."""
+
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import MeshFileError
+from trajopt.model.mesh_file import Mesh, load_mesh
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import WORLD
+from trajopt.model.shapes import Plane, Shape
+from trajopt.model.urdf import LinkGeometry, MeshReference
+from trajopt.simulate.pieces import Piece, pieces, surface
+from trajopt.simulate.spec import add_joints, add_piece
+
+Colour = tuple[float, float, float, float]
+
+FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP = 0, 1, 2
+"""MuJoCo's geometry groups, by which pictures tell things apart."""
+
+LIGHT_LINK: Colour = (0.90, 0.91, 0.92, 1.0)
+DARK_LINK: Colour = (0.52, 0.55, 0.59, 1.0)
+ATTACHED: Colour = (0.95, 0.55, 0.15, 1.0)
+WOOD: Colour = (0.80, 0.66, 0.48, 1.0)
+PALETTE: tuple[Colour, ...] = (
+    (0.42, 0.60, 0.74, 1.0),
+    (0.56, 0.69, 0.52, 1.0),
+    (0.78, 0.57, 0.53, 1.0),
+    (0.62, 0.56, 0.73, 1.0),
+    (0.83, 0.74, 0.50, 1.0),
+    (0.45, 0.67, 0.66, 1.0),
+)
+"""Colours of obstacles, in turn."""
+FARTHEST = 15.0
+"""The floor fades into the sky at this many times the size of what is shown."""
+WOODEN = ("table", "shelf", "desk", "bench", "board", "pallet")
+"""An object whose name has one of these words is drawn as wood."""
+
+
+def picture_spec(reduced: ReducedModel, shown: Floats) -> mujoco.MjSpec:
+    """Return a MuJoCo model for the eye: nothing in it collides.
+
+    Args:
+        reduced: Robot and scene.
+        shown: Points around everything that will be in view, shape (k, 3) in the world [m].
+    """
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    bodies, _ = add_joints(spec, reduced)
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    spec.stat.center, spec.stat.extent = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    _set_the_stage(spec, _floor_height(reduced, float(low[2])))
+    for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced)):
+        geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
+        geom.rgba, geom.group, geom.material = np.array(colour), ROBOT_GROUP, "paint"
+    colours = object_colours(reduced)
+    links = reduced.scene.robot.links
+    count = 0
+    for body in reduced.bodies:
+        if body.owner in links or isinstance(body.shape, Plane):
+            continue
+        for piece in _seen(body.shape):
+            geom = add_piece(spec, bodies[body.joint], f"object {count}", piece, body.placement)
+            geom.rgba, geom.group = np.array(colours[body.owner]), OBJECT_GROUP
+            geom.material = "paint"
+            count += 1
+    return spec
+
+
+def object_colours(reduced: ReducedModel) -> dict[str, Colour]:
+    """Choose a colour for every object: accent if carried, wood by its name, else the palette."""
+    carried = {body.owner for body in reduced.scene.object_bodies() if body.frame != WORLD}
+    colours: dict[str, Colour] = {}
+    used = 0
+    for name in reduced.scene.objects:
+        if name in carried:
+            colours[name] = ATTACHED
+        elif any(word in name.lower() for word in WOODEN):
+            colours[name] = WOOD
+        else:
+            colours[name] = PALETTE[used % len(PALETTE)]
+            used += 1
+    return colours
+
+
+def _seen(shape: Shape) -> tuple[Piece, ...]:
+    if isinstance(shape, Mesh):
+        return (surface(shape.vertices, shape.faces),)
+    return pieces(shape, moving=False)[0]
+
+
+def _robot_pieces(reduced: ReducedModel) -> Iterator[tuple[int, Placement, Piece, Colour]]:
+    """Yield joint, placement in it, piece and colour of what shows the robot."""
+    robot = reduced.scene.robot
+    failed: set[str] = set()
+    found: list[tuple[str, Placement, Piece, Colour]] = []
+    for visual in robot.visuals:
+        try:
+            shape = _visual_shape(visual)
+        except MeshFileError:
+            failed.add(visual.link)
+            continue
+        colour = visual.colour or _link_colour(reduced, visual.link)
+        found.extend((visual.link, visual.placement, piece, colour) for piece in _seen(shape))
+    for link, where, piece, colour in found:
+        if link not in failed:
+            joint, placed = reduced.attachment(link)
+            yield joint, placed * where, piece, colour
+    for body in reduced.bodies:
+        if body.owner in failed or (not robot.visuals and body.owner in robot.links):
+            for piece in _seen(body.shape):
+                yield body.joint, body.placement, piece, _link_colour(reduced, body.owner)
+
+
+def _visual_shape(visual: LinkGeometry) -> Shape:
+    if isinstance(visual.geometry, MeshReference):
+        return load_mesh(visual.geometry.path, visual.geometry.scale)
+    return visual.geometry
+
+
+def _link_colour(reduced: ReducedModel, link: str) -> Colour:
+    """Light for the arm; dark for the hand, which other joints than the group's move."""
+    robot = reduced.scene.robot
+    hands = {name for effector in robot.end_effectors.values() for name in _links_of(reduced, effector.group)}
+    return DARK_LINK if link in hands else LIGHT_LINK
+
+
+def _links_of(reduced: ReducedModel, group: str) -> tuple[str, ...]:
+    groups = reduced.scene.robot.groups
+    return groups[group].links if group in groups else ()
+
+
+def _floor_height(reduced: ReducedModel, lowest: float) -> float:
+    """Height of the floor: of a level half-space in the scene, else just below everything."""
+    for body in reduced.bodies:
+        level = body.placement.rotation[2, 2] > 1.0 - 1e-9
+        if isinstance(body.shape, Plane) and body.joint == 0 and level:
+            return float(body.placement.translation[2])
+    # Not in the plane of a table top or base plate, where the two would flicker.
+    return min(lowest, 0.0) - 1e-3
+
+
+def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
+    """Add sky, floor, paint and light."""
+    visual = spec.visual
+    visual.quality.offsamples = 4
+    visual.quality.numslices, visual.quality.numstacks = 48, 32
+    visual.headlight.ambient = np.full(3, 0.52)
+    visual.headlight.diffuse = np.full(3, 0.20)
+    visual.headlight.specular = np.full(3, 0.05)
+    visual.rgba.haze = np.array((0.94, 0.96, 0.98, 1.0))
+    visual.map.haze, visual.map.shadowclip = 0.5, 1.5
+    visual.map.zfar = FARTHEST
+    textures, marks = mujoco.mjtTexture, mujoco.mjtMark
+    sky = spec.add_texture(name="sky", type=textures.mjTEXTURE_SKYBOX, width=128, height=768)
+    sky.builtin = mujoco.mjtBuiltin.mjBUILTIN_GRADIENT
+    sky.rgb1, sky.rgb2 = np.array((0.80, 0.88, 0.96)), np.array((0.94, 0.96, 0.98))
+    grid = spec.add_texture(name="grid", type=textures.mjTEXTURE_2D, width=512, height=512)
+    grid.builtin, grid.mark = mujoco.mjtBuiltin.mjBUILTIN_CHECKER, marks.mjMARK_EDGE
+    grid.rgb1, grid.rgb2 = np.array((0.86, 0.88, 0.90)), np.array((0.83, 0.85, 0.87))
+    grid.markrgb = np.array((0.76, 0.79, 0.82))
+    ground = spec.add_material(name="ground", texuniform=True, specular=0.0, shininess=0.0)
+    ground.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "grid"
+    ground.texrepeat = np.array((2.0, 2.0))
+    spec.add_material(name="paint", specular=0.25, shininess=0.35)
+    plane = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE)
+    plane.size, plane.pos = np.array((0.0, 0.0, 0.05)), np.array((0.0, 0.0, floor))
+    plane.material, plane.group = "ground", FLOOR_GROUP
+    plane.contype, plane.conaffinity = 0, 0
+    key = spec.worldbody.add_light(name="key", type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    key.diffuse, key.specular, key.ambient = np.full(3, 0.45), np.full(3, 0.25), np.zeros(3)
+    key.castshadow = True
+
+
+def adapt_to_camera(model: mujoco.MjModel, azimuth: float, distance: float) -> None:
+    """Let the light come from above, behind a camera's left shoulder, and the view reach far enough.
+
+    Args:
+        model: A compiled picture model.
+        azimuth: Direction the camera looks along, about z from x [rad].
+        distance: From the camera to what it looks at [m].
+    """
+    model.vis.map.zfar = FARTHEST + distance / model.stat.extent
+    towards = azimuth - np.deg2rad(50.0)
+    direction = np.array((0.55 * np.cos(towards), 0.55 * np.sin(towards), -1.0))
+    key = model.light("key").id
+    model.light_dir[key] = direction / np.linalg.norm(direction)
+    model.light_pos[key] = model.stat.center - 2.5 * model.stat.extent * model.light_dir[key]

@@ -1,0 +1,7 @@
+"""Solvers of an `Nlp`; they know no robot and no scene."""
+
+from trajopt.solvers.result import Iteration as Iteration
+from trajopt.solvers.result import SolveResult as SolveResult
+from trajopt.solvers.result import SolverStatus as SolverStatus
+from trajopt.solvers.sqp import Sqp as Sqp
+from trajopt.solvers.trust_region import TrustRegion as TrustRegion

@@ -1,0 +1,65 @@
+"""ProxQP: proximal augmented Lagrangian (Bambade et al., RSS 2022), sparse backend."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import proxsuite
+from scipy.sparse import csc_matrix, eye, vstack
+
+from trajopt.errors import SolverError
+from trajopt.solvers.qp.backend import Qp, QpSolution, QpStatus, finite
+
+
+@dataclass(eq=False)
+class Proxqp:
+    """ProxQP; bounds of variables become rows.
+
+    Every update starts afresh: with its warm start and updated matrices the library of version
+    0.8.0 reports success at points that are not optimal.
+
+    Attributes:
+        tolerance: Absolute tolerance of the residuals.
+        max_iterations: Limit of outer iterations.
+    """
+
+    tolerance: float = 1e-7
+    max_iterations: int = 1_000
+    _solver: Any = field(default=None, init=False, repr=False)
+    _rows: int = field(default=0, init=False, repr=False)
+
+    def setup(self, qp: Qp) -> None:
+        """Take a program."""
+        matrix = csc_matrix(vstack((qp.A, eye(len(qp.q), format="csc")), format="csc"))
+        solver = proxsuite.proxqp.sparse.QP(len(qp.q), 0, matrix.shape[0])
+        solver.settings.eps_abs = self.tolerance
+        solver.settings.eps_rel = 0.0
+        solver.settings.max_iter = self.max_iterations
+        # Residuals alone let it stop with an objective that is off by some per cent.
+        solver.settings.check_duality_gap = True
+        solver.settings.eps_duality_gap_abs = self.tolerance
+        solver.settings.eps_duality_gap_rel = 0.0
+        solver.init(
+            qp.P, qp.q, None, None, matrix,
+            finite(np.concatenate((qp.l, qp.lower))), finite(np.concatenate((qp.u, qp.upper))),
+        )  # fmt: skip
+        self._solver, self._rows = solver, qp.A.shape[0]
+
+    def update(self, qp: Qp) -> None:
+        """Take a program anew."""
+        self.setup(qp)
+
+    def solve(self) -> QpSolution:
+        """Run the augmented Lagrangian method."""
+        if self._solver is None:
+            raise SolverError("Proxqp.solve before setup")
+        self._solver.solve()
+        result = self._solver.results
+        codes = proxsuite.proxqp.QPSolverOutput
+        status = {
+            codes.PROXQP_SOLVED: QpStatus.SOLVED,
+            codes.PROXQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
+        }.get(result.info.status, QpStatus.FAILED)
+        return QpSolution(
+            status, result.x.copy(), result.z[: self._rows].copy(), int(result.info.iter)
+        )

@@ -1,0 +1,168 @@
+"""From a linearisation to the QP of one step: costs squared, violations in L1 slacks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix, csc_matrix, vstack
+
+from trajopt.arrays import Floats, Ints
+from trajopt.nlp import Linearisation, Loss, Nlp, Rows
+from trajopt.solvers.qp import Qp
+
+REGULARISATION = 1e-9
+"""Added to the Hessian's diagonal, so that directions that no cost touches stay put."""
+
+
+def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:
+    """Scatter block rows into a sparse matrix over the free variables; -1 marks fixed ones."""
+    m, _, n = rows.jacobian.shape
+    columns = column.reshape(-1, n)[rows.knots]
+    index = np.broadcast_to(np.arange(m)[:, None, None], columns.shape)
+    keep = (columns >= 0) & (rows.jacobian != 0.0)
+    return csc_matrix(
+        coo_matrix((rows.jacobian[keep], (index[keep], columns[keep])), shape=(m, count))
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Slacked:
+    """Rows that are softened: penalty * max(0, lower - r) and penalty * max(0, r - upper).
+
+    Attributes:
+        rows: The linearised rows.
+        lower: Shape (m,).
+        upper: Shape (m,).
+        penalty: Shape (m,).
+    """
+
+    rows: Rows
+    lower: Floats
+    upper: Floats
+    penalty: Floats
+
+
+def slacked_rows(at: Linearisation, penalty: float) -> list[Slacked]:
+    """List constraints and non-smooth costs as softened rows."""
+    found = [
+        Slacked(block.rows, block.lower, block.upper, np.full(len(block.lower), penalty))
+        for block in at.constraints
+    ]
+    for block in at.costs:
+        if block.loss is not Loss.SQUARED:
+            size = len(block.weight)
+            lower = np.zeros(size) if block.loss is Loss.ABSOLUTE else np.full(size, -np.inf)
+            found.append(Slacked(block.rows, lower, np.zeros(size), block.weight))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Subproblem:
+    """The QP around one point, for any trust region.
+
+    The QP's variables are the free variables' step, then one slack for every finite bound.
+
+    Attributes:
+        hessian: Of the squared costs, shape (f, f).
+        gradient: Shape (f,).
+        rows: Softened rows, one-sided: matrix @ dx - slack <= bound, shape (m, f).
+        bound: Shape (m,).
+        penalty: Weight of each slack, shape (m,).
+        free: Index of the free variables in the flattened knots, shape (f,).
+    """
+
+    hessian: csc_matrix
+    gradient: Floats
+    rows: csc_matrix
+    bound: Floats
+    penalty: Floats
+    free: Ints
+
+    def qp(self, lower: Floats, upper: Floats) -> Qp:
+        """Return the QP with the step between bounds, each of shape (f,)."""
+        f, m = len(self.free), len(self.bound)
+        identity = -csc_matrix(
+            (np.ones(m), np.arange(m), np.arange(m + 1)), shape=(m, m), dtype=np.float64
+        )
+        return Qp(
+            P=_grow(self.hessian, f + m),
+            q=np.concatenate((self.gradient, self.penalty)),
+            A=_beside(self.rows, identity),
+            l=np.full(m, -np.inf),
+            u=self.bound,
+            lower=np.concatenate((lower, np.zeros(m))),
+            upper=np.concatenate((upper, np.full(m, np.inf))),
+        )
+
+    def model(self, step: Floats) -> float:
+        """Return the model's merit less the squared costs at the point; step has shape (f,)."""
+        excess = np.maximum(0.0, self.rows @ step - self.bound)
+        return float(
+            0.5 * step @ (self.hessian @ step) + self.gradient @ step + self.penalty @ excess
+        )
+
+
+def _grow(matrix: csc_matrix, size: int) -> csc_matrix:
+    """Append empty rows and columns."""
+    pointers = np.concatenate(
+        (matrix.indptr, np.full(size - matrix.shape[1], matrix.indptr[-1], matrix.indptr.dtype))
+    )
+    return csc_matrix((matrix.data, matrix.indices, pointers), shape=(size, size))
+
+
+def _beside(left: csc_matrix, right: csc_matrix) -> csc_matrix:
+    """Put two matrices side by side."""
+    return csc_matrix(
+        (
+            np.concatenate((left.data, right.data)),
+            np.concatenate((left.indices, right.indices)),
+            np.concatenate((left.indptr[:-1], left.indptr[-1] + right.indptr)),
+        ),
+        shape=(left.shape[0], left.shape[1] + right.shape[1]),
+    )
+
+
+def subproblem(nlp: Nlp, at: Linearisation, penalty: float) -> Subproblem:
+    """Build the QP of a step around a point.
+
+    Args:
+        nlp: The program, for its fixed variables.
+        at: The point.
+        penalty: Weight of constraint violations.
+    """
+    is_free = (nlp.lower < nlp.upper).ravel()
+    free = np.flatnonzero(is_free)
+    column = np.full(is_free.size, -1, dtype=np.int64)
+    column[free] = np.arange(len(free))
+    hessian = csc_matrix((len(free), len(free)))
+    gradient = np.zeros(len(free))
+    for block in at.costs:
+        if block.loss is Loss.SQUARED:
+            jacobian = _matrix(block.rows, column, len(free))
+            weighted = csc_matrix(jacobian.multiply(2.0 * block.weight[:, None]))
+            hessian = hessian + weighted.T @ jacobian
+            gradient += weighted.T @ block.rows.value
+    diagonal = np.arange(len(free))
+    hessian = csc_matrix(hessian) + csc_matrix(
+        (np.full(len(free), REGULARISATION), (diagonal, diagonal)), shape=hessian.shape
+    )
+    matrices: list[csc_matrix] = [csc_matrix((0, len(free)))]
+    bounds: list[Floats] = []
+    penalties: list[Floats] = []
+    for block in slacked_rows(at, penalty):
+        matrix = _matrix(block.rows, column, len(free)).tocsr()
+        for sign, side in ((1.0, block.upper), (-1.0, block.lower)):
+            used = np.flatnonzero(np.isfinite(side))
+            if len(used):
+                matrices.append(sign * matrix[used])
+                bounds.append(sign * (side[used] - block.rows.value[used]))
+                penalties.append(block.penalty[used])
+    rows = csc_matrix(vstack(matrices, format="csc"))
+    rows.sort_indices()
+    return Subproblem(
+        csc_matrix(hessian),
+        gradient,
+        rows,
+        np.concatenate(bounds) if bounds else np.zeros(0),
+        np.concatenate(penalties) if penalties else np.zeros(0),
+        free,
+    )

@@ -1,0 +1,15 @@
+"""Residuals, one a file; each serves as cost or constraint."""
+
+from trajopt.terms.axis_alignment import AxisAngle as AxisAngle
+from trajopt.terms.clearance import Clearance as Clearance
+from trajopt.terms.frame_placement import FramePlacementError as FramePlacementError
+from trajopt.terms.joint_positions import JointPosition as JointPosition
+from trajopt.terms.requirement import constrain as constrain
+from trajopt.terms.residual import Constraint as Constraint
+from trajopt.terms.residual import Cost as Cost
+from trajopt.terms.residual import Residual as Residual
+from trajopt.terms.residual import Window as Window
+from trajopt.terms.residual import constraint as constraint
+from trajopt.terms.smoothness import Acceleration as Acceleration
+from trajopt.terms.smoothness import Jerk as Jerk
+from trajopt.terms.smoothness import Velocity as Velocity

@@ -1,0 +1,65 @@
+"""Signed distance of all pairs of bodies, less the margin that each pair must keep.
+
+Linearisation of Schulman et al., IJRR 2014, section IV: d(q + dq) = d + n . (J_second - J_first) dq
+with the contact normal n from the first body to the second and the Jacobians of the witness points.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.model.reduced import ReducedModel
+from trajopt.nlp import Rows
+from trajopt.query.distance import DistanceQuery
+from trajopt.terms.motion import Motion
+
+ACTIVATION = 0.04
+"""Pairs get rows when nearer than their margin and this [m]; 3 to 4 cm is best."""
+
+
+class MarginRule(Protocol):
+    """The clearance that pairs must keep at places along a motion."""
+
+    def __call__(self, pair: Ints, place: Floats) -> Floats:
+        """Return the margin of each pair at each place in knots, shape (m,) [m]."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Clearance:
+    """Distance less margin of every pair that is near [m]; positive is good.
+
+    The component of a row is the index of its pair.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        query: Measures the distances.
+        margin: Clearance to keep, by pair and place; the pairs' own margins when None.
+        activation: Pairs farther apart than their margin and this get no row [m].
+    """
+
+    reduced: ReducedModel
+    query: DistanceQuery
+    margin: MarginRule | None = None
+    activation: float = ACTIVATION
+    name: ClassVar[str] = "clearance"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Measure the near pairs at all samples and differentiate."""
+        pairs, bodies = self.reduced.pairs, self.reduced.bodies
+        contacts = self.query.near(motion.kinematics, pairs.margin + self.activation)
+        joints = np.array([body.joint for body in bodies], dtype=np.int64)
+        jacobian = motion.kinematics.jacobian[contacts.sample]
+        velocity = motion.query.point_jacobian(
+            jacobian, joints[pairs.second[contacts.pair]], contacts.point_second
+        ) - motion.query.point_jacobian(
+            jacobian, joints[pairs.first[contacts.pair]], contacts.point_first
+        )
+        slope = np.einsum("mi,min->mn", contacts.normal, velocity)
+        if self.margin is None:
+            margin = pairs.margin[contacts.pair]
+        else:
+            margin = self.margin(contacts.pair, motion.place[contacts.sample])
+        return motion.rows(contacts.sample, contacts.distance - margin, slope, contacts.pair)

@@ -1,0 +1,112 @@
+"""Error of a frame's placement: position along the goal's axes, and rotation coordinates.
+
+e = (R_g^T (p - p_g), c(R_g^T R)). The rotation vector is log(R_g^T R) with derivative
+J_r^{-1} R^T w (Sola et al., A micro Lie theory, 2018, eq. 144); Euler angles are intrinsic x-y-z.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from trajopt.arrays import Floats
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import FramePlacement, RotationCoordinates
+from trajopt.nlp import Rows
+from trajopt.terms.frames import relative_frame
+from trajopt.terms.motion import Motion
+from trajopt.terms.requirement import INSET, constrain
+from trajopt.terms.residual import Constraint, Window, constraint
+
+
+@dataclass(frozen=True, eq=False)
+class FramePlacementError:
+    """Six components: position [m] and rotation [rad] along the axes of the goal placement.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: What is required.
+    """
+
+    reduced: ReducedModel
+    required: FramePlacement
+
+    @property
+    def name(self) -> str:
+        """The frame that is placed."""
+        return f"placement of {self.required.frame}"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        need = self.required
+        seen = relative_frame(self.reduced, motion, need.frame, need.reference, need.offset)
+        to_goal = need.placement.rotation.T
+        rotation = to_goal @ seen.rotation
+        body_spin = np.swapaxes(seen.rotation, 1, 2) @ seen.angular_jacobian
+        if need.coordinates is RotationCoordinates.ROTATION_VECTOR:
+            angles, rate = _rotation_vector(rotation)
+        else:
+            angles, rate = _xyz_euler(rotation)
+        value = np.hstack(((seen.point - need.placement.translation) @ to_goal.T, angles))
+        jacobian = np.concatenate((to_goal @ seen.point_jacobian, rate @ body_spin), axis=1)
+        return motion.rows_of_all(value, jacobian)
+
+
+def _skew(vectors: Floats) -> Floats:
+    x, y, z = vectors.T
+    zero = np.zeros_like(x)
+    return np.stack(
+        (np.stack((zero, -z, y), 1), np.stack((z, zero, -x), 1), np.stack((-y, x, zero), 1)), 1
+    )
+
+
+def _rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
+    """Return log R, shape (S, 3), and its rate by body-frame angular velocity, (S, 3, 3)."""
+    vector = Rotation.from_matrix(rotation).as_rotvec()
+    angle = np.linalg.norm(vector, axis=1)
+    small = angle < 1e-4
+    safe = np.where(small, 1.0, angle)
+    # 1/t^2 - (1 + cos t) / (2 t sin t), written with the half angle, which is finite at pi.
+    factor = np.where(small, 1.0 / 12.0, (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2)
+    skew = _skew(vector)
+    return vector, np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)
+
+
+def _xyz_euler(rotation: Floats) -> tuple[Floats, Floats]:
+    """Return angles (a, b, c) of R = Rx(a) Ry(b) Rz(c) and their rate by body-frame spin.
+
+    The body-frame spin is (cos b cos c, -cos b sin c, sin b) a' + (sin c, cos c, 0) b' +
+    (0, 0, 1) c'. At b = +-pi/2 the inverse does not exist; cos b is kept from zero there.
+    """
+    a = np.arctan2(-rotation[:, 1, 2], rotation[:, 2, 2])
+    b = np.arcsin(np.clip(rotation[:, 0, 2], -1.0, 1.0))
+    c = np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0])
+    cos_b = np.maximum(np.cos(b), 1e-6)
+    cos_c, sin_c, tan_b = np.cos(c), np.sin(c), np.sin(b) / cos_b
+    zero, one = np.zeros_like(a), np.ones_like(a)
+    rate = np.stack(
+        (
+            np.stack((cos_c / cos_b, -sin_c / cos_b, zero), 1),
+            np.stack((sin_c, cos_c, zero), 1),
+            np.stack((-cos_c * tan_b, sin_c * tan_b, one), 1),
+        ),
+        1,
+    )
+    return np.stack((a, b, c), 1), rate
+
+
+@constrain.register
+def _(
+    required: FramePlacement, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    tolerance = np.concatenate((required.position_tolerance, required.rotation_tolerance))
+    bound = tolerance * (1.0 - inset)
+    return (
+        constraint(
+            FramePlacementError(reduced, required),
+            lower=-bound,
+            upper=bound,
+            tolerance=float(max(tolerance.min() * inset * 0.5, 1e-9)),
+            window=window,
+        ),
+    )

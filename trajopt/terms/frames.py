@@ -1,0 +1,63 @@
+"""Placements of frames relative to other frames at all samples, with their derivatives."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.reduced import ReducedModel
+from trajopt.terms.motion import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class RelativeFrame:
+    """A point and orientation of one frame, seen from another, at S samples.
+
+    Attributes:
+        point: Shape (S, 3) [m].
+        rotation: Shape (S, 3, 3).
+        point_jacobian: Derivative of the point, shape (S, 3, n).
+        angular_jacobian: Angular velocity relative to and seen from the reference, (S, 3, n).
+    """
+
+    point: Floats
+    rotation: Floats
+    point_jacobian: Floats
+    angular_jacobian: Floats
+
+
+def relative_frame(
+    reduced: ReducedModel, motion: Motion, frame: str, reference: str, offset: Floats
+) -> RelativeFrame:
+    """Evaluate a point of a frame and its orientation, seen from a reference that may move.
+
+    Args:
+        reduced: The robot and its surroundings.
+        motion: The samples.
+        frame: Link, tool frame or object.
+        reference: "world", link, tool frame or object.
+        offset: The point, in the frame, shape (3,) [m].
+    """
+    kinematics, query = motion.kinematics, motion.query
+    joint, held = reduced.attachment(frame)
+    base, base_held = reduced.attachment(reference)
+    rotation = kinematics.rotation[:, joint] @ held.rotation
+    point = (
+        kinematics.rotation[:, joint] @ (held * offset) + kinematics.translation[:, joint]
+    )
+    base_rotation = kinematics.rotation[:, base] @ base_held.rotation
+    origin = kinematics.rotation[:, base] @ base_held.translation + kinematics.translation[:, base]
+    to_base = np.swapaxes(base_rotation, 1, 2)
+    count = len(point)
+    velocity = query.point_jacobian(
+        kinematics.jacobian, np.full(count, joint), point
+    ) - query.point_jacobian(kinematics.jacobian, np.full(count, base), point)
+    spin = query.angular_jacobian(kinematics.jacobian, joint) - query.angular_jacobian(
+        kinematics.jacobian, base
+    )
+    return RelativeFrame(
+        (to_base @ (point - origin)[:, :, None])[:, :, 0],
+        to_base @ rotation,
+        to_base @ velocity,
+        to_base @ spin,
+    )

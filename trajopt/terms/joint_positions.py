@@ -1,0 +1,77 @@
+"""Positions of some joints."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from trajopt.arrays import Ints
+from trajopt.errors import ProblemError
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import JointPositions
+from trajopt.nlp import Rows
+from trajopt.terms.motion import Motion
+from trajopt.terms.requirement import INSET, constrain
+from trajopt.terms.residual import Constraint, Window, constraint
+
+
+@dataclass(frozen=True, eq=False)
+class JointPosition:
+    """The positions of some of the group's joints, one component each [rad | m].
+
+    Attributes:
+        joints: Their places in the group, shape (k,).
+    """
+
+    joints: Ints
+    name: ClassVar[str] = "joint positions"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the positions; exact, for they are the variables."""
+        value = motion.positions[:, self.joints]
+        select = np.eye(motion.positions.shape[1])[self.joints]
+        return motion.rows_of_all(value, np.tile(select, (len(value), 1, 1)))
+
+
+def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints, tuple[str, ...]]:
+    """Return which of the group's joints are required, and their names.
+
+    Raises:
+        ProblemError: If a joint outside the group is required to be where it is not.
+    """
+    robot = reduced.scene.robot
+    inside: list[str] = []
+    for joint, value in required.positions.items():
+        if joint in reduced.joint_names:
+            inside.append(joint)
+            continue
+        stays = float(reduced.start[robot.index([joint])[0]])
+        if not -required.below[joint] <= stays - value <= required.above[joint]:
+            raise ProblemError(
+                f"joint {joint!r} is required at {value:g}, but it is not in group "
+                f"{reduced.group!r} and stays at {stays:g}"
+            )
+    places = np.array([reduced.joint_names.index(joint) for joint in inside], dtype=np.int64)
+    return places, tuple(inside)
+
+
+@constrain.register
+def _(
+    required: JointPositions, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    places, names = group_places(required, reduced)
+    if not names:
+        return ()
+    centre = np.array([required.positions[name] for name in names])
+    below = np.array([required.below[name] for name in names])
+    above = np.array([required.above[name] for name in names])
+    slack = min(float(below.min()), float(above.min()))
+    return (
+        constraint(
+            JointPosition(places),
+            lower=centre - below * (1.0 - inset),
+            upper=centre + above * (1.0 - inset),
+            tolerance=max(slack * inset * 0.5, 1e-9),
+            window=window,
+        ),
+    )

@@ -1,0 +1,104 @@
+"""Motion: knots, the samples between them, and their kinematics, evaluated once for all terms."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints
+from trajopt.nlp import Rows
+from trajopt.query.kinematics import Kinematics, KinematicsQuery
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A polyline through knots and the samples on it.
+
+    Attributes:
+        knots: The knots, shape (N, n) [rad | m].
+        segment: Segment of each sample, shape (S,), in 0 ... N - 2.
+        fraction: Where in the segment each sample is, shape (S,), in [0, 1].
+        positions: Configuration of each sample, shape (S, n).
+        kinematics: Of the samples.
+        query: What evaluated them.
+    """
+
+    knots: Floats
+    segment: Ints
+    fraction: Floats
+    positions: Floats
+    kinematics: Kinematics
+    query: KinematicsQuery
+
+    @staticmethod
+    def through(knots: Floats, sampling: Ints, query: KinematicsQuery) -> "Motion":
+        """Sample a polyline: every knot, and `sampling - 1` places between.
+
+        Args:
+            knots: Shape (N, n).
+            sampling: Samples per segment, its first knot included, shape (N - 1,), each >= 1.
+            query: Evaluates the kinematics.
+        """
+        segment = np.repeat(np.arange(len(sampling)), sampling)
+        starts = np.repeat(np.cumsum(sampling) - sampling, sampling)
+        fraction = (np.arange(len(segment)) - starts) / sampling[segment]
+        segment = np.append(segment, len(sampling) - 1)
+        fraction = np.append(fraction, 1.0)
+        weight = fraction[:, None]
+        positions = (1.0 - weight) * knots[segment] + weight * knots[segment + 1]
+        return Motion(knots, segment, fraction, positions, query(positions), query)
+
+    @staticmethod
+    def standing(positions: Floats, query: KinematicsQuery) -> "Motion":
+        """Sample a single configuration of the group, shape (n,)."""
+        knots = np.stack((positions, positions))
+        first = np.zeros(1, dtype=np.int64)
+        at = positions[None, :]
+        return Motion(knots, first, np.zeros(1), at, query(at), query)
+
+    @property
+    def place(self) -> Floats:
+        """Where along the motion each sample is, in knots, shape (S,)."""
+        return self.segment + self.fraction
+
+    def where(self, mask: Bools) -> "Motion":
+        """Return the motion with only some of its samples."""
+        index = np.flatnonzero(mask)
+        return Motion(
+            self.knots,
+            self.segment[index],
+            self.fraction[index],
+            self.positions[index],
+            self.kinematics.take(index),
+            self.query,
+        )
+
+    def rows(self, sample: Ints, value: Floats, jacobian: Floats, component: Ints) -> Rows:
+        """Chain derivatives by a sample's configuration to the two knots around it.
+
+        Args:
+            sample: Sample of each row, shape (m,).
+            value: Residuals, shape (m,).
+            jacobian: By the sample's configuration, shape (m, n).
+            component: Which component each row is, shape (m,).
+        """
+        fraction = self.fraction[sample][:, None]
+        first = self.segment[sample]
+        return Rows(
+            value,
+            np.stack(((1.0 - fraction) * jacobian, fraction * jacobian), axis=1),
+            np.stack((first, first + 1), axis=1),
+            component,
+            first + self.fraction[sample],
+        )
+
+    def rows_of_all(self, value: Floats, jacobian: Floats) -> Rows:
+        """Make rows of a residual with d components at every sample.
+
+        Args:
+            value: Shape (S, d).
+            jacobian: By the samples' configurations, shape (S, d, n).
+        """
+        count, dim = value.shape
+        sample = np.repeat(np.arange(count), dim)
+        component = np.tile(np.arange(dim), count)
+        return self.rows(sample, value.ravel(), jacobian.reshape(count * dim, -1), component)

@@ -1,0 +1,30 @@
+"""From what is required (plain data) to constraints: each term's module registers its own."""
+
+from functools import singledispatch
+
+from trajopt.errors import ProblemError
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.terms.residual import Constraint, Window
+
+INSET = 0.1
+"""Share of a tolerance that the program keeps in hand: the judge measures the timed motion, which
+rounds the corners of the path, against the whole tolerance."""
+
+
+@singledispatch
+def constrain(
+    required: Requirement, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    """Return the constraints that make a motion hold a requirement.
+
+    Args:
+        required: What is required.
+        reduced: The robot and its surroundings.
+        window: Where it must hold.
+        inset: Share of each tolerance to keep in hand.
+
+    Raises:
+        ProblemError: If no term is registered for this kind of requirement.
+    """
+    raise ProblemError(f"no term is registered for {type(required).__name__}")

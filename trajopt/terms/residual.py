@@ -1,0 +1,132 @@
+"""Residual: the protocol of every term, and the two roles it can play."""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ProblemError
+from trajopt.nlp import Loss, Rows
+from trajopt.terms.motion import Motion
+
+
+@runtime_checkable
+class Residual(Protocol):
+    """A vector function of a motion, with its derivative. A class of your own needs no more.
+
+    Attributes:
+        name: Shown in reports.
+    """
+
+    @property
+    def name(self) -> str:
+        """Shown in reports."""
+        ...
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples of a motion.
+
+        The number of rows may change from call to call. `Motion.rows_of_all` turns values and
+        derivatives by the samples' configurations into rows.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Window:
+    """Part of a motion, from one fraction of its knots to another (0: first knot, 1: last)."""
+
+    first: float = 0.0
+    last: float = 1.0
+
+
+WHOLE = Window()
+"""The whole motion."""
+END = Window(1.0, 1.0)
+"""The last knot."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cost:
+    """A residual in the role of a cost: the sum over its rows of weight times loss.
+
+    Attributes:
+        residual: The residual.
+        weight: Weight of every row, >= 0.
+        loss: Squared unless told otherwise.
+        window: Where it counts.
+    """
+
+    residual: Residual
+    weight: float = 1.0
+    loss: Loss = Loss.SQUARED
+    window: Window = WHOLE
+
+    def __post_init__(self) -> None:
+        """Refuse negative weights."""
+        if not self.weight >= 0.0:
+            raise ProblemError(f"cost {self.residual.name!r}: weight {self.weight} is negative")
+
+
+@dataclass(frozen=True, eq=False)
+class Constraint:
+    """A residual in the role of a constraint: every row between bounds.
+
+    Attributes:
+        residual: The residual.
+        lower: Lower bound, one for all components or one each; -inf for none.
+        upper: Upper bound; equal to lower for an equality.
+        tolerance: Violation up to which it counts as held, in the residual's unit.
+        window: Where it holds.
+    """
+
+    residual: Residual
+    lower: Floats
+    upper: Floats
+    tolerance: float = 1e-3
+    window: Window = WHOLE
+
+    def bounds(self, rows: Rows) -> tuple[Floats, Floats]:
+        """Return lower and upper bound of each row, shape (m,)."""
+        lower, upper = (
+            np.full(len(rows.value), side[0]) if len(side) == 1 else side[rows.component]
+            for side in (self.lower, self.upper)
+        )
+        return lower, upper
+
+    def excess(self, motion: Motion) -> float:
+        """Return the largest violation at a motion's samples if it is beyond the tolerance, else 0."""
+        rows = self.residual.linearise(motion)
+        lower, upper = self.bounds(rows)
+        worst = float(np.maximum(lower - rows.value, rows.value - upper).max(initial=0.0))
+        return worst if worst > self.tolerance else 0.0
+
+
+def constraint(
+    residual: Residual,
+    *,
+    lower: ArrayLike,
+    upper: ArrayLike,
+    tolerance: float = 1e-3,
+    window: Window = WHOLE,
+) -> Constraint:
+    """Require a residual to lie between bounds.
+
+    Args:
+        residual: The residual.
+        lower: One bound, or one for each component; -inf for none.
+        upper: Likewise; inf for none.
+        tolerance: Violation up to which it counts as held, in the residual's unit.
+        window: Where it holds.
+
+    Raises:
+        ShapeError: If a bound is not a number.
+        ProblemError: If a lower bound exceeds its upper one.
+    """
+    low = floats("lower", np.atleast_1d(np.asarray(lower, dtype=float)), (None,), infinite=True)
+    high = floats("upper", np.atleast_1d(np.asarray(upper, dtype=float)), (None,), infinite=True)
+    if (low > high).any():
+        raise ProblemError(f"constraint {residual.name!r}: a lower bound exceeds its upper one")
+    return Constraint(residual, low, high, tolerance, window)

@@ -1,0 +1,64 @@
+"""Squared differences of knots: velocity, acceleration and jerk of a path without time.
+
+Forms of Tesseract's TrajOpt (Schulman et al., IJRR 2014, eq. 8), without a time step:
+v_t = q_{t+1} - q_t, a_t = q_{t+2} - 2 q_{t+1} + q_t, j_t = q_{t+3} - 3 q_{t+2} + 3 q_{t+1} - q_t.
+"""
+
+from dataclasses import dataclass
+from math import comb
+from typing import ClassVar
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.nlp import Rows
+from trajopt.terms.motion import Motion
+
+
+def _differences(knots: Floats, order: int) -> Rows:
+    count, joints = knots.shape
+    windows = max(count - order, 0)
+    binomial = np.array([(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)])
+    value = np.diff(knots, n=order, axis=0) if windows else np.empty((0, joints))
+    block = binomial[None, :, None] * np.eye(joints)[:, None, :]
+    first = np.repeat(np.arange(windows), joints)
+    return Rows(
+        value.ravel(),
+        np.tile(block, (windows, 1, 1)),
+        first[:, None] + np.arange(order + 1),
+        np.tile(np.arange(joints), windows),
+        first + order / 2,
+    )
+
+
+@dataclass(frozen=True)
+class Velocity:
+    """First differences of the knots, one component a joint [rad | m]."""
+
+    name: ClassVar[str] = "velocity"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the differences; exact, for they are linear."""
+        return _differences(motion.knots, 1)
+
+
+@dataclass(frozen=True)
+class Acceleration:
+    """Second differences of the knots, one component a joint [rad | m]."""
+
+    name: ClassVar[str] = "acceleration"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the differences; exact, for they are linear."""
+        return _differences(motion.knots, 2)
+
+
+@dataclass(frozen=True)
+class Jerk:
+    """Third differences of the knots, one component a joint [rad | m]."""
+
+    name: ClassVar[str] = "jerk"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the differences; exact, for they are linear."""
+        return _differences(motion.knots, 3)

@@ -1,0 +1,196 @@
+"""Path q(s), without time, and Trajectory q(t), timed."""
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PPoly
+
+from trajopt.arrays import Floats, floats, readonly
+from trajopt.errors import JointNotFound, ShapeError
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A polyline through knots in joint space, without time.
+
+    Attributes:
+        joint_names: Names of the n joints.
+        knots: Joint positions, shape (N, n) [rad | m], N >= 2.
+    """
+
+    joint_names: tuple[str, ...]
+    knots: Floats
+
+    def __post_init__(self) -> None:
+        """Check the shape."""
+        object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(self.joint_names))))
+        if len(self.knots) < 2:
+            raise ShapeError("knots", "a path needs at least two")
+
+    @property
+    def length(self) -> float:
+        """Sum of the Euclidean lengths of the segments in joint space [rad | m]."""
+        return float(np.linalg.norm(np.diff(self.knots, axis=0), axis=1).sum())
+
+
+class Interpolation(Enum):
+    """What a trajectory does between its points."""
+
+    LINEAR = 1
+    CUBIC = 3
+    QUINTIC = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Joint positions over time: polynomials between points.
+
+    With accelerations the polynomials are quintic, with velocities cubic, with neither linear
+    (which is how `trajectory_msgs/JointTrajectory` is executed).
+
+    Attributes:
+        joint_names: Names of the n joints.
+        times: Time of each point from the start, increasing from 0, shape (k,) [s].
+        positions: Shape (k, n) [rad | m].
+        velocities: Shape (k, n) [rad/s | m/s], or None.
+        accelerations: Shape (k, n) [rad/s^2 | m/s^2], or None; needs velocities.
+    """
+
+    joint_names: tuple[str, ...]
+    times: Floats
+    positions: Floats
+    velocities: Floats | None = None
+    accelerations: Floats | None = None
+
+    def __post_init__(self) -> None:
+        """Check shapes and that time increases."""
+        count, joints = len(np.atleast_1d(self.times)), len(self.joint_names)
+        object.__setattr__(self, "times", floats("times", self.times, (count,)))
+        for name in ("positions", "velocities", "accelerations"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, floats(name, value, (count, joints)))
+        if count < 2 or (np.diff(self.times) <= 0.0).any() or self.times[0] != 0.0:
+            raise ShapeError("times", "need at least two points, starting at 0 and increasing")
+        if self.accelerations is not None and self.velocities is None:
+            raise ShapeError("velocities", "are missing while accelerations are given")
+
+    def ordered(self, joint_names: tuple[str, ...]) -> "Trajectory":
+        """Return the same motion with its joints in another order.
+
+        Raises:
+            JointNotFound: If a joint is missing.
+            ShapeError: If it moves joints that are not named.
+        """
+        for name in joint_names:
+            if name not in self.joint_names:
+                raise JointNotFound("joint in the trajectory", name, self.joint_names)
+        extra = sorted(set(self.joint_names) - set(joint_names))
+        if extra:
+            raise ShapeError("trajectory", f"moves joints outside the group: {', '.join(extra)}")
+        order = [self.joint_names.index(name) for name in joint_names]
+        velocities, accelerations = self.velocities, self.accelerations
+        return Trajectory(
+            joint_names,
+            self.times,
+            self.positions[:, order],
+            None if velocities is None else velocities[:, order],
+            None if accelerations is None else accelerations[:, order],
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """Return `joint_names` and `points` as plain data: what `store.read_trajectory` reads back.
+
+        Each point has `time_from_start` [s] and `positions`, and `velocities` and `accelerations`
+        where the trajectory has them.
+        """
+        columns = (
+            ("positions", self.positions),
+            ("velocities", self.velocities),
+            ("accelerations", self.accelerations),
+        )
+        points: list[dict[str, object]] = []
+        for place, moment in enumerate(self.times.tolist()):
+            given = {key: rows[place].tolist() for key, rows in columns if rows is not None}
+            points.append({"time_from_start": moment, **given})
+        return {"joint_names": list(self.joint_names), "points": points}
+
+    @property
+    def interpolation(self) -> Interpolation:
+        """What happens between the points."""
+        if self.accelerations is not None:
+            return Interpolation.QUINTIC
+        return Interpolation.LINEAR if self.velocities is None else Interpolation.CUBIC
+
+    @property
+    def duration(self) -> float:
+        """Time of the last point [s]."""
+        return float(self.times[-1])
+
+    @cached_property
+    def coefficients(self) -> Floats:
+        """Polynomial coefficients, shape (degree + 1, k - 1, n), highest power first.
+
+        Of the time since the start of each segment, as in `scipy.interpolate.PPoly`.
+        """
+        return readonly(_hermite(self))
+
+    @cached_property
+    def _polynomials(self) -> tuple[PPoly, ...]:
+        first = PPoly(self.coefficients, self.times)
+        return (first, first.derivative(1), first.derivative(2), first.derivative(3))
+
+    def __call__(self, t: ArrayLike, order: int = 0) -> Floats:
+        """Evaluate at times, which are clipped to the duration.
+
+        Args:
+            t: Times [s], any shape.
+            order: 0 position, 1 velocity, 2 acceleration, 3 jerk.
+
+        Returns:
+            Shape t.shape + (n,).
+
+        Raises:
+            ShapeError: If the order is not 0 to 3.
+        """
+        if order not in (0, 1, 2, 3):
+            raise ShapeError("order", f"must be 0 to 3, is {order}")
+        moments = np.clip(np.asarray(t, dtype=float), 0.0, self.duration)
+        return np.asarray(self._polynomials[order](moments))
+
+    def __repr__(self) -> str:
+        """Say points, joints and duration."""
+        return (
+            f"Trajectory({len(self.times)} points, {len(self.joint_names)} joints, "
+            f"{self.duration:.3f} s, {self.interpolation.name.lower()})"
+        )
+
+
+def _hermite(trajectory: Trajectory) -> Floats:
+    """Hermite interpolants of degree 1, 3 or 5 (coefficients of the time in each segment)."""
+    h = np.diff(trajectory.times)[:, None]
+    p0, p1 = trajectory.positions[:-1], trajectory.positions[1:]
+    if trajectory.velocities is None:
+        return np.stack(((p1 - p0) / h, p0))
+    v0, v1 = trajectory.velocities[:-1], trajectory.velocities[1:]
+    if trajectory.accelerations is None:
+        d = (p1 - p0) / h
+        return np.stack(((v0 + v1 - 2 * d) / h**2, (3 * d - 2 * v0 - v1) / h, v0, p0))
+    a0, a1 = trajectory.accelerations[:-1], trajectory.accelerations[1:]
+    # Residuals of position, velocity, acceleration at the end after the quadratic from the start.
+    dp = p1 - p0 - v0 * h - a0 * h**2 / 2
+    dv = (v1 - v0 - a0 * h) * h
+    da = (a1 - a0) * h**2
+    return np.stack(
+        (
+            (6 * dp - 3 * dv + da / 2) / h**5,
+            (-15 * dp + 7 * dv - da) / h**4,
+            (10 * dp - 4 * dv + da / 2) / h**3,
+            a0 / 2,
+            v0,
+            p0,
+        )
+    )

@@ -1,0 +1,5 @@
+"""From a problem to a program, and back to a path."""
+
+from trajopt.transcription.knots import KnotsNlp as KnotsNlp
+from trajopt.transcription.knots import fixed_goal as fixed_goal
+from trajopt.transcription.knots import transcribe as transcribe

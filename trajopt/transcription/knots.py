@@ -1,0 +1,179 @@
+"""Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints, readonly
+from trajopt.model.limits import JointLimits
+from trajopt.model.requirements import JointPositions
+from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Rows
+from trajopt.problem import Problem
+from trajopt.query.distance import DistanceQuery
+from trajopt.query.kinematics import Counts, KinematicsQuery
+from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
+from trajopt.terms.joint_positions import group_places
+from trajopt.terms.motion import Motion
+from trajopt.terms.residual import END, WHOLE, Residual
+from trajopt.trajectory import Path
+from trajopt.transcription.margins import tapered_margins
+
+SWEEP = 0.02
+"""No body moves farther than this between two samples, in the end [m]."""
+COARSE_SAMPLES = 2
+"""Samples per segment while the motion is not free yet."""
+MOST_SAMPLES = 40
+"""Samples per segment at most."""
+CLEARANCE_TOLERANCE = 1e-3
+"""A margin counts as held when undercut by no more than this [m]."""
+PRISMATIC_STEP = 0.5
+"""A prismatic joint's ordinary step, as a share of its range."""
+
+
+@dataclass(eq=False)
+class KnotsNlp:
+    """The program over knots; owns the queries, so one per thread.
+
+    Build one with `transcribe(problem)`.
+
+    Attributes:
+        problem: What it transcribes.
+        counts: The work done so far.
+        lower: Lower bounds of the knots, shape (N, n).
+        upper: Upper bounds, shape (N, n).
+        scale: A step of ordinary size, shape (n,).
+    """
+
+    problem: Problem
+    counts: Counts
+    lower: Floats
+    upper: Floats
+    scale: Floats
+    kinematics: KinematicsQuery
+    distances: DistanceQuery
+    constraints: tuple[Constraint, ...]
+
+    def sampling(self, x: Floats, *, fine: bool) -> Ints:
+        """Return samples per segment: few, or as many as the sweep of the bodies demands."""
+        segments = len(x) - 1
+        if not fine:
+            return np.full(segments, COARSE_SAMPLES)
+        at = self.kinematics(x)
+        sweep = self.distances.displacement(at.take(np.arange(segments)), at.take(np.arange(1, segments + 1)))
+        return np.clip(np.ceil(sweep / SWEEP), COARSE_SAMPLES, MOST_SAMPLES).astype(np.int64)
+
+    def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
+        """Evaluate and linearise every cost and constraint on the given samples."""
+        motion = Motion.through(x, sampling, self.kinematics)
+        costs = tuple(
+            CostRows(cost.residual.name, rows, np.full(len(rows.value), cost.weight), cost.loss)
+            for cost in self.problem.costs or ()
+            for rows in (_in_window(cost.residual, motion, cost.window),)
+        )
+        constraints = tuple(self._bounded(item, motion) for item in self.constraints)
+        return Linearisation(x, costs, constraints, sampling)
+
+    def decode(self, x: Floats) -> Path:
+        """Return the path through the knots."""
+        return Path(self.problem.reduced.joint_names, readonly(np.array(x)))
+
+    def _bounded(self, item: Constraint, motion: Motion) -> ConstraintRows:
+        rows = _in_window(item.residual, motion, item.window)
+        lower, upper = item.bounds(rows)
+        fixed = (self.lower == self.upper).all(axis=1)
+        touched = (np.abs(rows.jacobian).max(axis=2, initial=0.0) > 0.0) & ~fixed[rows.knots]
+        keep = touched.any(axis=1) & (np.isfinite(lower) | np.isfinite(upper))
+        return ConstraintRows(
+            item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance
+        )
+
+
+def _take(rows: Rows, keep: Bools) -> Rows:
+    return Rows(
+        rows.value[keep], rows.jacobian[keep], rows.knots[keep], rows.component[keep], rows.place[keep]
+    )
+
+
+def _in_window(residual: Residual, motion: Motion, window: Window) -> Rows:
+    """Linearise where the window lies."""
+    if window == WHOLE:
+        return residual.linearise(motion)
+    last = len(motion.knots) - 1
+    first, final = window.first * last - 1e-9, window.last * last + 1e-9
+    place = motion.place
+    rows = residual.linearise(motion.where((place >= first) & (place <= final)))
+    return _take(rows, (rows.place >= first) & (rows.place <= final))
+
+
+def fixed_goal(problem: Problem) -> Floats | None:
+    """Return the group's positions at the goal, shape (n,), if the goals fix all of them."""
+    reduced = problem.reduced
+    goal = np.full(len(reduced.joint_names), np.nan)
+    for required in problem.goals:
+        if not isinstance(required, JointPositions):
+            return None
+        places, names = group_places(required, reduced)
+        goal[places] = [required.positions[name] for name in names]
+    return None if np.isnan(goal).any() else goal
+
+
+def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float:
+    """Return the time of the straight line at full velocity and acceleration of every joint [s]."""
+    distance = np.abs(goal - start)
+    ramp = limits.velocity**2 / limits.acceleration
+    times = np.where(
+        distance > ramp,
+        distance / limits.velocity + limits.velocity / limits.acceleration,
+        2.0 * np.sqrt(distance / limits.acceleration),
+    )
+    return float(times.max(initial=0.0))
+
+
+def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
+    """Write a problem as a program over knots.
+
+    Args:
+        problem: The problem.
+        seed: A first guess of the knots, shape (N, n): how long the motion will take is guessed
+            from it, for windows of allowed contact.
+
+    Raises:
+        ProblemError: If a requirement has no term, or asks a joint outside the group to move.
+    """
+    reduced = problem.reduced
+    counts = Counts()
+    kinematics, distances = KinematicsQuery(reduced, counts), DistanceQuery(reduced, counts)
+    limits, count = reduced.limits, problem.knots
+    goal = fixed_goal(problem)
+    lower, upper = (np.tile(side, (count, 1)) for side in (limits.lower, limits.upper))
+    lower[0] = upper[0] = reduced.start_positions
+    if goal is not None:
+        lower[-1] = upper[-1] = goal
+    guess = shortest_duration(limits, seed[0], seed[-1])
+    duration = 1.5 * max(guess, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
+    margins = tapered_margins(reduced, distances, kinematics, count, goal, duration)
+    clearance = constraint(
+        Clearance(reduced, distances, margins),
+        lower=0.0,
+        upper=np.inf,
+        tolerance=CLEARANCE_TOLERANCE,
+    )
+    items: list[Constraint] = [clearance]
+    for given in problem.constraints:
+        items.extend([given] if isinstance(given, Constraint) else constrain(given, reduced, WHOLE))
+    if goal is None:
+        for required in problem.goals:
+            items.extend(constrain(required, reduced, END))
+    span = limits.upper - limits.lower
+    prismatic = np.array(
+        [reduced.model.joints[i].shortname().startswith("JointModelP") for i in _joint_ids(problem)]
+    )
+    scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
+    return KnotsNlp(
+        problem, counts, lower, upper, scale, kinematics, distances, tuple(items)
+    )
+
+
+def _joint_ids(problem: Problem) -> list[int]:
+    model = problem.reduced.model
+    return [int(model.getJointId(name)) for name in problem.reduced.joint_names]

@@ -1,0 +1,101 @@
+"""The clearance that the program demands along the motion.
+
+Near a fixed start or goal that is nearer to something than the margin, the margin tapers to what is
+there: otherwise no motion could hold it. Where contact is meant, it is allowed for a time.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.model.reduced import BodyPairs, ReducedModel
+from trajopt.query.distance import DistanceQuery
+from trajopt.query.kinematics import KinematicsQuery
+
+TAPER_KNOTS = 3.0
+"""Knots over which a margin grows from what a fixed end has to its full size."""
+
+
+@dataclass(frozen=True, eq=False)
+class TaperedMargins:
+    """A `MarginRule`.
+
+    Attributes:
+        pairs: The pairs, with their full margins.
+        last: Place of the last knot.
+        at_start: Margin of each pair at the start, shape (p,) [m].
+        at_end: Margin of each pair at the end, shape (p,) [m].
+        contact_until: Place up to which contact is allowed, shape (p,); -1 for nowhere.
+        contact_from: Place from which contact is allowed, shape (p,); inf for nowhere.
+        depth: Penetration accepted there, shape (p,) [m].
+    """
+
+    pairs: BodyPairs
+    last: float
+    at_start: Floats
+    at_end: Floats
+    contact_until: Floats
+    contact_from: Floats
+    depth: Floats
+
+    def __call__(self, pair: Ints, place: Floats) -> Floats:
+        """Return the margin of each pair at each place, shape (m,) [m]."""
+        full = self.pairs.margin[pair]
+        since = np.clip((place - np.maximum(self.contact_until[pair], 0.0)) / TAPER_KNOTS, 0.0, 1.0)
+        until = np.clip(
+            (np.minimum(self.contact_from[pair], self.last) - place) / TAPER_KNOTS, 0.0, 1.0
+        )
+        margin = np.minimum(
+            self.at_start[pair] + (full - self.at_start[pair]) * since,
+            self.at_end[pair] + (full - self.at_end[pair]) * until,
+        )
+        contact = (place <= self.contact_until[pair]) | (place >= self.contact_from[pair])
+        return np.where(contact, -self.depth[pair], margin)
+
+
+def tapered_margins(
+    reduced: ReducedModel,
+    distances: DistanceQuery,
+    kinematics: KinematicsQuery,
+    knots: int,
+    goal: Floats | None,
+    duration: float,
+) -> TaperedMargins:
+    """Measure the fixed ends and lay the margins along the motion.
+
+    Args:
+        reduced: The robot and its surroundings.
+        distances: Measures them.
+        kinematics: Places them.
+        knots: Number of knots.
+        goal: The group's positions at a fixed goal, shape (n,); None if the goal is not fixed.
+        duration: A cautious (long) guess of the motion's duration, for contact windows [s].
+    """
+    pairs, last = reduced.pairs, float(knots - 1)
+
+    def available(positions: Floats) -> Floats:
+        contacts = distances.near(kinematics(positions[None, :]), pairs.margin)
+        margin = pairs.margin.copy()
+        margin[contacts.pair] = np.minimum(contacts.distance, margin[contacts.pair])
+        return margin
+
+    count = len(pairs.margin)
+    until, since = np.full(count, -1.0), np.full(count, np.inf)
+    depth = np.zeros(count)
+    for pair, allowance in pairs.allowances:
+        # From rest at constant acceleration, a share s = 2 (t/T)^2 of the way is done at time t.
+        if allowance.first > 0.0:
+            until[pair] = last * min(2.0 * (allowance.first / duration) ** 2, 1.0)
+        if allowance.last > 0.0:
+            since[pair] = last * (1.0 - min(2.0 * (allowance.last / duration) ** 2, 1.0))
+        depth[pair] = allowance.depth
+    return TaperedMargins(
+        pairs,
+        last,
+        available(reduced.start_positions),
+        pairs.margin if goal is None else available(goal),
+        until,
+        since,
+        depth,
+    )

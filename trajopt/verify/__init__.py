@@ -1,0 +1,38 @@
+"""The independent judge: it recomputes everything from the robot, the scene and the trajectory.
+
+It shares no code with what it judges, and what it certifies as proven holds at every time.
+"""
+
+from trajopt.verify.certificate import (
+    Certificate,
+    Check,
+    Counts,
+    Evidence,
+    PairClearance,
+    Unproven,
+)
+from trajopt.verify.examination import Examination, Moment, OutOfLimit, PairDistance
+from trajopt.verify.judge import Judge, examine, verify
+from trajopt.verify.options import VerifyOptions
+from trajopt.verify.requirement import When, check_requirement
+from trajopt.verify.sampled import SampledCheck
+
+__all__ = [
+    "Certificate",
+    "Check",
+    "Counts",
+    "Evidence",
+    "Examination",
+    "Judge",
+    "Moment",
+    "OutOfLimit",
+    "PairClearance",
+    "PairDistance",
+    "SampledCheck",
+    "Unproven",
+    "VerifyOptions",
+    "When",
+    "check_requirement",
+    "examine",
+    "verify",
+]

@@ -1,0 +1,217 @@
+"""The judge's verdict on a trajectory: what holds, by how much, and how well that is known."""
+
+from dataclasses import dataclass, fields
+from enum import Enum
+from math import isfinite
+from typing import Any
+
+from trajopt.verify.table import aligned
+
+
+class Evidence(Enum):
+    """How a verdict is known.
+
+    PROVEN for every time; SAMPLED at samples only (one is enough to break a check); UNPROVEN when
+    neither a proof nor a violation was found, which does not pass.
+    """
+
+    PROVEN = "proven"
+    SAMPLED = "sampled"
+    UNPROVEN = "unproven"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """One thing that was judged.
+
+    Attributes:
+        name: What was judged: "clearance", "velocity", "goal: ...", ...
+        subject: The pair, joint or frame where it is tightest.
+        value: The value there; None if none can be stated.
+        bound: What the value must not pass; None for none.
+        unit: Unit of both.
+        time: When it is tightest [s]; None if at no certain time.
+        slack: Distance from the value to the bound, negative when it is passed.
+        evidence: How this is known.
+        holds: Whether the check is passed.
+        detail: A sentence.
+        required: Whether the verdict depends on it; False for mere information.
+    """
+
+    name: str
+    subject: str
+    value: float | None
+    bound: float | None
+    unit: str
+    time: float | None
+    slack: float | None
+    evidence: Evidence
+    holds: bool
+    detail: str
+    required: bool = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairClearance:
+    """Clearance of two links or objects that came near each other.
+
+    Attributes:
+        first: One link or object.
+        second: The other.
+        proven: Lower bound over all time at which contact is not accepted [m]; None if unproven.
+        measured: Smallest measured clearance at such times, negative in penetration [m].
+        time: When that was measured [s].
+    """
+
+    first: str
+    second: str
+    proven: float | None
+    measured: float
+    time: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unproven:
+    """The first interval over which a pair could not be proven to keep apart.
+
+    Attributes:
+        first: One link or object.
+        second: The other.
+        begin: Start of the interval [s].
+        end: Its end [s].
+    """
+
+    first: str
+    second: str
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Counts:
+    """What the judgement cost.
+
+    Attributes:
+        distances: Distances measured.
+        kinematics: Configurations at which forward kinematics was computed.
+    """
+
+    distances: int
+    kinematics: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certificate:
+    """The judge's verdict on a trajectory.
+
+    Attributes:
+        checks: Everything that was judged.
+        clearance: Proven lower bound of the distance between any two bodies that must keep apart,
+            at all times at which their contact is not accepted [m]. If there is no proof it is
+            the smallest measured one. Infinite where no pair has to keep apart.
+        pairs: Pairs that came near each other, nearest first.
+        unproven: First interval and pair without proof of clearance, if there is one.
+        margin: Smallest and largest clearance that the optimiser was asked to keep [m].
+        counts: What the judgement cost.
+        notes: What a reader has to know beside.
+    """
+
+    checks: tuple[Check, ...]
+    clearance: float
+    pairs: tuple[PairClearance, ...]
+    unproven: Unproven | None
+    margin: tuple[float, float]
+    counts: Counts
+    notes: tuple[str, ...]
+
+    @property
+    def verified(self) -> bool:
+        """Whether every required check holds."""
+        return all(check.holds for check in self.checks if check.required)
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The required checks that do not hold."""
+        return tuple(check for check in self.checks if check.required and not check.holds)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data that JSON can hold; numbers that are not finite become None."""
+        result = {name.name: _plain(getattr(self, name.name)) for name in fields(self)}
+        return {"verified": self.verified, **result}
+
+    def __str__(self) -> str:
+        """Return the verdict, an aligned table of the checks, and the notes."""
+        return "\n".join((self._verdict(), "", *_table(self.checks), *_remarks(self)))
+
+    def _verdict(self) -> str:
+        if self.verified:
+            return f"verified: all {sum(check.required for check in self.checks)} checks hold"
+        return "not verified: " + "; ".join(
+            f"{check.name} ({check.detail.rstrip('.')})" for check in self.failed
+        )
+
+
+def _table(checks: tuple[Check, ...]) -> list[str]:
+    rows = [
+        (
+            "",
+            "check",
+            "subject",
+            "value",
+            "bound",
+            "unit",
+            "at [s]",
+            "slack",
+            "evidence",
+        )
+    ]
+    for check in checks:
+        mark = ("ok" if check.holds else "FAIL") if check.required else "info"
+        rows.append(
+            (
+                mark,
+                check.name,
+                check.subject,
+                _number(check.value),
+                _number(check.bound),
+                check.unit,
+                "" if check.time is None else f"{check.time:.3f}",
+                _number(check.slack),
+                check.evidence.value,
+            )
+        )
+    return aligned(rows, right=frozenset((3, 4, 6, 7)))
+
+
+def _remarks(certificate: Certificate) -> list[str]:
+    lines = [""]
+    if certificate.pairs:
+        lines.append("nearest pairs [mm]:")
+        for pair in certificate.pairs[:5]:
+            proof = "not proven" if pair.proven is None else f"proven {1000 * pair.proven:.1f}"
+            lines.append(
+                f"  {pair.first} - {pair.second}: measured {1000 * pair.measured:.1f} "
+                f"at {pair.time:.3f} s, {proof}"
+            )
+    counts = certificate.counts
+    lines.append(f"cost: {counts.distances} distances, {counts.kinematics} configurations")
+    lines.extend(f"note: {note}" for note in certificate.notes)
+    return lines
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.5g}"
+
+
+def _plain(value: Any) -> Any:
+    match value:
+        case Enum():
+            return value.value
+        case bool() | int() | str() | None:
+            return value
+        case float():
+            return value if isfinite(value) else None
+        case tuple():
+            return [_plain(item) for item in value]  # pyright: ignore[reportUnknownVariableType]
+        case _:
+            return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}

@@ -1,0 +1,185 @@
+"""Clearance of every pair of bodies over the whole motion, as checks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.model.allowed_collisions import ContactAllowance
+from trajopt.verify.certificate import Check, Evidence, PairClearance, Unproven
+from trajopt.verify.clearance_search import ClearanceSearch, Contact, Tally
+from trajopt.verify.distances import Distances
+from trajopt.verify.motion import Motion
+
+_PROBES = 17
+
+
+@dataclass(frozen=True)
+class ClearanceFinding:
+    """What the search for a proof of clearance has found.
+
+    Attributes:
+        checks: One for clearance, and one for every allowance of meant contact.
+        clearance: Proven lower bound, or the smallest measured if there is none [m].
+        pairs: Pairs that came near each other, nearest first.
+        unproven: First interval without proof, if there is one.
+    """
+
+    checks: tuple[Check, ...]
+    clearance: float
+    pairs: tuple[PairClearance, ...]
+    unproven: Unproven | None
+
+
+def judge_clearance(motion: Motion, distances: Distances) -> ClearanceFinding:
+    """Prove that every pair keeps apart, or find where it does not.
+
+    Args:
+        motion: The motion.
+        distances: Workspace for the distances of its bodies.
+    """
+    search = ClearanceSearch(motion, distances).run()
+    contacts = tuple(_deepest(motion, distances, contact) for contact in search.contacts[:1])
+    for contact in contacts:
+        search.note(contact)
+    proven = not contacts and search.gap is None
+    unproven = None
+    if search.gap is not None:
+        first, second = distances.owners(search.gap.pair)
+        unproven = Unproven(first=first, second=second, begin=search.gap.begin, end=search.gap.end)
+    bound = float(search.free.proven.min(initial=np.inf)) if proven else search.free.best()
+    checks = (
+        _clearance_check(search, distances, bound, contacts, unproven),
+        *_contact_checks(motion, search, proven=proven),
+    )
+    return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven)
+
+
+def _deepest(motion: Motion, distances: Distances, contact: Contact) -> Contact:
+    """Look around a contact for the deepest one near it."""
+    best = contact
+    reach = motion.duration / 16
+    for _ in range(3):
+        begin, end = (
+            max(best.time - reach, 0.0),
+            min(best.time + reach, motion.duration),
+        )
+        times = np.linspace(begin, end, _PROBES)
+        found = distances.measure(
+            motion.poses(times),
+            np.arange(_PROBES),
+            np.full(_PROBES, contact.pair, dtype=np.int64),
+        )
+        lowest = int(found.argmin())
+        if found[lowest] < best.distance:
+            best = Contact(contact.pair, float(times[lowest]), float(found[lowest]))
+        reach /= _PROBES / 3
+    return best
+
+
+def _clearance_check(
+    search: ClearanceSearch,
+    distances: Distances,
+    bound: float,
+    contacts: tuple[Contact, ...],
+    unproven: Unproven | None,
+) -> Check:
+    """State the clearance of the tightest pair."""
+    if not len(distances.first):
+        return _check("", None, None, Evidence.PROVEN, "no pair of bodies has to keep apart")
+    tightest = int(search.free.measured.argmin())
+    time: float | None = float(search.free.time[tightest])
+    if not np.isfinite(search.free.measured[tightest]):
+        tightest, time = int(search.free.proven.argmin()), None
+    if contacts:
+        contact = contacts[0]
+        name = distances.pair_name(contact.pair)
+        words = f"{name} are {-1000 * contact.distance:.2f} mm into each other at {contact.time:.3f} s"
+        return _check(name, contact.distance, contact.time, Evidence.SAMPLED, words)
+    name = distances.pair_name(tightest)
+    if unproven is not None:
+        words = (
+            f"no proof that {unproven.first} and {unproven.second} keep apart "
+            f"from {unproven.begin:.5f} to {unproven.end:.5f} s"
+        )
+        return _check(name, bound, time, Evidence.UNPROVEN, words)
+    if not np.isfinite(bound):
+        return _check("", None, None, Evidence.PROVEN, "contact is accepted all the time")
+    words = f"every pair keeps at least {1000 * bound:.2f} mm apart at all times"
+    return _check(name, bound, time, Evidence.PROVEN, words)
+
+
+def _check(
+    subject: str,
+    value: float | None,
+    time: float | None,
+    evidence: Evidence,
+    detail: str,
+) -> Check:
+    return Check(
+        name="clearance",
+        subject=subject,
+        value=value,
+        bound=0.0,
+        unit="m",
+        time=time,
+        slack=value,
+        evidence=evidence,
+        holds=evidence is Evidence.PROVEN,
+        detail=detail,
+    )
+
+
+def _contact_checks(motion: Motion, search: ClearanceSearch, *, proven: bool) -> tuple[Check, ...]:
+    """State how deep every allowed contact is, unless the search ended for another reason."""
+    checks: list[Check] = []
+    by_allowance: dict[ContactAllowance, list[int]] = {}
+    for pair, allowance in motion.reduced.pairs.allowances:
+        by_allowance.setdefault(allowance, []).append(pair)
+    for allowance, pairs in by_allowance.items():
+        lowest = pairs[int(search.accepted.measured[pairs].argmin())]
+        measured = float(search.accepted.measured[lowest])
+        depth = max(-measured, 0.0) if np.isfinite(measured) else None
+        broken = any(contact.pair in pairs and search.accepted_at(contact) for contact in search.contacts)
+        if not (proven or broken):
+            continue
+        when = [f"the first {allowance.first:g} s"] * (allowance.first > 0.0)
+        when += [f"the last {allowance.last:g} s"] * (allowance.last > 0.0)
+        checks.append(
+            Check(
+                name=f"contact: {allowance.name}",
+                subject=f"{allowance.a} - {allowance.b}",
+                value=depth,
+                bound=allowance.depth,
+                unit="m",
+                time=None if depth is None else float(search.accepted.time[lowest]),
+                slack=None if depth is None else allowance.depth - depth,
+                evidence=Evidence.PROVEN if proven else Evidence.SAMPLED,
+                holds=proven,
+                detail=f"measured depth of the contact accepted in {' and '.join(when)}",
+            )
+        )
+    return tuple(checks)
+
+
+def _pairs(
+    motion: Motion, search: ClearanceSearch, distances: Distances, *, proven: bool
+) -> tuple[PairClearance, ...]:
+    """List the owner pairs that were measured near each other, nearest first."""
+    tally: Tally = search.free
+    by_owners: dict[tuple[str, str], list[int]] = {}
+    for pair in range(len(distances.first)):
+        by_owners.setdefault(distances.owners(pair), []).append(pair)
+    found: list[PairClearance] = []
+    for (first, second), pairs in by_owners.items():
+        nearest = pairs[int(tally.measured[pairs].argmin())]
+        if tally.measured[nearest] <= motion.options.far:
+            found.append(
+                PairClearance(
+                    first=first,
+                    second=second,
+                    proven=float(tally.proven[pairs].min()) if proven else None,
+                    measured=float(tally.measured[nearest]),
+                    time=float(tally.time[nearest]),
+                )
+            )
+    return tuple(sorted(found, key=lambda pair: pair.measured))

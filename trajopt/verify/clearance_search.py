@@ -1,0 +1,241 @@
+"""Search for a proof that bodies keep apart at all times: conservative advancement.
+
+A pair that is at distance d in the middle of an interval, and whose bodies travel by at most m from
+there, is at distance d - m or more in all of it. Where that is not enough the interval is cut.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints
+from trajopt.verify.distances import Distances
+from trajopt.verify.intervals import counting, cut, pieces_wanted
+from trajopt.verify.kinematics import Poses
+from trajopt.verify.motion import Motion
+from trajopt.verify.pair_travel import PairTravel
+from trajopt.verify.windows import Windows
+
+_FIRST_INTERVALS = 32
+_NEAR_ENOUGH = 0.75
+"""Share of the measured clearance at which a bound is near enough, however coarse the resolution."""
+_FIRST_MEASURED = 64
+"""Most promising items that are measured first, so that the others need not be."""
+
+
+@dataclass(frozen=True, eq=False)
+class Items:
+    """What is still to be proven: pairs over intervals.
+
+    Attributes:
+        begin: Start of each interval, shape (c,) [s].
+        end: End of each, shape (c,) [s].
+        cell: Interval of each item, shape (i,).
+        pair: Pair of each item, shape (i,).
+    """
+
+    begin: Floats
+    end: Floats
+    cell: Ints
+    pair: Ints
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A measured contact that is not accepted.
+
+    Attributes:
+        pair: The pair.
+        time: When [s].
+        distance: Signed distance then [m].
+    """
+
+    pair: int
+    time: float
+    distance: float
+
+
+@dataclass(frozen=True)
+class Gap:
+    """An interval over which a pair could not be proven to keep apart.
+
+    Attributes:
+        pair: The pair.
+        begin: Its start [s].
+        end: Its end [s].
+    """
+
+    pair: int
+    begin: float
+    end: float
+
+
+class Tally:
+    """Smallest distance proven and measured of every pair.
+
+    Attributes:
+        proven: Smallest bound over the intervals proven so far, shape (p,) [m].
+        measured: Smallest measured distance, shape (p,) [m]; infinite if never measured.
+        time: When it was measured, shape (p,) [s].
+    """
+
+    def __init__(self, count: int) -> None:
+        """Start with nothing known about a number of pairs."""
+        self.proven: Floats = np.full(count, np.inf)
+        self.measured: Floats = np.full(count, np.inf)
+        self.time: Floats = np.zeros(count)
+
+    def note(self, pair: Ints, distance: Floats, time: Floats) -> None:
+        """Take in measured distances."""
+        falling = np.argsort(-distance, kind="stable")
+        falling = falling[distance[falling] < self.measured[pair[falling]]]
+        self.measured[pair[falling]] = distance[falling]
+        self.time[pair[falling]] = time[falling]
+
+    def best(self) -> float:
+        """Smallest measured distance of all pairs [m]."""
+        return float(self.measured.min(initial=np.inf))
+
+
+class ClearanceSearch:
+    """The search; run it once.
+
+    Attributes:
+        free: What is known of the pairs at times when they must keep apart.
+        accepted: The same for times when their contact is accepted.
+        contacts: Contacts found that are not accepted, deepest first.
+        gap: First interval without proof, if the search was given up.
+    """
+
+    def __init__(self, motion: Motion, distances: Distances) -> None:
+        """Set up the search over a motion."""
+        self._motion, self._distances = motion, distances
+        self._options, self._before = motion.options, distances.calls
+        self._travel = PairTravel(motion.kinematics, distances)
+        self._windows = Windows(motion.reduced.pairs, motion.duration)
+        self._count = len(distances.first)
+        self.free, self.accepted = Tally(self._count), Tally(self._count)
+        self.contacts: tuple[Contact, ...] = ()
+        self.gap: Gap | None = None
+
+    def run(self) -> "ClearanceSearch":
+        """Search until every pair is proven, a contact is found or the search is given up."""
+        self._look_at_ends()
+        items = self._start()
+        while len(items.cell) and not self.contacts and self.gap is None:
+            items = self._advance(items)
+        return self
+
+    def note(self, contact: Contact) -> None:
+        """Take in a measured contact."""
+        self._note(np.array([contact.pair]), np.array([contact.distance]), np.array([contact.time]))
+
+    def accepted_at(self, contact: Contact) -> bool:
+        """Say whether a contact was found at a time at which some depth of it is accepted."""
+        return bool(self._windows.accept(np.array([contact.time]), np.array([contact.pair]))[0])
+
+    def _look_at_ends(self) -> None:
+        """Measure what is near at either end, and look for bodies enclosed by exact meshes.
+
+        To get inside a mesh in between, a body would have to cross its surface.
+        """
+        ends = np.array((0.0, self._motion.duration))
+        poses = self._motion.poses(ends)
+        cell, pair = np.repeat((0, 1), self._count), np.tile(np.arange(self._count), 2)
+        near = self._distances.apart(self._travel.centres(poses), cell, pair) <= self._options.far
+        cell, pair = cell[near], pair[near]
+        distance = self._distances.measure(poses, cell, pair)
+        for row in (0, 1):
+            for enclosed in self._distances.enclosed(poses, row).tolist():
+                hull = self._distances.hull_distance(poses, row, enclosed)
+                cell, pair = np.append(cell, row), np.append(pair, enclosed)
+                distance = np.append(distance, hull)
+        self._note(pair, distance, ends[cell])
+        self._judge(pair, distance, ends[cell])
+
+    def _start(self) -> Items:
+        duration = self._motion.duration
+        even = np.linspace(0.0, duration, _FIRST_INTERVALS + 1)
+        edges = np.unique(np.concatenate((even, self._windows.edges)))
+        cells = len(edges) - 1
+        return Items(
+            edges[:-1],
+            edges[1:],
+            np.repeat(np.arange(cells), self._count),
+            np.tile(np.arange(self._count), cells),
+        )
+
+    def _advance(self, items: Items) -> Items:
+        """Prove what can be proven from the middle of the intervals; cut the others."""
+        middle = (items.begin + items.end) / 2
+        poses = self._motion.poses(middle)
+        moved = self._motion.deviation(items.begin, items.end)
+        centres = self._travel.centres(poses)
+        travel = self._travel.bound(poses, centres, moved, items.cell, items.pair)
+        time = middle[items.cell]
+        accepted = self._windows.accept(time, items.pair)
+        distance = self._distances.apart(centres, items.cell, items.pair)
+        todo = np.flatnonzero(distance - travel <= self._target(time, items.pair))
+        todo = todo[np.argsort(distance[todo], kind="stable")]
+        for some in (todo[:_FIRST_MEASURED], todo[_FIRST_MEASURED:]):
+            chosen = some[distance[some] - travel[some] <= self._target(time[some], items.pair[some])]
+            distance[chosen] = self._measure(items, chosen, poses, travel, accepted)
+            self._note(items.pair[chosen], distance[chosen], time[chosen])
+        bound, target = distance - travel, self._target(time, items.pair)
+        proven = bound > target
+        for tally, kind in ((self.free, ~accepted), (self.accepted, accepted)):
+            mine = proven & kind
+            np.minimum.at(tally.proven, items.pair[mine], bound[mine])
+        left = ~proven
+        self._judge(items.pair[left], distance[left], time[left])
+        return self._cut(items, left, travel, distance - target)
+
+    def _measure(self, items: Items, chosen: Ints, poses: Poses, travel: Floats, accepted: Bools) -> Floats:
+        """Measure items; a mesh in accepted contact counts as its hull, which has a depth."""
+        cell, pair = items.cell[chosen], items.pair[chosen]
+        distance = self._distances.measure(poses, cell, pair)
+        doubtful = accepted[chosen] & self._distances.meshed(pair) & (distance <= travel[chosen])
+        for item in np.flatnonzero(doubtful).tolist():
+            hull = self._distances.hull_distance(poses, int(cell[item]), int(pair[item]))
+            distance[item] = min(distance[item], hull)
+        return distance
+
+    def _target(self, time: Floats, pair: Ints) -> Floats:
+        """Return what bounds must exceed: the floor, or near the smallest distance measured; (i,) [m]."""
+        best = self.free.best()
+        near = max(best - self._options.resolution, _NEAR_ENOUGH * best) if np.isfinite(best) else np.inf
+        wanted = max(min(near, self._options.far), 0.0)
+        return np.where(self._windows.accept(time, pair), self._windows.floor(time, pair), wanted)
+
+    def _note(self, pair: Ints, distance: Floats, time: Floats) -> None:
+        """Take in measured distances, apart for times at which contact is accepted."""
+        accepted = self._windows.accept(time, pair)
+        for tally, mine in ((self.free, ~accepted), (self.accepted, accepted)):
+            tally.note(pair[mine], distance[mine], time[mine])
+
+    def _judge(self, pair: Ints, distance: Floats, time: Floats) -> None:
+        """Note contacts that are not accepted."""
+        found = [
+            Contact(int(pair[item]), float(time[item]), float(distance[item]))
+            for item in np.flatnonzero(distance <= self._windows.floor(time, pair))
+        ]
+        self.contacts = tuple(sorted((*self.contacts, *found), key=lambda contact: contact.distance))
+
+    def _cut(self, items: Items, left: Bools, travel: Floats, reserve: Floats) -> Items:
+        """Cut the intervals of the items left into as many pieces as their proofs seem to need."""
+        cell, pair = items.cell[left], items.pair[left]
+        pieces = np.zeros(len(items.begin), dtype=np.int64)
+        np.maximum.at(pieces, cell, pieces_wanted(travel[left], reserve[left]))
+        width = (items.end - items.begin) / np.maximum(pieces, 1)
+        stuck = np.flatnonzero(width[cell] < self._options.smallest_interval)
+        if self._distances.calls - self._before > self._options.most_distances:
+            stuck = np.arange(len(cell))
+        if len(stuck) and not self.contacts:
+            first = stuck[items.begin[cell[stuck]].argmin()]
+            where = cell[first]
+            self.gap = Gap(int(pair[first]), float(items.begin[where]), float(items.end[where]))
+        begin, end = cut(items.begin, items.end, pieces)
+        copies = pieces[cell]
+        first_piece = np.cumsum(pieces) - pieces
+        where = np.repeat(first_piece[cell], copies) + counting(copies)
+        return Items(begin, end, where, np.repeat(pair, copies))

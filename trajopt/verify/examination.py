@@ -1,0 +1,144 @@
+"""A single configuration: which pairs are in contact, and which joints are out of their limits."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, floats
+from trajopt.model.reduced import ReducedModel
+from trajopt.verify.distances import Distances
+from trajopt.verify.kinematics import Kinematics
+
+
+class Moment(Enum):
+    """At which moment of a motion a configuration is met: contact may be accepted at its ends."""
+
+    START = "start"
+    BETWEEN = "between"
+    END = "end"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairDistance:
+    """Distance of two links or objects.
+
+    Attributes:
+        first: One link or object.
+        second: The other.
+        distance: Signed distance, negative in penetration [m].
+    """
+
+    first: str
+    second: str
+    distance: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutOfLimit:
+    """A joint beyond one of its position limits.
+
+    Attributes:
+        joint: Its name.
+        position: Where it is [rad | m].
+        lower: Its lower limit [rad | m].
+        upper: Its upper limit [rad | m].
+        excess: By how much it is beyond [rad | m].
+    """
+
+    joint: str
+    position: float
+    lower: float
+    upper: float
+    excess: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Examination:
+    """What is wrong with a configuration.
+
+    Attributes:
+        collisions: Pairs in contact that is not accepted, deepest first.
+        out_of_limits: Joints of the group beyond their position limits, farthest first.
+        smallest: The nearest pair whose contact is not accepted; None if no pair keeps apart.
+    """
+
+    collisions: tuple[PairDistance, ...]
+    out_of_limits: tuple[OutOfLimit, ...]
+    smallest: PairDistance | None
+
+    @property
+    def clear(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.collisions and not self.out_of_limits
+
+
+def examine_with(
+    kinematics: Kinematics,
+    distances: Distances,
+    positions: Floats,
+    *,
+    moment: Moment,
+    excess: float,
+) -> Examination:
+    """Examine a configuration in given workspaces.
+
+    Args:
+        kinematics: Workspace for kinematics.
+        distances: Workspace for distances of the same reduced model.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        moment: At which moment of a motion it is met.
+        excess: Numerical excess over a limit that is accepted, relative to the larger of it and 1.
+
+    Raises:
+        ShapeError: If there is not one finite position for each joint.
+    """
+    reduced = kinematics.reduced
+    place = floats("positions", positions, (len(reduced.joint_names),))
+    poses = kinematics.poses(place[None])
+    count = len(distances.first)
+    measured = distances.measure(poses, np.zeros(count, dtype=np.int64), np.arange(count))
+    for pair in distances.enclosed(poses, 0).tolist():
+        measured[pair] = min(measured[pair], distances.hull_distance(poses, 0, pair))
+    judged = ~_excused(reduced, measured, moment)
+    nearest: dict[tuple[str, str], float] = {}
+    for pair in np.flatnonzero(judged)[np.argsort(measured[judged])].tolist():
+        nearest.setdefault(distances.owners(pair), float(measured[pair]))
+    pairs = [
+        PairDistance(first=first, second=second, distance=distance)
+        for (first, second), distance in nearest.items()
+    ]
+    return Examination(
+        collisions=tuple(pair for pair in pairs if pair.distance <= 0.0),
+        out_of_limits=_out_of_limits(reduced, place, excess),
+        smallest=pairs[0] if pairs else None,
+    )
+
+
+def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:
+    """Say which pairs are in a contact that is accepted at that moment."""
+    excused = np.zeros(len(measured), dtype=np.bool_)
+    for pair, allowance in reduced.pairs.allowances:
+        window = {Moment.START: allowance.first, Moment.END: allowance.last}.get(moment, 0.0)
+        if window > 0.0 and measured[pair] > -allowance.depth:
+            excused[pair] = True
+    return excused
+
+
+def _out_of_limits(reduced: ReducedModel, positions: Floats, excess: float) -> tuple[OutOfLimit, ...]:
+    lower, upper = reduced.limits.lower, reduced.limits.upper
+    beyond = np.maximum(positions - upper, lower - positions)
+    found: list[OutOfLimit] = []
+    for joint in (int(place) for place in np.argsort(-beyond)):
+        limit = upper[joint] if positions[joint] > upper[joint] else lower[joint]
+        if beyond[joint] > 0.0 and beyond[joint] > excess * max(abs(float(limit)), 1.0):
+            found.append(
+                OutOfLimit(
+                    joint=reduced.joint_names[joint],
+                    position=float(positions[joint]),
+                    lower=float(lower[joint]),
+                    upper=float(upper[joint]),
+                    excess=float(beyond[joint]),
+                )
+            )
+    return tuple(found)

@@ -1,0 +1,100 @@
+"""Position, velocity and acceleration limits of joints, judged at all times."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.limits import JointLimits
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.joint_unit import joint_unit
+from trajopt.verify.motion import Motion
+
+QUANTITIES = ("joint position", "velocity", "acceleration", "jerk")
+
+
+@dataclass(frozen=True, eq=False)
+class _Tightest:
+    """For each joint the value that is nearest to its limit, or farthest beyond it.
+
+    Attributes:
+        values: Shape (n,).
+        times: Shape (n,) [s].
+        bounds: The limit it is nearest to, shape (n,).
+        slack: Shape (n,).
+        accepted: Numerical excess that is accepted, shape (n,).
+    """
+
+    values: Floats
+    times: Floats
+    bounds: Floats
+    slack: Floats
+    accepted: Floats
+
+
+def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
+    """Judge the limits; where one is passed, every joint that passes it gets a check of its own.
+
+    Extremes of polynomials are exact to rounding, so the checks hold for every time. A linear
+    trajectory states no acceleration; jerk is reported where it is limited, and not required.
+
+    Args:
+        motion: The motion.
+        limits: Limits of the group's joints.
+    """
+    checks = [*_of_order(motion, 0, limits.lower, limits.upper)]
+    checks += _of_order(motion, 1, -limits.velocity, limits.velocity)
+    if motion.differentiable:
+        checks += _of_order(motion, 2, -limits.acceleration, limits.acceleration)
+        if np.isfinite(limits.jerk).any():
+            checks += _of_order(motion, 3, -limits.jerk, limits.jerk)[:1]
+    return tuple(checks)
+
+
+def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[Check]:
+    """Judge one derivative: the tightest joint first, then every other that passes its limit."""
+    found = _tightest(motion, order, lower, upper)
+    scale = np.ones(len(lower)) if order == 0 else np.maximum(upper, 1e-12)
+    relative = found.slack / np.where(np.isfinite(scale), scale, 1.0)
+    checks: list[Check] = []
+    for joint in (int(place) for place in np.argsort(relative)):
+        holds = bool(found.slack[joint] >= -found.accepted[joint])
+        if checks and holds:
+            break
+        name = motion.reduced.joint_names[joint]
+        limited = bool(np.isfinite(found.bounds[joint]))
+        detail = f"{name} reaches {found.values[joint]:.6g}"
+        detail += f", its limit is {found.bounds[joint]:.6g}" if limited else " and has no limit"
+        if order == 3:
+            detail += "; jumps of acceleration between segments are not counted"
+        checks.append(
+            Check(
+                name=QUANTITIES[order],
+                subject=name,
+                value=float(found.values[joint]),
+                bound=float(found.bounds[joint]) if limited else None,
+                unit=joint_unit(motion.reduced.scene.robot, name, order=order),
+                time=float(found.times[joint]),
+                slack=float(found.slack[joint]) if limited else None,
+                evidence=Evidence.PROVEN,
+                holds=holds,
+                detail=detail,
+                required=order < 3,
+            )
+        )
+    return checks
+
+
+def _tightest(motion: Motion, order: int, lower: Floats, upper: Floats) -> _Tightest:
+    high, low = motion.group[order].largest(), motion.group[order].smallest()
+    above = upper - high.values <= low.values - lower
+    bounds = np.where(above, upper, lower)
+    excess = motion.options.excess
+    finite = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
+    return _Tightest(
+        values=np.where(above, high.values, low.values),
+        times=np.where(above, high.times, low.times),
+        bounds=bounds,
+        slack=np.where(above, upper - high.values, low.values - lower),
+        accepted=excess * np.maximum(finite, 1.0) if order == 0 else excess * finite,
+    )

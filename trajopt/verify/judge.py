@@ -1,0 +1,145 @@
+"""The judge: it takes a trajectory and proves or refutes, by itself, all that was asked of it."""
+
+from collections.abc import Sequence
+
+from trajopt.arrays import Floats
+from trajopt.model.limits import JointLimits
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.trajectory import Trajectory
+from trajopt.verify import axis_alignment, frame_placement, joint_positions
+from trajopt.verify.certificate import Certificate, Check, Counts
+from trajopt.verify.clearance import judge_clearance
+from trajopt.verify.distances import Distances
+from trajopt.verify.ends import end_checks
+from trajopt.verify.examination import Examination, Moment, examine_with
+from trajopt.verify.joint_limits import limit_checks
+from trajopt.verify.joint_torques import torque_checks
+from trajopt.verify.kinematics import Kinematics
+from trajopt.verify.motion import Motion
+from trajopt.verify.notes import notes
+from trajopt.verify.options import VerifyOptions
+from trajopt.verify.requirement import When, check_requirement
+from trajopt.verify.sampled import SampledCheck, sampled_check
+
+REQUIREMENT_MODULES = (joint_positions, frame_placement, axis_alignment)
+"""Modules that register the checks of built-in requirements when they are imported."""
+
+_DEFAULT = VerifyOptions()
+
+
+class Judge:
+    """Workspace that judges motions of one reduced model; one for each thread."""
+
+    def __init__(self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT) -> None:
+        """Build the judge's own kinematics and geometry.
+
+        Raises:
+            ModelError: If two half-spaces have to keep apart.
+        """
+        self._reduced, self._options = reduced, options
+        self._kinematics = Kinematics(reduced)
+        self._distances = Distances(reduced, error=options.distance_error)
+
+    def verify(
+        self,
+        trajectory: Trajectory,
+        *,
+        goals: Sequence[Requirement],
+        constraints: Sequence[Requirement] = (),
+        sampled: Sequence[SampledCheck] = (),
+        limits: JointLimits | None = None,
+    ) -> Certificate:
+        """Judge a trajectory, as the function `verify` does."""
+        reduced, kinematics, distances = (
+            self._reduced,
+            self._kinematics,
+            self._distances,
+        )
+        bounds = limits or reduced.limits
+        motion = Motion(reduced, trajectory, kinematics=kinematics, options=self._options)
+        before = (distances.calls, kinematics.calls)
+        checks: list[Check] = [*end_checks(motion)]
+        for when, requirements in ((When.END, goals), (When.ALWAYS, constraints)):
+            for requirement in requirements:
+                checks += check_requirement(requirement, motion, when)
+        checks += [sampled_check(check, motion) for check in sampled]
+        checks += limit_checks(motion, bounds)
+        checks += torque_checks(motion, bounds)
+        found = judge_clearance(motion, distances)
+        margin = reduced.pairs.margin
+        return Certificate(
+            checks=(*found.checks, *checks),
+            clearance=found.clearance,
+            pairs=found.pairs,
+            unproven=found.unproven,
+            margin=(float(margin.min()), float(margin.max())) if len(margin) else (0.0, 0.0),
+            counts=Counts(
+                distances=distances.calls - before[0],
+                kinematics=kinematics.calls - before[1],
+            ),
+            notes=notes(motion, bounds),
+        )
+
+    def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
+        """Examine a configuration, as the function `examine` does."""
+        return examine_with(
+            self._kinematics,
+            self._distances,
+            positions,
+            moment=moment,
+            excess=self._options.excess,
+        )
+
+
+def verify(
+    reduced: ReducedModel,
+    trajectory: Trajectory,
+    *,
+    goals: Sequence[Requirement],
+    constraints: Sequence[Requirement] = (),
+    sampled: Sequence[SampledCheck] = (),
+    limits: JointLimits | None = None,
+    options: VerifyOptions = _DEFAULT,
+) -> Certificate:
+    """Judge a trajectory: prove for all times, not only at samples, what was asked of it.
+
+    Args:
+        reduced: The robot with the group's joints free, in its scene, at its start state.
+        trajectory: Of the group's joints.
+        goals: What must hold at the end; all of them.
+        constraints: What must hold at all times.
+        sampled: Constraints in user code, judged at samples.
+        limits: Limits of the group's joints; those of the model when None.
+        options: Numbers to judge with.
+
+    Raises:
+        ProblemError: If the trajectory moves other joints than the group's, or a requirement has
+            no check.
+        NameNotFound: If a requirement names what does not exist.
+        ModelError: If two half-spaces have to keep apart.
+    """
+    judge = Judge(reduced, options)
+    return judge.verify(trajectory, goals=goals, constraints=constraints, sampled=sampled, limits=limits)
+
+
+def examine(
+    reduced: ReducedModel,
+    positions: Floats,
+    *,
+    moment: Moment = Moment.BETWEEN,
+    options: VerifyOptions = _DEFAULT,
+) -> Examination:
+    """Examine a configuration: measure every pair, and compare joints with their limits.
+
+    Args:
+        reduced: The robot with the group's joints free, in its scene.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        moment: At which moment of a motion it is met; at its ends contact may be accepted.
+        options: Numbers to judge with.
+
+    Raises:
+        ShapeError: If there is not one finite position for each joint.
+        ModelError: If two half-spaces have to keep apart.
+    """
+    return Judge(reduced, options).examine(positions, moment=moment)

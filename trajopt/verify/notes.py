@@ -1,0 +1,70 @@
+"""What a reader of a certificate has to know beside the checks."""
+
+import numpy as np
+
+from trajopt.model.limits import JointLimits
+from trajopt.model.reduced import ReducedModel
+from trajopt.verify.motion import Motion
+
+_MOST_NAMES = 8
+
+
+def notes(motion: Motion, limits: JointLimits) -> tuple[str, ...]:
+    """Collect the notes of a motion judged with some limits."""
+    reduced = motion.reduced
+    return (
+        *_trajectory_notes(motion, limits),
+        *(f"limit chosen: {note}" for note in limits.defaulted),
+        *_joint_notes(reduced),
+        *(f"mesh of {note}" for note in reduced.scene.robot.mesh_notes),
+        *(f"mesh of {note}" for item in reduced.scene.objects.values() for note in item.notes),
+        *_pair_notes(reduced),
+    )
+
+
+def _trajectory_notes(motion: Motion, limits: JointLimits) -> list[str]:
+    found: list[str] = []
+    if not motion.differentiable:
+        found.append(
+            "the trajectory is linear between its points: its velocity jumps there, and it states no "
+            "accelerations, so speed is judged for each segment, acceleration, torque and rest are not"
+        )
+    elif np.isfinite(limits.effort).any():
+        carried = sorted(
+            {
+                body.owner
+                for body in motion.reduced.bodies
+                if body.joint != 0 and body.owner in motion.reduced.scene.objects
+            }
+        )
+        if carried:
+            found.append(f"torques are judged without the mass of {_listed(carried)}")
+    return found
+
+
+def _joint_notes(reduced: ReducedModel) -> list[str]:
+    robot = reduced.scene.robot
+    beyond = np.maximum(reduced.start - robot.limits.upper, robot.limits.lower - reduced.start)
+    moved = set(reduced.model.names)
+    return [
+        f"{name} stands {beyond[joint]:.3g} beyond its limits; it is not of group {reduced.group!r}"
+        for joint, name in enumerate(robot.joint_names)
+        if beyond[joint] > 1e-9 and name not in moved
+    ]
+
+
+def _pair_notes(reduced: ReducedModel) -> list[str]:
+    found = [
+        f"contact of {allowance.a} and {allowance.b} is accepted ({allowance.name}): at most "
+        f"{1000 * allowance.depth:g} mm deep, first {allowance.first:g} s and last {allowance.last:g} s"
+        for allowance in dict.fromkeys(allowance for _, allowance in reduced.pairs.allowances)
+    ]
+    immobile = sorted(" - ".join(sorted(pair)) for pair in reduced.pairs.immobile)
+    if immobile:
+        found.append(f"pairs that do not move against each other, not judged: {_listed(immobile)}")
+    return found
+
+
+def _listed(names: list[str]) -> str:
+    more = len(names) - _MOST_NAMES
+    return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,44 @@
+"""Numbers that the judge works with."""
+
+from dataclasses import dataclass
+
+from trajopt.errors import ProblemError
+
+
+@dataclass(frozen=True, kw_only=True)
+class VerifyOptions:
+    """Numbers that the judge works with; none of them can make a wrong motion pass.
+
+    Attributes:
+        resolution: The proven clearance comes this near to the measured one, or to three quarters of it
+            where that is nearer [m].
+        far: Clearance beyond which nothing is looked at more closely [m].
+        smallest_interval: An interval this short that is still not proven ends the search [s].
+        most_distances: Distances measured before the search for a proof is given up.
+        distance_error: Taken off every measured distance, so that bounds stay sound [m].
+        excess: Numerical excess over a limit or tolerance that is accepted: relative to limits of
+            velocity and acceleration, absolute for positions and requirements [rad | m].
+        start_error: Largest difference from the start state [rad | m].
+        rest_speed: Largest speed of a joint that counts as standing still [rad/s | m/s].
+        sample_step: Longest time between samples where nothing can be proven, such as torques [s].
+    """
+
+    resolution: float = 1e-3
+    far: float = 0.05
+    smallest_interval: float = 1e-5
+    most_distances: int = 1_000_000
+    distance_error: float = 1e-6
+    excess: float = 1e-6
+    start_error: float = 1e-6
+    rest_speed: float = 1e-6
+    sample_step: float = 0.01
+
+    def __post_init__(self) -> None:
+        """Check that every number is positive.
+
+        Raises:
+            ProblemError: If one is not.
+        """
+        for name, value in vars(self).items():
+            if not value > 0:
+                raise ProblemError(f"VerifyOptions.{name} must be positive, is {value!r}")

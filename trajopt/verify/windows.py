@@ -1,0 +1,52 @@
+"""When contact of a pair is accepted: the first or last seconds of a motion."""
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints
+from trajopt.model.reduced import BodyPairs
+
+
+class Windows:
+    """The allowances of meant contact, laid out by pair.
+
+    Where several allowances name one pair the longest window counts, with the smallest depth.
+
+    Attributes:
+        edges: Times at which a window opens or closes, inside the motion [s].
+    """
+
+    def __init__(self, pairs: BodyPairs, duration: float) -> None:
+        """Lay the allowances out for a motion of a duration [s]."""
+        count = len(pairs.first)
+        self._until: Floats = np.full(count, -np.inf)
+        self._from: Floats = np.full(count, np.inf)
+        self._first_depth: Floats = np.full(count, np.inf)
+        self._last_depth: Floats = np.full(count, np.inf)
+        for pair, allowance in pairs.allowances:
+            if allowance.first > 0.0:
+                self._until[pair] = max(self._until[pair], allowance.first)
+                self._first_depth[pair] = min(self._first_depth[pair], allowance.depth)
+            if allowance.last > 0.0:
+                self._from[pair] = min(self._from[pair], duration - allowance.last)
+                self._last_depth[pair] = min(self._last_depth[pair], allowance.depth)
+        edges = np.concatenate((self._until, self._from))
+        self.edges: Floats = np.unique(edges[(edges > 0.0) & (edges < duration)])
+
+    def accept(self, time: Floats, pair: Ints) -> Bools:
+        """Say whether contact of pairs is accepted at times, both of shape (i,)."""
+        return (time <= self._until[pair]) | (time >= self._from[pair])
+
+    def floor(self, time: Floats, pair: Ints) -> Floats:
+        """Return what distances of pairs must exceed at times: zero, or minus the accepted depth.
+
+        Args:
+            time: Shape (i,) [s].
+            pair: Shape (i,).
+
+        Returns:
+            Shape (i,) [m].
+        """
+        first = np.where(time <= self._until[pair], self._first_depth[pair], np.inf)
+        last = np.where(time >= self._from[pair], self._last_depth[pair], np.inf)
+        depth = np.minimum(first, last)
+        return np.where(np.isfinite(depth), -depth, 0.0)

@@ -1,0 +1,120 @@
+"""Clearance of a motion: the pair that is nearest, and the smallest distances over time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats
+from trajopt.model.reduced import ReducedModel
+from trajopt.query.distance import DistanceQuery
+from trajopt.query.kinematics import Counts, Kinematics, KinematicsQuery
+
+REACHES = (0.03, 0.15, 0.6, np.inf)
+"""Distances within which the nearest pair is looked for, one after the other [m]."""
+
+
+class PairKind(Enum):
+    """What a pair of bodies is made of."""
+
+    SURROUNDINGS = "links to surroundings"
+    SELF = "links to links"
+    CARRIED = "carried objects"
+
+
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The pair with the smallest clearance at one time.
+
+    Attributes:
+        owners: The two links or objects.
+        distance: Signed: positive apart, negative in penetration [m].
+        margin: Clearance that the scene asks for [m].
+        points: Nearest points of the two, in the world, shape (2, 3) [m].
+    """
+
+    owners: tuple[str, str]
+    distance: float
+    margin: float
+    points: Floats
+
+
+class ClearanceQuery:
+    """Measures clearances along a motion; owns scratch memory, so one per thread.
+
+    A pair whose contact is meant at a time is left out at that time.
+    """
+
+    def __init__(self, reduced: ReducedModel, duration: float) -> None:
+        """Build the queries for a motion of that duration [s]."""
+        self._reduced = reduced
+        self._duration = duration
+        self.kinematics = KinematicsQuery(reduced, Counts())
+        self._distance = DistanceQuery(reduced, Counts())
+
+    def nearest(self, t: float, kinematics: Kinematics) -> Nearest | None:
+        """Return the nearest pair at a time, or None where nothing can come near anything.
+
+        Args:
+            t: Time [s].
+            kinematics: Of the one configuration at that time.
+        """
+        pairs, bodies = self._reduced.pairs, self._reduced.bodies
+        checked = ~self.meant(np.array([t]))[0]
+        for reach in REACHES:
+            found = self._distance.near(kinematics, np.where(checked, reach, -np.inf))
+            if len(found.distance):
+                best = int(found.distance.argmin())
+                pair = int(found.pair[best])
+                return Nearest(
+                    (bodies[int(pairs.first[pair])].owner, bodies[int(pairs.second[pair])].owner),
+                    float(found.distance[best]),
+                    float(pairs.margin[pair]),
+                    np.stack((found.point_first[best], found.point_second[best])),
+                )
+        return None
+
+    def smallest(self, times: Floats, kinematics: Kinematics, reach: float) -> Mapping[PairKind, Floats]:
+        """Return the smallest clearance of each kind of pair over time.
+
+        Args:
+            times: Shape (S,) [s].
+            kinematics: Of the S configurations at those times.
+            reach: Clearances beyond it are not measured [m].
+
+        Returns:
+            For each kind that has pairs, shape (S,) [m]; inf where nothing is within reach.
+        """
+        kinds = self.kinds()
+        found = self._distance.near(kinematics, np.full(len(kinds), reach))
+        counted = ~self.meant(times)[found.sample, found.pair]
+        result: dict[PairKind, Floats] = {}
+        for kind in PairKind:
+            mine = np.array([other is kind for other in kinds], dtype=bool)
+            if mine.any():
+                chosen = counted & mine[found.pair]
+                smallest = np.full(len(times), np.inf)
+                np.minimum.at(smallest, found.sample[chosen], found.distance[chosen])
+                result[kind] = smallest
+        return result
+
+    def meant(self, times: Floats) -> Bools:
+        """Return whether contact of each pair is meant at each time, (S,) -> (S, pairs)."""
+        pairs = self._reduced.pairs
+        result = np.zeros((len(times), len(pairs.first)), dtype=bool)
+        for pair, allowance in pairs.allowances:
+            result[:, pair] |= (times < allowance.first) | (times > self._duration - allowance.last)
+        return result
+
+    def kinds(self) -> tuple[PairKind, ...]:
+        """Return what each pair is made of."""
+        bodies, objects = self._reduced.bodies, self._reduced.scene.objects
+        result: list[PairKind] = []
+        for a, b in zip(self._reduced.pairs.first, self._reduced.pairs.second, strict=True):
+            things = [body for body in (bodies[int(a)], bodies[int(b)]) if body.owner in objects]
+            if any(thing.joint > 0 for thing in things):
+                result.append(PairKind.CARRIED)
+            else:
+                result.append(PairKind.SURROUNDINGS if things else PairKind.SELF)
+        return tuple(result)

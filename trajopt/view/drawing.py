@@ -1,0 +1,197 @@
+"""The scene in the page: one frame for each joint, so that a move sends few messages."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import MeshFileError
+from trajopt.model.mesh_file import load_mesh
+from trajopt.model.placement import Placement, placement
+from trajopt.model.reduced import FixedBody, ReducedModel
+from trajopt.model.shapes import Plane, Shape, bounding_box
+from trajopt.model.urdf import LinkGeometry, MeshReference
+from trajopt.query.kinematics import Kinematics
+from trajopt.view import palette
+from trajopt.view.clearance import Nearest
+from trajopt.view.palette import Rgb
+from trajopt.view.surface import surface
+
+if TYPE_CHECKING:
+    from viser import FrameHandle, MeshHandle, ViserServer
+
+FLOOR_EDGE = 4.0
+"""Edge of the floor grid [m]."""
+WITNESS_SIZE = 0.006
+"""Size of the dots at the two nearest points [m]."""
+
+
+class Drawing:
+    """Robot, objects, floor, tool path and the line between the nearest points."""
+
+    def __init__(self, server: "ViserServer", reduced: ReducedModel, start: Kinematics) -> None:
+        """Draw everything where it is at the start."""
+        self._server = server
+        self._reduced = reduced
+        self._joints: list[FrameHandle] = [
+            server.scene.add_frame(_joint_node(joint), show_axes=False)
+            for joint in range(1, reduced.model.njoints)
+        ]
+        self._collision: list[MeshHandle] = []
+        self._draw_robot()
+        self._draw_objects()
+        self._draw_floor()
+        ends = np.zeros((1, 2, 3))
+        self._line = server.scene.add_line_segments(
+            "/nearest/line", ends, palette.TOUCHING, thickness=3.0, thickness_units="screen", visible=False
+        )
+        self._dots = server.scene.add_point_cloud(
+            "/nearest/points",
+            ends[0],
+            palette.TOUCHING,
+            point_size=WITNESS_SIZE,
+            point_shape="circle",
+            precision="float32",
+            visible=False,
+        )
+        self.move(start)
+
+    def move(self, kinematics: Kinematics) -> None:
+        """Place all joints as in the first of the configurations."""
+        with self._server.atomic():
+            for joint, frame in enumerate(self._joints, start=1):
+                where = Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint])
+                frame.wxyz = _wxyz(where)
+                frame.position = where.translation
+
+    def joint_placement(self, joint: str) -> Placement:
+        """Return where a joint of the model is drawn, in the world."""
+        frame = self._joints[list(self._reduced.model.names).index(joint) - 1]
+        w, x, y, z = frame.wxyz
+        return placement(frame.position, quaternion=(x, y, z, w))
+
+    def point_out(self, nearest: Nearest | None) -> None:
+        """Draw the line between the nearest points, or none."""
+        self._line.visible = self._dots.visible = nearest is not None
+        if nearest is not None:
+            colour = palette.TOUCHING if nearest.distance < nearest.margin else palette.SAFE
+            self._line.points = nearest.points[None].astype(np.float32)
+            self._dots.points = nearest.points.astype(np.float32)
+            self._line.colors = self._dots.colors = np.array(colour, dtype=np.uint8)
+
+    def show_collision_shapes(self, visible: bool) -> None:
+        """Draw the robot's collision shapes over its links, or not."""
+        with self._server.atomic():
+            for handle in self._collision:
+                handle.visible = visible
+
+    def draw_tool_path(self, points: Floats) -> None:
+        """Draw the path of the tool through points (k, 3) [m]."""
+        self._server.scene.add_line_segments(
+            "/tool_path",
+            np.stack((points[:-1], points[1:]), axis=1),
+            palette.TOOL_PATH,
+            thickness=2.5,
+            thickness_units="screen",
+        )
+
+    def _draw_robot(self) -> None:
+        """Draw each link by its visual elements, or by its collision shapes where it has none."""
+        robot = self._reduced.scene.robot
+        for number, link in enumerate(robot.links):
+            joint, where = self._reduced.attachment(link)
+            plain = palette.LINKS[number % len(palette.LINKS)]
+            visuals = [visual for visual in robot.visuals if visual.link == link]
+            shapes = _readable(visuals)
+            bodies = [body for body in self._reduced.bodies if body.owner == link]
+            for count, (visual, shape) in enumerate(shapes):
+                node = f"{_joint_node(joint)}/link_{number}_visual_{count}"
+                self._mesh(node, shape, where * visual.placement, _colour(visual, plain))
+            for count, body in enumerate(bodies):
+                node = f"{_joint_node(joint)}/link_{number}_collision_{count}"
+                if shapes:
+                    handle = self._mesh(node, body.shape, body.placement, palette.COLLISION, opacity=0.45)
+                    handle.visible = False
+                    self._collision.append(handle)
+                else:
+                    self._mesh(node, body.shape, body.placement, plain)
+
+    def _draw_objects(self) -> None:
+        names = list(self._reduced.scene.objects)
+        for count, body in enumerate(self._reduced.bodies):
+            if body.owner in names:
+                number = names.index(body.owner)
+                colour = palette.SURFACES[number % len(palette.SURFACES)]
+                if isinstance(body.shape, Plane):
+                    colour = palette.GROUND
+                node = f"{_joint_node(body.joint)}/object_{number}_part_{count}"
+                self._mesh(node, body.shape, body.placement, colour)
+
+    def _draw_floor(self) -> None:
+        """Draw a grid at the height of the lowest thing that stands still."""
+        fixed = [body for body in self._reduced.bodies if body.joint == 0]
+        lowest = min((_lowest(body) for body in fixed if not isinstance(body.shape, Plane)), default=0.0)
+        self._server.scene.add_grid(
+            "/floor",
+            width=FLOOR_EDGE,
+            height=FLOOR_EDGE,
+            cell_size=0.1,
+            cell_color=(228, 228, 228),
+            section_size=0.5,
+            section_color=(196, 196, 196),
+            position=(0.0, 0.0, min(lowest, 0.0)),
+        )
+
+    def _mesh(
+        self, node: str, shape: Shape, where: Placement, colour: Rgb, *, opacity: float | None = None
+    ) -> "MeshHandle":
+        skin = surface(shape)
+        return self._server.scene.add_mesh_simple(
+            node,
+            skin.vertices,
+            skin.faces,
+            color=colour,
+            flat_shading=not skin.smooth,
+            opacity=opacity,
+            side="double",
+            cast_shadow=not isinstance(shape, Plane),
+            wxyz=_wxyz(where),
+            position=where.translation,
+        )
+
+
+def _joint_node(joint: int) -> str:
+    return f"/joint_{joint}" if joint else "/world"
+
+
+def _readable(visuals: list[LinkGeometry]) -> list[tuple[LinkGeometry, Shape]]:
+    """Load the meshes of a link's visual elements; nothing if one cannot be read."""
+    shapes: list[tuple[LinkGeometry, Shape]] = []
+    for visual in visuals:
+        if isinstance(visual.geometry, MeshReference):
+            try:
+                shapes.append((visual, load_mesh(visual.geometry.path, visual.geometry.scale)))
+            except MeshFileError:
+                return []
+        else:
+            shapes.append((visual, visual.geometry))
+    return shapes
+
+
+def _colour(visual: LinkGeometry, plain: Rgb) -> Rgb:
+    if visual.colour is None:
+        return plain
+    red, green, blue = (round(255 * min(max(share, 0.0), 1.0)) for share in visual.colour[:3])
+    return red, green, blue
+
+
+def _lowest(body: FixedBody) -> float:
+    """Return a lower bound of a fixed body's height [m]."""
+    lower, upper = bounding_box(body.shape)
+    half, centre = (upper - lower) / 2, body.placement * ((lower + upper) / 2)
+    return float(centre[2] - np.abs(body.placement.rotation[2]) @ half)
+
+
+def _wxyz(where: Placement) -> Floats:
+    x, y, z, w = where.quaternion
+    return np.array((w, x, y, z))

@@ -1,0 +1,235 @@
+"""The page: a robot, its surroundings and a motion, with a time slider, served on a local port."""
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import MissingExtra, ShapeError
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.shapes import Plane, bounding_sphere
+from trajopt.query.kinematics import Kinematics
+from trajopt.trajectory import Trajectory
+from trajopt.view.clearance import ClearanceQuery, Nearest
+from trajopt.view.drawing import Drawing
+from trajopt.view.readout import clearance_html, joints_html
+
+if TYPE_CHECKING:
+    from viser import GuiEvent, GuiSliderHandle, ViserServer
+
+FRAME_TIME = 1 / 30
+"""Time between two frames while playing [s]."""
+CAMERA_DIRECTION = np.array((0.55, -1.05, 0.6))
+"""From the middle of the scene to the camera, for a scene of size 1: from the robot's right side."""
+CAMERA_ANGLE = 0.7
+"""Vertical opening angle of the camera [rad]."""
+TOOL_PATH_POINTS = 200
+"""Points of the line that shows the path of the tool."""
+
+
+def view(
+    reduced: ReducedModel, trajectory: Trajectory, *, port: int = 8080, host: str = "127.0.0.1"
+) -> "Viewer":
+    """Serve a page that shows a motion; returns at once.
+
+    Args:
+        reduced: The robot and its surroundings.
+        trajectory: The motion of the group's joints.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines look too.
+
+    Returns:
+        The viewer: open its `url` in a browser; `wait()` keeps a script alive.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        ShapeError: If the trajectory moves other joints than the group's.
+    """
+    try:
+        from viser import ViserServer
+    except ImportError as error:
+        raise MissingExtra("viser", "view") from error
+    if trajectory.joint_names != reduced.joint_names:
+        raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
+    return Viewer(ViserServer(host, port, "trajopt", verbose=False), reduced, trajectory)
+
+
+class Viewer:
+    """A page that shows a motion; `view` opens one.
+
+    Attributes:
+        url: Address of the page.
+    """
+
+    def __init__(self, server: "ViserServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
+        """Draw the scene and the controls, and show the beginning."""
+        host = "localhost" if server.get_host() == "0.0.0.0" else server.get_host()
+        self.url = f"http://{host}:{server.get_port()}"
+        self._server = server
+        self._reduced = reduced
+        self._trajectory = trajectory
+        self._time = 0.0
+        self._lock = threading.RLock()
+        self._playing, self._closed = threading.Event(), threading.Event()
+        self._clearance = ClearanceQuery(reduced, trajectory.duration)
+        times = np.linspace(0.0, trajectory.duration, TOOL_PATH_POINTS)
+        along = self._clearance.kinematics(trajectory(times))
+        self._drawing = Drawing(server, reduced, along)
+        self._drawing.draw_tool_path(_tool_points(reduced, along))
+        _aim_camera(server, reduced, along)
+        # A joint that slides has no angular velocity.
+        turns = np.linalg.norm(along.jacobian[0, 3:], axis=0) > 0.5
+        columns = [list(reduced.model.names).index(name) - 1 for name in reduced.joint_names]
+        self._revolute = tuple(bool(turns[column]) for column in columns)
+        self._add_controls()
+        self._refresh(0.0)
+        threading.Thread(target=self._play, name="trajopt viewer", daemon=True).start()
+
+    @property
+    def time(self) -> float:
+        """Time that is shown [s]."""
+        return self._time
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of the group's joints that are shown, shape (n,) [rad | m]."""
+        return self._trajectory(self._time)
+
+    @property
+    def nearest(self) -> Nearest | None:
+        """The pair with the smallest clearance at the time that is shown."""
+        return self._nearest
+
+    def joint_placement(self, joint: str) -> Placement:
+        """Return where a joint is drawn, in the world."""
+        return self._drawing.joint_placement(joint)
+
+    def show(self, t: float) -> None:
+        """Show the motion at a time [s], clipped to its duration."""
+        with self._lock:
+            self._refresh(t)
+            self._slider.value = self._time
+
+    def play(self) -> None:
+        """Let the motion run, from the beginning if it is at its end."""
+        with self._lock:
+            if self._time >= self._trajectory.duration:
+                self.show(0.0)
+            self._button.label = "Pause"
+            self._playing.set()
+
+    def pause(self) -> None:
+        """Stop where the motion is."""
+        with self._lock:
+            self._button.label = "Play"
+            self._playing.clear()
+
+    def wait(self) -> None:
+        """Block until Ctrl-C, or until `close` is called."""
+        try:
+            self._closed.wait()
+        except KeyboardInterrupt:
+            self.close()
+
+    def close(self) -> None:
+        """Stop serving the page."""
+        with self._lock:
+            if self._closed.is_set():
+                return
+            self._closed.set()
+            self._playing.set()
+        self._server.stop()
+
+    def __repr__(self) -> str:
+        """Say where the page is."""
+        return f"Viewer({self.url!r}, {self._trajectory})"
+
+    def _add_controls(self) -> None:
+        gui, duration = self._server.gui, self._trajectory.duration
+        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0x44, 0x77, 0xAA))
+        step = 0.01 if duration > 1.0 else 0.001
+        # The last step may lie beyond the end, which is what it shows then.
+        last = round(float(np.ceil(duration / step)) * step, 3)
+        self._slider = gui.add_slider("time [s]", 0.0, last, step, 0.0)
+        self._button = gui.add_button("Play")
+        self._speed = gui.add_slider("speed", 0.1, 2.0, 0.1, 1.0)
+        shapes = gui.add_checkbox("collision shapes", False)
+        self._clearance_text = gui.add_html("")
+        self._joints_text = gui.add_html("")
+
+        @self._slider.on_update
+        def _(event: "GuiEvent[GuiSliderHandle[float]]") -> None:
+            if event.client is not None:
+                self.pause()
+                with self._lock:
+                    # Events may overtake each other: the slider itself holds the last value.
+                    self._refresh(self._slider.value)
+
+        @self._button.on_click
+        def _(_: object) -> None:
+            if self._playing.is_set():
+                self.pause()
+            else:
+                self.play()
+
+        @shapes.on_update
+        def _(_: object) -> None:
+            self._drawing.show_collision_shapes(shapes.value)
+
+    def _refresh(self, t: float) -> None:
+        """Move everything but the slider to a time."""
+        with self._lock:
+            shown = min(max(float(t), 0.0), self._trajectory.duration)
+            positions = self._trajectory(shown)
+            kinematics = self._clearance.kinematics(positions[None])
+            self._nearest = self._clearance.nearest(shown, kinematics)
+            with self._server.atomic():
+                self._drawing.move(kinematics)
+                self._drawing.point_out(self._nearest)
+            self._clearance_text.content = clearance_html(self._nearest)
+            self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
+            self._time = shown
+
+    def _play(self) -> None:
+        """Advance while playing (body of the thread)."""
+        last = time.monotonic()
+        while not self._closed.is_set():
+            if not self._playing.is_set():
+                self._playing.wait()
+                last = time.monotonic()
+            now = time.monotonic()
+            with self._lock:
+                if self._playing.is_set() and not self._closed.is_set():
+                    self.show(self._time + (now - last) * self._speed.value)
+                    if self._time >= self._trajectory.duration:
+                        self.pause()
+            last = now
+            self._closed.wait(FRAME_TIME)
+
+
+def _tool_points(reduced: ReducedModel, along: Kinematics) -> Floats:
+    """Return the path of the group's tip, or of its last link, shape (S, 3) [m]."""
+    group = reduced.scene.robot.group(reduced.group)
+    tip = group.tip or (group.links or reduced.scene.robot.links)[-1]
+    joint, where = reduced.attachment(tip)
+    return along.rotation[:, joint] @ where.translation + along.translation[:, joint]
+
+
+def _aim_camera(server: "ViserServer", reduced: ReducedModel, along: Kinematics) -> None:
+    """Let the camera see everything that has a size."""
+    corners = [along.translation.reshape(-1, 3)]
+    for body in reduced.bodies:
+        if not isinstance(body.shape, Plane):
+            centre, radius = bounding_sphere(body.shape)
+            where = body.placement * centre
+            where = along.rotation[0, body.joint] @ where + along.translation[0, body.joint]
+            corners.append(np.stack((where - radius, where + radius)))
+    cloud = np.concatenate(corners)
+    middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
+    size = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
+    server.initial_camera.look_at = middle
+    server.initial_camera.position = middle + size * CAMERA_DIRECTION
+    server.initial_camera.fov = CAMERA_ANGLE
