@@ -86,9 +86,7 @@ class Record:
         }
 
 
-def find_instances(
-    folder: Path, sets: Sequence[str] = (), *, limit: int | None = None
-) -> list[Instance]:
+def find_instances(folder: Path, sets: Sequence[str] = (), *, limit: int | None = None) -> list[Instance]:
     """List the problems below a folder.
 
     Args:
@@ -190,6 +188,5 @@ def by_set(records: Sequence[Record]) -> dict[str, dict[str, object]]:
     """Return the summary of each set, in the order met."""
     names = list(dict.fromkeys(record.instance.set_name for record in records))
     return {
-        name: summary([record for record in records if record.instance.set_name == name])
-        for name in names
+        name: summary([record for record in records if record.instance.set_name == name]) for name in names
     }

@@ -159,9 +159,7 @@ class MissingExtra(TrajoptError, ImportError):
         """Name the package and the extra that brings it."""
         self.package = package
         self.extra = extra
-        super().__init__(
-            f'{package} is not installed; run: pip install "trajopt-planner[{extra}]"'
-        )
+        super().__init__(f'{package} is not installed; run: pip install "trajopt-planner[{extra}]"')
 
 
 class PlanningFailed(TrajoptError):

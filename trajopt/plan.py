@@ -24,7 +24,7 @@ from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.trajectory import Path
 from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
-from trajopt.verify import Certificate, Examination, examine, verify
+from trajopt.verify import Certificate, Examination, Moment, examine, verify
 
 PATH_TOLERANCES = (5e-3, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
@@ -103,7 +103,6 @@ class _Planning:
             qp_solves=solved.qp_solves,
             qp_iterations=solved.qp_iterations,
         )
-        result = self._result(Status.STUCK, _blocking(solved), path=path, solve=solved)
         for tolerance in PATH_TOLERANCES:
             with self._stage("retime"):
                 timed = self._retime(nlp, path, tolerance)
@@ -111,17 +110,12 @@ class _Planning:
                 return self._result(Status.NO_TIMING, timed.reason, path=path, solve=solved)
             with self._stage("verify"):
                 certificate = self._verify(timed)
-            status = Status.SOLVED if certificate.verified else Status.STUCK
-            if solved.feasible and not certificate.verified:
-                status = Status.NOT_VERIFIED
-            message = "" if certificate.verified else certificate.first_failure()
-            if status is Status.STUCK:
-                message = _blocking(solved)
+            status, message = _outcome(solved, certificate)
             result = self._result(
                 status, message, path=path, solve=solved, timed=timed, certificate=certificate
             )
-            if certificate.verified or not solved.feasible:
-                break
+            if status is not Status.NOT_VERIFIED:
+                return result
         return result
 
     def _retime(self, nlp: KnotsNlp, path: Path, tolerance: float) -> Retimed | RetimeFailure:
@@ -155,9 +149,8 @@ class _Planning:
     def _examine_start(self) -> Result | None:
         """Refuse a start that no motion can leave."""
         reduced = self.problem.reduced
-        seen = examine(reduced, reduced.start_positions)
-        allowed = {allowance.pair for allowance in self.problem.scene.allowances if allowance.first > 0.0}
-        refusal = self._refuse(seen, "start", allowed)
+        seen = examine(reduced, reduced.start_positions, moment=Moment.START)
+        refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
         if refusal is not None:
             return refusal
         broken = self._broken(reduced.start_positions)
@@ -170,8 +163,8 @@ class _Planning:
         reduced = self.problem.reduced
         goal = fixed_goal(self.problem)
         if goal is not None:
-            allowed = {a.pair for a in self.problem.scene.allowances if a.last > 0.0}
-            refusal = self._refuse(examine(reduced, goal), "goal", allowed)
+            seen = examine(reduced, goal, moment=Moment.END)
+            refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
             broken = self._broken(goal)
             if refusal is None and broken:
                 refusal = self._result(Status.GOAL_BREAKS_CONSTRAINT, broken)
@@ -194,16 +187,19 @@ class _Planning:
             f"the nearest of the configurations tried misses the goal by {found.nearest_miss:.3g} (m, rad)",
         )
 
-    def _refuse(
-        self, seen: Examination, end: str, allowed: set[frozenset[str]]
-    ) -> Result | None:
+    def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:
         if seen.out_of_limits:
-            status = Status.START_OUT_OF_LIMITS if end == "start" else Status.GOAL_OUT_OF_LIMITS
-            return self._result(status, "; ".join(str(item) for item in seen.out_of_limits))
-        worst = [item for item in seen.collisions if frozenset(item.owners) not in allowed]
-        if worst:
-            status = Status.START_IN_COLLISION if end == "start" else Status.GOAL_IN_COLLISION
-            return self._result(status, "; ".join(str(item) for item in worst[:3]))
+            beyond = (
+                f"{item.joint} at {item.position:.4f} is outside [{item.lower:.4f}, {item.upper:.4f}]"
+                for item in seen.out_of_limits
+            )
+            return self._result(limits, "; ".join(beyond))
+        if seen.collisions:
+            inside = (
+                f"{item.first} is {max(-item.distance, 0.0) * 1000:.1f} mm inside {item.second}"
+                for item in seen.collisions[:3]
+            )
+            return self._result(collision, "; ".join(inside))
         return None
 
     def _broken(self, positions: Floats) -> str:
@@ -254,6 +250,15 @@ class _Planning:
         begin = time.process_time()
         yield
         self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
+
+
+def _outcome(solved: SolveResult, certificate: Certificate) -> tuple[Status, str]:
+    """Return how planning ended: the judge decides, the solver says why it got no further."""
+    if certificate.verified:
+        return Status.SOLVED, ""
+    if not solved.feasible:
+        return Status.STUCK, _blocking(solved)
+    return Status.NOT_VERIFIED, "; ".join(f"{c.name}: {c.detail}" for c in certificate.failed)
 
 
 def _blocking(solved: SolveResult) -> str:

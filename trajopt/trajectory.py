@@ -75,6 +75,8 @@ class Trajectory:
                 object.__setattr__(self, name, floats(name, value, (count, joints)))
         if count < 2 or (np.diff(self.times) <= 0.0).any() or self.times[0] != 0.0:
             raise ShapeError("times", "need at least two points, starting at 0 and increasing")
+        if len(set(self.joint_names)) != joints:
+            raise ShapeError("joint_names", f"name a joint twice: {', '.join(self.joint_names)}")
         if self.accelerations is not None and self.velocities is None:
             raise ShapeError("velocities", "are missing while accelerations are given")
 

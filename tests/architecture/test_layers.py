@@ -44,7 +44,9 @@ ONLY_IN = {
 
 
 def modules() -> list[Path]:
-    return sorted(path for path in PACKAGE.rglob("*.py") if path.name != "__init__.py" or path.parent != PACKAGE)
+    return sorted(
+        path for path in PACKAGE.rglob("*.py") if path.name != "__init__.py" or path.parent != PACKAGE
+    )
 
 
 def room(path: Path) -> str:
@@ -91,5 +93,7 @@ def test_robots_and_problems_use_public_names(path: Path) -> None:
 
 
 def test_every_room_has_a_layer() -> None:
-    rooms = {room(path) for path in PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()}
+    rooms = {
+        room(path) for path in PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").exists()
+    }
     assert rooms - {"__init__", "__pycache__"} == set(LAYERS)

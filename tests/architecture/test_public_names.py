@@ -9,11 +9,17 @@ import pytest
 import trajopt
 
 ROOT = Path(__file__).parents[2]
-SOURCES = sorted(path for folder in ("trajopt", "robots", "problems") for path in (ROOT / folder).rglob("*.py"))
+SOURCES = sorted(
+    path for folder in ("trajopt", "robots", "problems") for path in (ROOT / folder).rglob("*.py")
+)
 
 
 def public_names() -> list[str]:
-    return [name for name in vars(trajopt) if not name.startswith("_") and not inspect.ismodule(getattr(trajopt, name))]
+    return [
+        name
+        for name in vars(trajopt)
+        if not name.startswith("_") and not inspect.ismodule(getattr(trajopt, name))
+    ]
 
 
 def test_names_are_few() -> None:

@@ -69,7 +69,7 @@ def test_plan_writes_what_it_promises(plan_file: Path) -> None:
     assert {"distance_calls", "forward_kinematics", "qp_solves", "qp_iterations"} <= set(document["counts"])
     assert {"optimise", "retime", "verify", "total"} <= set(document["cpu_seconds"])
     assert document["certificate"]["verified"] is True
-    assert any("SomebodyElses" in note for note in document["notes"])
+    assert any("planner_id" in note for note in document["notes"])
 
 
 def test_check_accepts_the_plan_and_refuses_it_changed(folder: Path, plan_file: Path) -> None:
@@ -128,13 +128,13 @@ def test_bench(folder: Path) -> None:
         ({"--srdf": "nowhere.srdf"}, "nowhere.srdf"),
         ({"--limits": "scene.yaml"}, "joint_limits"),
     ],
-    ids=lambda value: str(value),
+    ids=str,
 )
 def test_bad_input_is_one_line_and_exit_status_two(folder: Path, change: dict[str, str], words: str) -> None:
     (folder / "bad.yaml").write_text("group_name: arms\n")
     words_given = common(folder)
-    for option, value in change.items():
-        value = value if option == "--robot" else folder / value
+    for option, text in change.items():
+        value = text if option == "--robot" else folder / text
         if option in words_given:
             words_given[words_given.index(option) + 1] = value
         else:
@@ -155,4 +155,4 @@ def test_unknown_set_names_near_ones(folder: Path) -> None:
 def test_help(command: str) -> None:
     done = trajopt(command, "--help")
     assert done.returncode == 0
-    assert "--json" in done.stdout and "exit status" in done.stdout.lower() or command == "view"
+    assert ("--json" in done.stdout and "exit status" in done.stdout.lower()) or command == "view"

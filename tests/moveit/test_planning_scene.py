@@ -384,6 +384,11 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
         FileFormatError,
         "without triangles",
     ),
+    "mesh of a triangle without area": (
+        with_objects("{id: a, meshes: [{vertices: [[0, 0, 0]], triangles: [[0, 0, 0]]}]}"),
+        FileFormatError,
+        "without triangles",
+    ),
     "mesh index": (
         with_objects("{id: a, meshes: [{vertices: [[0, 0, 0]], triangles: [[0, 0, 1]]}]}"),
         FileFormatError,
@@ -408,6 +413,11 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
         with_objects(f"{{id: a, operation: 7, {SPHERE}}}"),
         FileFormatError,
         "unknown operation 7",
+    ),
+    "operation of no kind": (
+        with_objects(f"{{id: a, operation: true, {SPHERE}}}"),
+        FileFormatError,
+        "unknown operation True",
     ),
     "move unknown": (with_objects("{id: cup, operation: MOVE}"), ObjectNotFound, "'cup'"),
     "unknown frame": (

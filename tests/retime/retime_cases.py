@@ -64,16 +64,28 @@ def largest_use(trajectory: Trajectory, limits: JointLimits) -> Floats:
 
 def distance_from(trajectory: Trajectory, path: SmoothPath) -> float:
     """Largest distance of the trajectory from the curve, in any joint."""
+
+    def along(q: Floats, v: Floats) -> Floats:
+        """Positions and directions: where a curve crosses itself, the latter tell the branches apart."""
+        size = np.maximum(np.linalg.norm(v, axis=1), 1e-300)[:, None]
+        return np.hstack((q, 0.1 * v / size))
+
     grid = np.linspace(0.0, path.length, 20001)
-    q = trajectory(moments(trajectory, 5))
-    _, nearest = cKDTree(path(grid)).query(q)
-    s = grid[nearest]
-    best = np.abs(path(s) - q).max(axis=1)
-    for _ in range(6):  # Newton's method for the foot of the perpendicular
-        tangent = path(s, 1)
-        length = np.maximum((tangent**2).sum(axis=1), 1e-300)
-        s = np.clip(s - ((path(s) - q) * tangent).sum(axis=1) / length, 0.0, path.length)
-        best = np.minimum(best, np.abs(path(s) - q).max(axis=1))
+    t = moments(trajectory, 5)
+    q = trajectory(t)
+    tree = cKDTree(along(path(grid), path(grid, 1)))
+    _, candidates = tree.query(along(q, trajectory(t, 1)), k=(1, 2, 4, 8, 16))
+    best = np.full(len(q), np.inf)
+    for nearest in candidates.T:
+        s, reach = grid[nearest], grid[1]
+        for _ in range(5):  # ever finer about the nearest parameter
+            near = np.clip(s[:, None] + reach * np.linspace(-1.0, 1.0, 13), 0.0, path.length)
+            away = np.abs(path(near.ravel()).reshape(*near.shape, -1) - q[:, None]).max(axis=2)
+            s = near[np.arange(len(q)), away.argmin(axis=1)]
+            best = np.minimum(best, away.min(axis=1))
+            reach /= 5.0
+        if best.max() <= 1e-6:
+            break
     return float(best.max())
 
 

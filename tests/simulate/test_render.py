@@ -1,5 +1,8 @@
 """Pictures: something is on them, the camera has everything in view, and errors say what to do."""
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -122,7 +125,7 @@ def test_no_opengl_says_what_to_install(
 def test_ways_to_draw_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(offscreen.sys, "platform", "linux")
+    monkeypatch.setattr(sys, "platform", "linux")
     here = {"EGL", "OSMesa"}
     monkeypatch.setattr(offscreen, "find_library", lambda name: name if name in here else None)
     assert offscreen.backends() == ("egl",)
@@ -134,6 +137,15 @@ def test_ways_to_draw_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None
     assert offscreen.backends() == ("glfw",)
     monkeypatch.setenv("MUJOCO_GL", "OSMesa ")
     assert offscreen.backends() == ("osmesa",)
+
+
+@pytest.mark.parametrize("asked", ["osmesa", "nonsense"])
+def test_physics_needs_no_opengl(asked: str) -> None:
+    code = "import os; from trajopt.simulate import simulate; print(os.environ['MUJOCO_GL'])"
+    environment = {**os.environ, "MUJOCO_GL": asked}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == asked
 
 
 @pytest.mark.parametrize(

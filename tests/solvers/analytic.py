@@ -15,9 +15,7 @@ Function = Callable[[Floats], tuple[Floats, Floats]]
 def rows_of(function: Function, x: Floats) -> Rows:
     value, jacobian = function(x[0])
     m = len(value)
-    return Rows(
-        value, jacobian[:, None, :], np.zeros((m, 1), dtype=np.int64), np.arange(m), np.zeros(m)
-    )
+    return Rows(value, jacobian[:, None, :], np.zeros((m, 1), dtype=np.int64), np.arange(m), np.zeros(m))
 
 
 @dataclass(frozen=True, eq=False)

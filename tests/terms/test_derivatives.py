@@ -49,7 +49,13 @@ class World:
 def world(folder: Path, shape: Shape, where: to.Placement) -> World:
     robot = odd_arm(folder)
     scene = to.Scene(robot).add("thing", shape, where)
-    scene = scene.add("held", Box(0.05, 0.04, 0.1), to.placement((0.1, 0.02, 0.05)), frame="tip", touch_links=["tip", "finger"])
+    scene = scene.add(
+        "held",
+        Box(0.05, 0.04, 0.1),
+        to.placement((0.1, 0.02, 0.05)),
+        frame="tip",
+        touch_links=["tip", "finger"],
+    )
     reduced = reduce_model(scene, "all", robot.positions())
     counts = Counts()
     return World(reduced, KinematicsQuery(reduced, counts), DistanceQuery(reduced, counts))
@@ -71,7 +77,9 @@ def frame_error(coordinates: RotationCoordinates, reference: str) -> Callable[[W
 
 def tilt(reference: str) -> Callable[[World], Residual]:
     def build(at: World) -> Residual:
-        required = to.axis_alignment("held", axis=(0.1, 0.2, 1.0), direction=(0.3, 0, 1), tolerance=0.1, reference=reference)
+        required = to.axis_alignment(
+            "held", axis=(0.1, 0.2, 1.0), direction=(0.3, 0, 1), tolerance=0.1, reference=reference
+        )
         return terms.AxisAngle(at.reduced, required)
 
     return build
@@ -96,16 +104,25 @@ def every_term() -> list[type]:
     found: set[type] = set()
     for module in pkgutil.walk_packages(trajopt.terms.__path__, "trajopt.terms."):
         for _, value in inspect.getmembers(importlib.import_module(module.name), inspect.isclass):
-            if value.__module__.startswith("trajopt.terms") and hasattr(value, "linearise") and value is not Residual:
+            if (
+                value.__module__.startswith("trajopt.terms")
+                and hasattr(value, "linearise")
+                and value is not Residual
+            ):
                 found.add(value)
     return sorted(found, key=lambda cls: cls.__name__)
 
 
 def keyed(rows: Rows) -> dict[tuple[int, float], int]:
-    return {(int(c), round(float(p), 6)): i for i, (c, p) in enumerate(zip(rows.component, rows.place, strict=True))}
+    return {
+        (int(c), round(float(p), 6)): i
+        for i, (c, p) in enumerate(zip(rows.component, rows.place, strict=True))
+    }
 
 
-def check(residual: Residual, at: World, knots: Floats, rng: np.random.Generator, loose: float) -> tuple[int, int]:
+def check(
+    residual: Residual, at: World, knots: Floats, rng: np.random.Generator, loose: float
+) -> tuple[int, int]:
     """Compare directional derivatives; return how many rows were compared and how many are off."""
     rows = residual.linearise(at.motion(knots))
     assert np.isfinite(rows.jacobian).all()

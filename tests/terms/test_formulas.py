@@ -1,7 +1,5 @@
 """Residuals against independent formulas."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -32,7 +30,9 @@ def standing(reduced: ReducedModel, at: tuple[float, ...]) -> Motion:
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(at=positions, rpy=st.tuples(angles, angles, angles))
-def test_placement_error_rebuilds_the_frame(reduced: ReducedModel, at: tuple[float, ...], rpy: tuple[float, ...]) -> None:
+def test_placement_error_rebuilds_the_frame(
+    reduced: ReducedModel, at: tuple[float, ...], rpy: tuple[float, ...]
+) -> None:
     """Composing the goal with the error must give the frame back, in both coordinates."""
     goal = to.placement((0.2, -0.1, 0.4), rpy=rpy)
     frame = reduced.scene.placement_of("tip", reduced.all_positions(np.array(at)))
@@ -71,7 +71,9 @@ def test_mimic_joint_moves_with_its_source(reduced: ReducedModel) -> None:
     assert found == pytest.approx(expected.translation, abs=1e-12)
 
 
-@pytest.mark.parametrize(("term", "order"), [(terms.Velocity(), 1), (terms.Acceleration(), 2), (terms.Jerk(), 3)])
+@pytest.mark.parametrize(
+    ("term", "order"), [(terms.Velocity(), 1), (terms.Acceleration(), 2), (terms.Jerk(), 3)]
+)
 def test_differences(reduced: ReducedModel, term: terms.Residual, order: int) -> None:
     knots = np.random.default_rng(0).normal(size=(6, 4))
     motion = Motion.through(knots, np.ones(5, dtype=np.int64), KinematicsQuery(reduced, Counts()))

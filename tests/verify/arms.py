@@ -24,9 +24,16 @@ def link(name: str, *, length: float = 0.0, mass: float = 1.0) -> str:
 
 
 def joint(
-    name: str, parent: str, child: str, *, kind: str = "revolute", x: float = 0.0, axis: str = "0 0 1", extra: str = ""
+    name: str,
+    parent: str,
+    child: str,
+    *,
+    kind: str = "revolute",
+    x: float = 0.0,
+    axis: str = "0 0 1",
+    extra: str = "",
 ) -> str:
-    bounds = "" if kind == "fixed" else '<limit lower="-3" upper="3" velocity="2" effort="50"/>'
+    bounds = "" if kind == "fixed" else '<limit lower="-3" upper="3" velocity="20" effort="500"/>'
     return f"""<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
     <origin xyz="{x} 0 0"/><axis xyz="{axis}"/>{bounds}{extra}</joint>"""
 
@@ -84,7 +91,9 @@ def quintic(model: ReducedModel, knots: Floats | list[list[float]], duration: fl
     return Trajectory(model.joint_names, times, positions, rest, rest)
 
 
-def wavy(model: ReducedModel, seed: int, *, legs: int = 4, size: float = 0.8, duration: float = 2.0) -> Trajectory:
+def wavy(
+    model: ReducedModel, seed: int, *, legs: int = 4, size: float = 0.8, duration: float = 2.0
+) -> Trajectory:
     """A random cubic trajectory from the model's start, at rest at both ends."""
     rng = np.random.default_rng(seed)
     count = len(model.joint_names)

@@ -21,9 +21,13 @@ from trajopt.store import write_json
 DataOption = Annotated[
     Path, typer.Option("--data", help="Folder laid out as <set>/sceneNNNN.yaml, requestNNNN.yaml.")
 ]
-SetsOption = Annotated[str, typer.Option("--sets", help="Names of sets, separated by commas; all if left out.")]
+SetsOption = Annotated[
+    str, typer.Option("--sets", help="Names of sets, separated by commas; all if left out.")
+]
 LimitOption = Annotated[int | None, typer.Option("--limit", min=1, help="Problems of each set at most.")]
-JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every record and the summary here.")]
+JsonFileOption = Annotated[
+    Path | None, typer.Option("--json", help="Write every record and the summary here.")
+]
 
 
 def bench(
@@ -79,7 +83,8 @@ def table(rows: dict[str, dict[str, object]]) -> str:
             f"| {_number(row['success'], 100, '.1f')} % | {_number(row['cpu_seconds_median'], 1000, '.0f')} "
             f"| {_number(row['cpu_seconds_p90'], 1000, '.0f')} "
             f"| {_number(row['distance_calls_median'], 1, '.0f')} "
-            f"| {_number(row['path_length_median'], 1, '.2f')} | {_number(row['duration_median'], 1, '.2f')} |"
+            f"| {_number(row['path_length_median'], 1, '.2f')} "
+            f"| {_number(row['duration_median'], 1, '.2f')} |"
         )
     return "\n".join(lines)
 

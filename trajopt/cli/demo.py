@@ -71,7 +71,11 @@ def demo(
 def _produce(plan: Plan, document: dict[str, object], out: Path) -> tuple[Rollout, dict[str, Path]]:
     """Write trajectory and plot, and simulate."""
     reduced, trajectory = plan.problem.reduced, plan.trajectory
-    files = {"plan": out / "plan.json", "for MoveIt": out / "robot_trajectory.yaml", "plot": out / "motion.png"}
+    files = {
+        "plan": out / "plan.json",
+        "for MoveIt": out / "robot_trajectory.yaml",
+        "plot": out / "motion.png",
+    }
     write_json(files["plan"], document)
     write_trajectory(trajectory, files["for MoveIt"])
     plot_motion(
@@ -87,7 +91,8 @@ def _produce(plan: Plan, document: dict[str, object], out: Path) -> tuple[Rollou
 
 def _pictures(plan: Plan, rollout: Rollout, out: Path) -> dict[str, Path]:
     """Render a still of several moments, and a clip."""
-    files = {"still": out / "rollout.png", "clip": out / "rollout.gif"}
-    for path in files.values():
-        render(plan.problem.reduced, rollout, path)
-    return files
+    still, clip = out / "rollout.png", out / "rollout.gif"
+    moments = [share * plan.trajectory.duration for share in (0.0, 1 / 3, 2 / 3, 1.0)]
+    render(plan.problem.reduced, rollout, still, moments=moments)
+    render(plan.problem.reduced, rollout, clip)
+    return {"still": still, "clip": clip}

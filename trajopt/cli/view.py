@@ -20,12 +20,8 @@ from trajopt.store import read_trajectory
 from trajopt.view import view as open_viewer
 
 PlanArgument = Annotated[Path, typer.Argument(help="A plan's JSON, or any trajectory with --robot ...")]
-RobotOption = Annotated[
-    str | None, typer.Option("--robot", help="Robot, where the file does not say it.")
-]
-SceneOption = Annotated[
-    Path | None, typer.Option("--scene", help="Scene, where the file does not say it.")
-]
+RobotOption = Annotated[str | None, typer.Option("--robot", help="Robot, where the file does not say it.")]
+SceneOption = Annotated[Path | None, typer.Option("--scene", help="Scene, where the file does not say it.")]
 RequestOption = Annotated[
     Path | None, typer.Option("--request", help="Request, where the file does not say it.")
 ]

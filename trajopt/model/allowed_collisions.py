@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 class AllowedCollisions:
     """Allowed-collision matrix.
 
-    An entry for a pair decides; without one the defaults of the two names do (a pair is allowed
-    if either name's default allows it); without any the pair is checked.
+    An entry for a pair decides; without one the default of a name that has one, and where both
+    have one the pair is allowed if both allow it; without any the pair is checked.
 
     Attributes:
         entries: Pair of names -> whether contact is allowed.
@@ -24,11 +24,19 @@ class AllowedCollisions:
         entry = self.entries.get(frozenset((a, b)))
         if entry is not None:
             return entry
-        return self.defaults.get(a, False) or self.defaults.get(b, False)
+        stated = [self.defaults[name] for name in (a, b) if name in self.defaults]
+        return bool(stated) and all(stated)
 
     def with_entry(self, a: str, b: str, allowed: bool) -> "AllowedCollisions":
         """Return the matrix with one entry set."""
         return AllowedCollisions({**self.entries, frozenset((a, b)): allowed}, self.defaults)
+
+    def without(self, name: str) -> "AllowedCollisions":
+        """Return the matrix without anything said of one name."""
+        return AllowedCollisions(
+            {pair: allowed for pair, allowed in self.entries.items() if name not in pair},
+            {other: allowed for other, allowed in self.defaults.items() if other != name},
+        )
 
     def with_default(self, name: str, allowed: bool) -> "AllowedCollisions":
         """Return the matrix with the default of one name set."""

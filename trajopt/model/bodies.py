@@ -1,5 +1,6 @@
 """Collision bodies: a convex shape (or an exact mesh, if asked for) fixed to a frame."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,15 +44,28 @@ class CollisionBody:
     shape: Shape
 
 
-def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> tuple[tuple[Shape, ...], str]:
-    """Return the shapes that stand for a mesh, and a sentence that says which they are."""
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """The shapes that stand for a mesh.
+
+    Attributes:
+        shapes: One convex hull, several convex pieces, or the mesh itself.
+        note: What they are, in words.
+    """
+
+    shapes: tuple[Shape, ...]
+    note: str
+
+
+def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
+    """Return the shapes that stand for a mesh, and say which they are."""
     if policy.exact:
-        return (mesh,), f"exact mesh of {len(mesh.faces)} triangles"
+        return Cover((mesh,), f"exact mesh of {len(mesh.faces)} triangles")
     cover = convex_pieces(mesh, hull_excess=policy.hull_excess)
     shapes = tuple(convex(piece) for piece in cover.pieces)
     if cover.method is CoverMethod.HULL:
-        return shapes, f"convex hull, {cover.excess:.1%} more volume than the mesh"
-    return shapes, f"{len(shapes)} convex pieces"
+        return Cover(shapes, "convex hull")
+    return Cover(shapes, f"{len(shapes)} convex pieces")
 
 
 def robot_bodies(
@@ -60,26 +74,25 @@ def robot_bodies(
     """Make the collision bodies of a robot's links.
 
     Returns:
-        The bodies, and a sentence for every link that has a mesh.
+        The bodies, and sentences that say which links' meshes became what.
 
     Raises:
         MeshFileError: If a mesh is missing, empty or unreadable.
     """
     bodies: list[CollisionBody] = []
-    notes: list[str] = []
+    counts: Counter[str] = Counter()
+    links_by_note: dict[str, list[str]] = {}
     for element in collisions:
         shapes: tuple[Shape, ...]
         if isinstance(element.geometry, MeshReference):
-            mesh = load_mesh(element.geometry.path, element.geometry.scale)
-            shapes, note = cover_mesh(mesh, policy)
-            notes.append(f"{element.link}: {note}")
+            cover = cover_mesh(load_mesh(element.geometry.path, element.geometry.scale), policy)
+            shapes = cover.shapes
+            links_by_note.setdefault(cover.note, []).append(element.link)
         else:
             shapes = (element.geometry,)
         for shape in shapes:
-            count = sum(body.owner == element.link for body in bodies)
-            bodies.append(
-                CollisionBody(
-                    f"{element.link}/{count}", element.link, element.link, element.placement, shape
-                )
-            )
-    return tuple(bodies), tuple(notes)
+            name = f"{element.link}/{counts[element.link]}"
+            counts[element.link] += 1
+            bodies.append(CollisionBody(name, element.link, element.link, element.placement, shape))
+    notes = tuple(f"{', '.join(links)}: {note}" for note, links in links_by_note.items())
+    return tuple(bodies), notes

@@ -42,6 +42,42 @@ def _parent_joint_names(model: pin.Model, base: str, tip: str, group: str) -> li
     return names
 
 
+@dataclass(frozen=True, eq=False)
+class _Tree:
+    """The kinematic tree by names, and the SRDF's groups."""
+
+    model: pin.Model
+    srdf: Srdf
+    joints: tuple[str, ...]
+    links: tuple[str, ...]
+    frames: frozenset[str]
+
+    def members(self, element: GroupElement, seen: tuple[str, ...]) -> set[str]:
+        """Return the names of all joints and links of a group and its subgroups."""
+        found: set[str] = set()
+        for base, tip in element.chains:
+            self._check_links(element, (base, tip))
+            found.update(_parent_joint_names(self.model, base, tip, element.name))
+        for joint in element.joints:
+            if joint not in self.frames:
+                raise JointNotFound(f"joint (in group {element.name!r})", joint, self.joints)
+            found.add(joint)
+        self._check_links(element, element.links)
+        for link in element.links:
+            frame = self.model.frames[self.model.getFrameId(link)]
+            found.update((link, self.model.frames[frame.parentFrame].name))
+        for name in element.subgroups:
+            if name not in self.srdf.groups or name in seen:
+                raise GroupNotFound(f"subgroup (in group {element.name!r})", name, self.srdf.groups)
+            found.update(self.members(self.srdf.groups[name], (*seen, name)))
+        return found
+
+    def _check_links(self, element: GroupElement, links: tuple[str, ...]) -> None:
+        for link in links:
+            if link not in self.links:
+                raise FrameNotFound(f"link (in group {element.name!r})", link, self.links)
+
+
 def resolve_groups(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapping[str, Group]:
     """Resolve the groups of an SRDF against the kinematic tree.
 
@@ -59,44 +95,18 @@ def resolve_groups(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapp
         GroupNotFound: If a group includes an unknown group.
     """
     movable = tuple(model.names[1:])
-    idle = mimics | srdf.passive_joints
-    frame_names = {frame.name for frame in model.frames}
-    links = [frame.name for frame in model.frames if frame.type == pin.FrameType.BODY]
-
-    def members(element: GroupElement, seen: tuple[str, ...]) -> set[str]:
-        found: set[str] = set()
-        for base, tip in element.chains:
-            for link in (base, tip):
-                if link not in links:
-                    raise FrameNotFound(f"link (in group {element.name!r})", link, links)
-            found.update(_parent_joint_names(model, base, tip, element.name))
-        for joint in element.joints:
-            if joint not in frame_names:
-                raise JointNotFound(f"joint (in group {element.name!r})", joint, movable)
-            found.add(joint)
-        for link in element.links:
-            if link not in links:
-                raise FrameNotFound(f"link (in group {element.name!r})", link, links)
-            frame = model.frames[model.getFrameId(link)]
-            found.update((link, model.frames[frame.parentFrame].name))
-        for name in element.subgroups:
-            if name not in srdf.groups or name in seen:
-                raise GroupNotFound(f"subgroup (in group {element.name!r})", name, srdf.groups)
-            found.update(members(srdf.groups[name], (*seen, name)))
-        return found
-
+    links = tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+    driven = tuple(joint for joint in movable if joint not in mimics | srdf.passive_joints)
+    if not srdf.groups:
+        return {ALL_JOINTS: Group(ALL_JOINTS, driven, links, links[-1])}
+    tree = _Tree(model, srdf, movable, links, frozenset(frame.name for frame in model.frames))
     groups: dict[str, Group] = {}
     for name, element in srdf.groups.items():
-        found = members(element, (name,))
-        tip = element.chains[0][1] if len(element.chains) == 1 else None
+        found = tree.members(element, (name,))
         groups[name] = Group(
             name,
-            tuple(joint for joint in movable if joint in found and joint not in idle),
+            tuple(joint for joint in driven if joint in found),
             tuple(link for link in links if link in found),
-            tip,
-        )
-    if not groups:
-        groups[ALL_JOINTS] = Group(
-            ALL_JOINTS, tuple(joint for joint in movable if joint not in idle), tuple(links), links[-1]
+            element.chains[0][1] if len(element.chains) == 1 else None,
         )
     return groups

@@ -41,9 +41,7 @@ class Placement:
 
     def inverse(self) -> "Placement":
         """Return the placement of the reference frame, seen from the placed one."""
-        return Placement(
-            readonly(self.rotation.T.copy()), readonly(-self.rotation.T @ self.translation)
-        )
+        return Placement(readonly(self.rotation.T.copy()), readonly(-self.rotation.T @ self.translation))
 
     @property
     def quaternion(self) -> Floats:

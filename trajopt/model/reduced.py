@@ -126,9 +126,7 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
     """
     robot = scene.robot
     joints = robot.group(group).joints
-    followers = tuple(
-        name for name, mimic in robot.mimics.items() if mimic.source in joints
-    )
+    followers = tuple(name for name, mimic in robot.mimics.items() if mimic.source in joints)
     free = frozenset((*joints, *followers))
     locked = [i for i, name in enumerate(robot.model.names) if i > 0 and name not in free]
     model = pin.buildReducedModel(robot.model, locked, robot.configuration(start))

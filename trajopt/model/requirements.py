@@ -84,7 +84,9 @@ def joint_positions(
     def bounds(side: Mapping[str, float] | None) -> dict[str, float]:
         result: dict[str, float] = {}
         for joint in values:
-            common = tolerance if not isinstance(tolerance, Mapping) else tolerance.get(joint, JOINT_TOLERANCE)
+            common = (
+                tolerance if not isinstance(tolerance, Mapping) else tolerance.get(joint, JOINT_TOLERANCE)
+            )
             result[joint] = number(f"tolerance of {joint}", (side or {}).get(joint, common), infinite=True)
             if result[joint] < 0.0:
                 raise ProblemError(f"tolerance of {joint} is negative: {result[joint]:g}")

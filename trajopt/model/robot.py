@@ -150,9 +150,7 @@ class Robot:
     @cached_property
     def links(self) -> tuple[str, ...]:
         """Names of all links, root first."""
-        return tuple(
-            frame.name for frame in self.model.frames if frame.type == pin.FrameType.BODY
-        )
+        return tuple(frame.name for frame in self.model.frames if frame.type == pin.FrameType.BODY)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -230,9 +228,7 @@ class Robot:
         for (owner, state), values in self.states.items():
             if state == name and group in (None, owner):
                 return {joint: v for joint, v in values.items() if joint in self.joint_names}
-        raise StateNotFound(
-            "state", name, {state for owner, state in self.states if group in (None, owner)}
-        )
+        raise StateNotFound("state", name, {state for owner, state in self.states if group in (None, owner)})
 
     def configuration(self, positions: Floats) -> Floats:
         """Return pinocchio's configuration vector of positions of all joints.
@@ -294,9 +290,7 @@ def load(
         return installed[str(robot)].load()()
     if not Path(robot).is_file():
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
-    return Robot.from_urdf(
-        robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes
-    )
+    return Robot.from_urdf(robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes)
 
 
 def _described_limits(model: pin.Model) -> JointLimits:

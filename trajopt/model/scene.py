@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from trajopt.arrays import Floats, number
+from trajopt.arrays import Floats, floats, number
 from trajopt.errors import (
     DuplicateObject,
     FrameNotFound,
@@ -22,6 +22,9 @@ from trajopt.model.shapes import Shape
 
 DEFAULT_MARGIN = 0.01
 """Clearance that the optimiser keeps from everything, unless told otherwise [m]."""
+
+ROBOTS_OWN = AllowedCollisions()
+"""Stands for the pairs that the robot's description disables, where no other matrix is given."""
 
 Part = tuple[Shape, Placement]
 
@@ -62,16 +65,16 @@ class Scene:
 
     robot: Robot
     objects: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
-    allowed: AllowedCollisions = field(default_factory=AllowedCollisions)
+    allowed: AllowedCollisions = ROBOTS_OWN
     margin: float = DEFAULT_MARGIN
-    pair_margins: Mapping[frozenset[str], float] = field(
-        default_factory=dict[frozenset[str], float]
-    )
+    pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
     allowances: tuple[ContactAllowance, ...] = ()
 
     def __post_init__(self) -> None:
-        """Start from the robot's disabled pairs when nothing else was given."""
-        if not self.allowed.entries and not self.allowed.defaults:
+        """Check the margin; start from the robot's disabled pairs when no matrix was given."""
+        if number("margin", self.margin) < 0.0:
+            raise ShapeError("margin", f"is negative: {self.margin:g} m")
+        if self.allowed is ROBOTS_OWN:
             entries = dict.fromkeys(self.robot.disabled_pairs, True)
             object.__setattr__(self, "allowed", AllowedCollisions(entries))
 
@@ -108,17 +111,20 @@ class Scene:
         parts: list[Part] = []
         notes: list[str] = []
         given = [(shape, Placement())] if isinstance(shape, Shape) else list(shape)
-        for part, where in given:
+        for item in given:
+            if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], Shape)):
+                raise ModelError(f"object {name!r}: give a shape, or pairs (shape, placement)")
+            part, where = item
             if isinstance(part, Mesh):
-                pieces, note = cover_mesh(part, meshes or MeshPolicy())
-                parts.extend((piece, where) for piece in pieces)
-                notes.append(f"{name}: {note}")
+                cover = cover_mesh(part, meshes or MeshPolicy())
+                parts.extend((piece, where) for piece in cover.shapes)
+                notes.append(f"{name}: {cover.note}")
             else:
                 parts.append((part, where))
-        item = SceneObject(
+        added = SceneObject(
             name, tuple(parts), placement or Placement(), frame, self._links(touch_links), tuple(notes)
         )
-        return replace(self, objects={**self.objects, name: item})
+        return replace(self, objects={**self.objects, name: added})
 
     def remove(self, name: str) -> "Scene":
         """Remove an object.
@@ -131,8 +137,13 @@ class Scene:
         for other in self.objects.values():
             if other.frame == name:
                 raise ModelError(f"object {other.name!r} is placed in {name!r}; remove or move it first")
-        kept = {key: item for key, item in self.objects.items() if key != name}
-        return replace(self, objects=kept)
+        return replace(
+            self,
+            objects={key: item for key, item in self.objects.items() if key != name},
+            allowed=self.allowed.without(name),
+            pair_margins={pair: m for pair, m in self.pair_margins.items() if name not in pair},
+            allowances=tuple(item for item in self.allowances if name not in item.pair),
+        )
 
     def move(self, name: str, placement: Placement, *, frame: str | None = None) -> "Scene":
         """Place an object anew, in its present frame or another.
@@ -197,9 +208,7 @@ class Scene:
         if self.holder(name).link == WORLD:
             raise ModelError(f"object {name!r} is not attached to a link")
         where = self.placement_of(name, at)
-        return self._with(
-            replace(item, placement=where, frame=WORLD, touch_links=frozenset[str]())
-        )
+        return self._with(replace(item, placement=where, frame=WORLD, touch_links=frozenset[str]()))
 
     def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> "Scene":
         """Let two things touch, or one touch anything (`b` None); `allowed=False` forbids again.
@@ -211,9 +220,7 @@ class Scene:
             if name is not None:
                 self._check_owner(name)
         matrix = (
-            self.allowed.with_default(a, allowed)
-            if b is None
-            else self.allowed.with_entry(a, b, allowed)
+            self.allowed.with_default(a, allowed) if b is None else self.allowed.with_entry(a, b, allowed)
         )
         return replace(self, allowed=matrix)
 
@@ -225,9 +232,7 @@ class Scene:
             FrameNotFound: If a name is neither link nor object.
             ModelError: If only one name is given.
         """
-        value = number("margin", margin)
-        if value < 0.0:
-            raise ShapeError("margin", f"is negative: {value:g} m")
+        value = replace(self, margin=margin).margin
         if a is None and b is None:
             return replace(self, margin=value)
         if a is None or b is None:
@@ -298,11 +303,13 @@ class Scene:
 
         Raises:
             FrameNotFound: If the name is no frame.
+            ShapeError: If there is not one finite position for each joint.
         """
+        at = floats("positions", positions, (len(self.robot.joint_names),))
         holder = self.holder(name)
         if holder.link == WORLD:
             return holder.placement
-        return link_placement(self.robot, holder.link, positions) * holder.placement
+        return link_placement(self.robot, holder.link, at) * holder.placement
 
     def object_bodies(self) -> tuple[CollisionBody, ...]:
         """Return the collision bodies of all objects, each fixed to a link or the world."""

@@ -24,9 +24,7 @@ def _length(name: str, value: float) -> float:
     if length <= 0.0:
         raise SizeError(name, f"must be positive, is {length:g} m")
     if length > LARGEST_SIZE:
-        raise SizeError(
-            name, f"is {length:g} m; lengths are in metres: was {length / 1000:g} m meant?"
-        )
+        raise SizeError(name, f"is {length:g} m; lengths are in metres: was {length / 1000:g} m meant?")
     return length
 
 

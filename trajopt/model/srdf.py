@@ -1,9 +1,9 @@
 """SRDF: MoveIt's semantic description (groups, named states, end effectors, disabled pairs)."""
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError
 
@@ -105,8 +105,7 @@ def read_srdf(path: Path) -> Srdf:
         for item in root.findall("end_effector")
     }
     disabled = frozenset(
-        frozenset((need(item, "link1"), need(item, "link2")))
-        for item in root.findall("disable_collisions")
+        frozenset((need(item, "link1"), need(item, "link2"))) for item in root.findall("disable_collisions")
     )
     passive = frozenset(names(root, "passive_joint"))
     return Srdf(groups, states, effectors, disabled, passive)

@@ -3,10 +3,10 @@
 Kinematics and inertias are pinocchio's; here the same XML is read for the shapes on each link.
 """
 
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError, MeshFileError, UnsupportedJoint
 from trajopt.model.placement import Placement, placement
@@ -118,13 +118,9 @@ def _geometry(
     if sphere is not None:
         return Sphere(*_numbers(path, sphere, "radius", "0"))
     if cylinder is not None:
-        return Cylinder(
-            *_numbers(path, cylinder, "radius", "0"), *_numbers(path, cylinder, "length", "0")
-        )
+        return Cylinder(*_numbers(path, cylinder, "radius", "0"), *_numbers(path, cylinder, "length", "0"))
     if capsule is not None:
-        return Capsule(
-            *_numbers(path, capsule, "radius", "0"), *_numbers(path, capsule, "length", "0")
-        )
+        return Capsule(*_numbers(path, capsule, "radius", "0"), *_numbers(path, capsule, "length", "0"))
     if mesh is not None:
         x, y, z = _numbers(path, mesh, "scale", "1 1 1")
         file = resolve_mesh(mesh.get("filename", ""), path, package_dirs)
@@ -156,7 +152,12 @@ def _link_geometries(
             if colour is not None:
                 red, green, blue, alpha = _numbers(path, colour, "rgba", "0.7 0.7 0.7 1")
                 rgba = (red, green, blue, alpha)
-            shape = _geometry(path, geometry, package_dirs)
+            try:
+                shape = _geometry(path, geometry, package_dirs)
+            except MeshFileError:
+                if tag == "collision":
+                    raise
+                continue  # nothing is planned with visuals: viewers draw collision shapes instead
             found.append(LinkGeometry(link.get("name", ""), where, shape, rgba))
     return tuple(found)
 

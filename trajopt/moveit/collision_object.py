@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from trajopt.errors import FileFormatError, ModelError, NameNotFound, ObjectNotFound
+from trajopt.errors import ModelError, NameNotFound, ObjectNotFound
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Part, Scene
@@ -71,7 +71,7 @@ def read_operation(node: Node) -> str:
         value = ord(value)
     if value is None:
         return OPERATIONS[0]
-    if isinstance(value, int) and value in range(len(OPERATIONS)):
+    if isinstance(value, int) and value in range(len(OPERATIONS)) and not isinstance(value, bool):
         return OPERATIONS[value]
     if isinstance(value, str) and value.upper() in OPERATIONS:
         return value.upper()
@@ -146,7 +146,7 @@ def add(
     except NameNotFound:
         raise
     except ModelError as error:
-        raise FileFormatError(message.node.path, f"{message.node.place}: {error}") from error
+        raise message.node.error(str(error)) from error
     return with_subframes(message, Placement(), scene)
 
 
@@ -160,7 +160,10 @@ def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: 
         reading: What names mean.
     """
     name = message.name
-    added = Scene(scene.robot).add(name, message.parts, meshes=reading.meshes).object(name)
+    try:
+        added = Scene(scene.robot).add(name, message.parts, meshes=reading.meshes).object(name)
+    except ModelError as error:
+        raise message.node.error(str(error)) from error
     item = scene.object(name)
     moved = tuple((shape, placement * inner) for shape, inner in added.parts)
     item = replace(item, parts=(*item.parts, *moved), notes=(*item.notes, *added.notes))

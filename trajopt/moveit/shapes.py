@@ -6,7 +6,6 @@ from math import hypot
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from trajopt.arrays import readonly
 from trajopt.errors import ShapeError
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
@@ -61,7 +60,9 @@ def read_kind(node: Node) -> tuple[str, list[Node]]:
     """Return the kind of a solid primitive and its dimensions, as many as that kind has."""
     node.only(PRIMITIVE_FIELDS)
     kind = node["type"].value
-    name = PRIMITIVES.get(kind) if isinstance(kind, int) else str(kind).lower()
+    name = str(kind).lower()
+    if isinstance(kind, int) and not isinstance(kind, bool):
+        name = PRIMITIVES.get(kind, name)
     if name not in DIMENSIONS:
         raise node["type"].error(f"no shape {kind!r} here; known: {', '.join(DIMENSIONS)}")
     sizes = node["dimensions"].elements()
@@ -100,15 +101,16 @@ def read_mesh(node: Node) -> Mesh:
         vertices.append(point)
     triangles: list[list[int]] = []
     for triangle in node["triangles"].elements():
-        corners = triangle if isinstance(triangle.value, list) else triangle["vertex_indices"]
-        indices = corners.numbers()
+        row = triangle if isinstance(triangle.value, list) else triangle["vertex_indices"]
+        indices = row.numbers()
         if len(indices) != 3 or any(i not in range(len(vertices)) for i in indices):
-            raise corners.error(f"must be three of the {len(vertices)} vertices")
+            raise row.error(f"must be three of the {len(vertices)} vertices")
         triangles.append([int(i) for i in indices])
-    if not triangles:
+    corners = np.array(vertices, dtype=np.float64).reshape(-1, 3)
+    mesh = Mesh(corners, np.array(triangles, dtype=np.int32).reshape(-1, 3))
+    if not len(mesh.faces):
         raise node.error("a mesh without triangles")
-    faces = np.array(triangles, dtype=np.int64)
-    return Mesh(readonly(np.array(vertices, dtype=np.float64)), faces)
+    return mesh
 
 
 def read_plane(node: Node) -> Part:

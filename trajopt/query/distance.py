@@ -65,9 +65,7 @@ class DistanceQuery:
         self._joints = np.array([body.joint for body in bodies], dtype=np.int64)
         self._rotation = np.array([body.placement.rotation for body in bodies]).reshape(-1, 3, 3)
         self._translation = np.array([body.placement.translation for body in bodies]).reshape(-1, 3)
-        boxes = [
-            np.clip(bounding_box(body.shape), -PLANE_EXTENT, PLANE_EXTENT) for body in bodies
-        ]
+        boxes = [np.clip(bounding_box(body.shape), -PLANE_EXTENT, PLANE_EXTENT) for body in bodies]
         corners = np.array(boxes).reshape(-1, 2, 3)
         self._half = (corners[:, 1] - corners[:, 0]) / 2
         self._radius = np.linalg.norm(self._half, axis=1)
@@ -205,9 +203,7 @@ class DistanceQuery:
     ) -> tuple[float, Floats, Floats, Floats] | None:
         """Measure a penetrating exact mesh: Coal's distance says only that it touches."""
         result = coal.CollisionResult()
-        coal.collide(
-            geometries[0], places[0], geometries[1], places[1], self._contact_request, result
-        )
+        coal.collide(geometries[0], places[0], geometries[1], places[1], self._contact_request, result)
         contacts = [result.getContact(i) for i in range(result.numContacts())]
         if not contacts:
             return None

@@ -23,6 +23,8 @@ SAMPLES = 8
 """Samples per piece of the spline at which its distance from the polyline is measured."""
 BETWEEN = 0.98
 """Part of the tolerance that samples may use: the arcs between them are that much higher at most."""
+NEGLIGIBLE = 1e-9
+"""Joint differences up to this are not worth asking the bound about [rad | m]."""
 SHRINK = 0.1
 """Least factor by which a rounding gets smaller in one step."""
 
@@ -81,9 +83,11 @@ def smooth(
 
 
 def _measure(on_path: Floats, on_line: Floats, deviation: DeviationBound | None) -> Floats:
-    if deviation is None:
-        return np.abs(on_path - on_line).max(axis=1)
-    return deviation(on_path, on_line)
+    apart = np.abs(on_path - on_line).max(axis=1)
+    if deviation is not None:
+        off = apart > NEGLIGIBLE
+        apart[off] = deviation(on_path[off], on_line[off]) if off.any() else 0.0
+    return apart
 
 
 def _spline_knots(line: Polyline, rounded: Bools, reach: Floats) -> tuple[Floats, Ints]:

@@ -7,6 +7,8 @@ from trajopt.trajectory import Trajectory
 
 ROUNDS = 16
 """Most stretches; one is enough but for rounding errors and friction."""
+ROUNDING = 1e-10
+"""What a trajectory may still ask for; the limits that are given here are stricter by more."""
 
 
 def hold(
@@ -14,7 +16,6 @@ def hold(
     trajectory: Trajectory,
     needed: Slowdown,
     torque: TorqueLimits | None,
-    shortest: float,
 ) -> Trajectory | Slowdown:
     """Slow a trajectory down until it holds its limits, and measure that it does.
 
@@ -23,20 +24,17 @@ def hold(
         trajectory: What to slow down.
         needed: By how much, as measured.
         torque: Torque limits, if there are any.
-        shortest: Least duration [s].
 
     Returns:
         The trajectory, or what it still exceeds: torque that does not decrease with the speed.
     """
-    factor = max(needed.factor, shortest / trajectory.duration)
     for attempt in range(ROUNDS):
-        if factor <= 1.0:
+        if needed.factor <= 1.0 + ROUNDING:
             return trajectory
-        trajectory = slowed(trajectory, factor)
-        needed = slowdown(course, peaks(trajectory, torque))
         # Each next stretch goes a little beyond, more and more: it must not end in rounding errors.
-        factor = needed.factor * (1.0 + 1e-12 * 8.0**attempt if needed.factor > 1.0 else 1.0)
-    return needed
+        trajectory = slowed(trajectory, needed.factor * (1.0 + 1e-12 * 8.0**attempt))
+        needed = slowdown(course, peaks(trajectory, torque))
+    return trajectory if needed.factor <= 1.0 + ROUNDING else needed
 
 
 def slowed(trajectory: Trajectory, factor: float) -> Trajectory:

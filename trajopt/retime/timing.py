@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from trajopt.arrays import Bools, readonly
+from trajopt.arrays import Bools, Floats, readonly
 from trajopt.model.limits import JointLimits
 from trajopt.retime.course import Bounds, Course, course, fastest_profile, trajectory
 from trajopt.retime.grid import even_grid, finer_grid, first_grid, turned
@@ -12,7 +12,7 @@ from trajopt.retime.refusal import exceeded, unholdable
 from trajopt.retime.result import RetimeFailure
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.straying import straying
-from trajopt.retime.stretch import hold
+from trajopt.retime.stretch import hold, slowed
 from trajopt.retime.torque import TorqueLimits
 from trajopt.trajectory import Trajectory
 
@@ -20,12 +20,12 @@ STRICT = 1.0 - 1e-9
 """Part of each limit that a trajectory may use: rounding errors stay below what is left."""
 FIRST_POINTS = 80
 """Intervals of the first grid, which only serves to lay the second."""
-COARSE = 1.02
+COARSE = 1.05
 """Pieces that would have to run slower by more than this factor are cut in two."""
 STRAY = 5e-6
 """Pieces that leave the path farther than this are cut in two as well [rad | m]."""
-MOST_REFINED = 2
-"""How many times more points a refined grid may get; a limit still exceeded then is no fault of it."""
+REFINEMENTS = 3
+"""How often the grid is refined; a limit that is still exceeded then is no fault of the grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,38 +41,6 @@ class Timing:
     trajectory: Trajectory
     first_duration: float
     passes: int
-
-
-def time_path(
-    path: SmoothPath, limits: JointLimits, torque: TorqueLimits | None, options: RetimeOptions
-) -> Timing | RetimeFailure:
-    """Find the fastest timing from rest to rest.
-
-    Args:
-        path: The smooth path, of positive length.
-        limits: Velocity and acceleration limits.
-        torque: Torque limits, if there are any.
-        options: Number of points and passes.
-    """
-    velocity, acceleration = limits.velocity * STRICT, limits.acceleration * STRICT
-    limits = replace(limits, velocity=readonly(velocity), acceleration=readonly(acceleration))
-    torque = None if torque is None else replace(torque, limit=torque.limit * STRICT)
-    first = course(path, first_grid(path.knots, FIRST_POINTS), limits, torque)
-    failure = unholdable(first, limits, torque)
-    if failure is not None:
-        return failure
-    rough = fastest_profile(first, first.bounds)
-    bends = turned(first.s, first.dq, first.ddq, limits.velocity)
-    fine = course(path, even_grid(path.knots, rough, bends, options.points), limits, torque)
-    failure = unholdable(fine, limits, torque)
-    if failure is not None:
-        return failure
-    attempt = _attempt(path, fine, fine.bounds, limits, torque)
-    best, passes = _improved(path, attempt, limits, torque, options)
-    held = hold(best.course, best.trajectory, best.slowdown, torque, options.shortest)
-    if isinstance(held, Slowdown):
-        return exceeded(best.course, held, limits, torque)
-    return Timing(held, max(attempt.trajectory.duration, options.shortest), passes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,41 +60,90 @@ class _Attempt:
         return bool(self.coarse.any()), self.trajectory.duration * max(1.0, self.slowdown.factor)
 
 
-def _attempt(
-    path: SmoothPath, course: Course, bounds: Bounds, limits: JointLimits, torque: TorqueLimits | None
-) -> _Attempt:
-    profile = fastest_profile(course, bounds)
-    moved = trajectory(course, profile, limits.joint_names)
-    measured = peaks(moved, torque)
-    needed = slowdown(course, measured)
-    coarse = (needed.factors > COARSE) | (straying(path, profile, moved) > STRAY)
-    return _Attempt(course, bounds, moved, measured, needed, coarse)
+@dataclass(frozen=True, eq=False)
+class _PathTimer:
+    """Finds the fastest timing of a path from rest to rest.
 
-
-def _improved(
-    path: SmoothPath,
-    attempt: _Attempt,
-    limits: JointLimits,
-    torque: TorqueLimits | None,
-    options: RetimeOptions,
-) -> tuple[_Attempt, int]:
-    """Remove what a trajectory exceeds between its points.
-
-    Where that is much, or the path is left, the points are too far apart and the grid is refined;
-    where it is little, the limits at the points are lowered.
-
-    Returns:
-        The attempt that is fastest when slowed down by what it still exceeds, and how many there were.
+    Attributes:
+        path: The smooth path, of positive length.
+        limits: Velocity and acceleration limits of its joints.
+        torque: Torque limits, if there are any.
+        options: Number of points and of passes.
     """
-    best, passes, most = attempt, 1, MOST_REFINED * len(attempt.course.s)
-    while passes < options.passes:
-        if attempt.coarse.any() and len(attempt.course.s) < most:
-            finer = course(path, finer_grid(attempt.course.s, attempt.coarse), limits, torque)
-            attempt = _attempt(path, finer, finer.bounds, limits, torque)
-        elif attempt.slowdown.factor > 1.0 + options.remainder:
-            bounds = tightened(attempt.course, attempt.bounds, attempt.peaks)
-            attempt = _attempt(path, attempt.course, bounds, limits, torque)
-        else:
-            break
-        best, passes = attempt if attempt.merit < best.merit else best, passes + 1
-    return best, passes
+
+    path: SmoothPath
+    limits: JointLimits
+    torque: TorqueLimits | None
+    options: RetimeOptions
+
+    def run(self) -> Timing | RetimeFailure:
+        """Lay a grid, find the fastest trajectory on it, and slow that down by what is missing."""
+        rough = self._course(first_grid(self.path.knots, FIRST_POINTS))
+        failure = unholdable(rough, self.limits, self.torque)
+        if failure is not None:
+            return failure
+        profile = fastest_profile(rough, rough.bounds)
+        bends = turned(rough.s, rough.dq, rough.ddq, self.limits.velocity)
+        fine = self._course(even_grid(self.path.knots, profile, bends, self.options.points))
+        failure = unholdable(fine, self.limits, self.torque)
+        if failure is not None:
+            return failure
+        first = self._attempt(fine, fine.bounds)
+        best, passes = self._improved(first)
+        held = hold(best.course, best.trajectory, best.slowdown, self.torque)
+        if isinstance(held, Slowdown):
+            return exceeded(best.course, held, self.limits, self.torque)
+        return Timing(held, first.trajectory.duration, passes)
+
+    def _course(self, s: Floats) -> Course:
+        return course(self.path, s, self.limits, self.torque)
+
+    def _attempt(self, on: Course, bounds: Bounds) -> _Attempt:
+        profile = fastest_profile(on, bounds)
+        moved = trajectory(on, profile, self.limits.joint_names)
+        strayed = straying(self.path, profile, moved)
+        if moved.duration < self.options.shortest:
+            moved = slowed(moved, self.options.shortest / moved.duration)
+        measured = peaks(moved, self.torque)
+        needed = slowdown(on, measured)
+        return _Attempt(on, bounds, moved, measured, needed, (needed.factors > COARSE) | (strayed > STRAY))
+
+    def _improved(self, attempt: _Attempt) -> tuple[_Attempt, int]:
+        """Remove what a trajectory exceeds between its points.
+
+        Where that is much, or the path is left, the points are too far apart and the grid is
+        refined; where it is little, the limits at the points are lowered.
+
+        Returns:
+            The attempt that is fastest when slowed down to hold all limits, and how many there were.
+        """
+        best, passes, refined = attempt, 1, 0
+        while passes < self.options.passes:
+            if attempt.coarse.any() and refined < REFINEMENTS:
+                refined += 1
+                finer = self._course(finer_grid(attempt.course.s, attempt.coarse))
+                attempt = self._attempt(finer, finer.bounds)
+            elif attempt.slowdown.factor > 1.0 + self.options.remainder:
+                bounds = tightened(attempt.course, attempt.bounds, attempt.peaks)
+                attempt = self._attempt(attempt.course, bounds)
+            else:
+                break
+            best, passes = attempt if attempt.merit < best.merit else best, passes + 1
+        return best, passes
+
+
+def time_path(
+    path: SmoothPath, limits: JointLimits, torque: TorqueLimits | None, options: RetimeOptions
+) -> Timing | RetimeFailure:
+    """Find the fastest timing of a path from rest to rest.
+
+    Args:
+        path: The smooth path, of positive length.
+        limits: Velocity and acceleration limits.
+        torque: Torque limits, if there are any.
+        options: Number of points and passes.
+    """
+    velocity, acceleration = limits.velocity * STRICT, limits.acceleration * STRICT
+    limits = replace(limits, velocity=readonly(velocity), acceleration=readonly(acceleration))
+    torque = None if torque is None else replace(torque, limit=torque.limit * STRICT)
+    return _PathTimer(path, limits, torque, options).run()

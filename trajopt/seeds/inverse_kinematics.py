@@ -92,9 +92,7 @@ def goal_candidates(
     free: list[Floats] = []
     blocking: tuple[str, str, float] | None = None
     for place in np.argsort(travel):
-        contacts = distances.near(
-            kinematics(found[place][None, :]), np.zeros(len(reduced.pairs.margin))
-        )
+        contacts = distances.near(kinematics(found[place][None, :]), np.zeros(len(reduced.pairs.margin)))
         if len(contacts.distance) == 0:
             free.append(found[place])
         elif blocking is None:

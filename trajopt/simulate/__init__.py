@@ -1,5 +1,6 @@
 """Simulation in MuJoCo: the same robot and scene under physics, and pictures of them."""
 
+from trajopt.simulate.before_mujoco import load_mujoco as load_mujoco
 from trajopt.simulate.camera import CameraView as CameraView
 from trajopt.simulate.contacts import Contact as Contact
 from trajopt.simulate.offscreen import RenderingUnavailable as RenderingUnavailable

@@ -17,6 +17,8 @@ ELEVATION = np.deg2rad(-20.0)
 """From where an automatic camera looks: down by this angle [rad]."""
 BORDER = 1.04
 """An automatic camera stands this much farther off than it must."""
+NEAREST = 0.05
+"""How near an automatic camera may be to what it looks at [m]."""
 SURROUNDINGS = 0.25
 """What is farther from the robot than this share of its size need not be in view."""
 CANDIDATES = np.deg2rad((140.0, 220.0, 115.0, 245.0, 160.0, 200.0, 40.0, -40.0))
@@ -69,7 +71,7 @@ def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float
     distance = 1.0
     for _ in range(8):
         depth, across = _project(points - target, axes)
-        distance = float((np.abs(across) / slope - depth[:, None]).max())
+        distance = max(float((np.abs(across) / slope - depth[:, None]).max()), NEAREST)
         # Shift the target to the middle of what is seen, and look again.
         seen = across / (distance + depth)[:, None]
         middle = (seen.min(axis=0) + seen.max(axis=0)) / 2 * distance

@@ -14,6 +14,7 @@ from trajopt.simulate.offscreen import Image
 
 SUFFIXES = (".png", ".gif", ".mp4")
 """Kinds of files that can be written."""
+DITHER = Pillow.Dither.NONE
 GAP = 6
 """White between the pictures of a film strip [pixels]."""
 
@@ -48,14 +49,11 @@ def write_strip(path: Path, pictures: list[Image]) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
-    """Write an endless animation, all pictures in the colours of the first."""
-    frames: list[Pillow.Image] = []
-    for picture in pictures:
-        image = Pillow.fromarray(picture)
-        if frames:
-            frames.append(image.quantize(palette=frames[0], dither=Pillow.Dither.NONE))
-        else:
-            frames.append(image.quantize(colors=256, dither=Pillow.Dither.NONE))
+    """Write an endless animation, all pictures in the colours that suit the first."""
+    images = [Pillow.fromarray(picture) for picture in pictures]
+    # Colours by octree: by frequency, thin things of their own colour would lose it.
+    palette = images[0].quantize(256, method=Pillow.Quantize.FASTOCTREE)
+    frames = [image.quantize(palette=palette, dither=DITHER) for image in images]
     # Times are whole hundredths of a second in this format.
     duration = 10 * max(2, round(100.0 / fps))
     frames[0].save(

@@ -73,7 +73,8 @@ def open_context(width: int, height: int) -> Any:
             context.make_current()
             return context
         except Exception as error:
-            tried.append(f"{backend}: {type(error).__name__}: {error}")
+            reason = str(error).rstrip(".")
+            tried.append(f"{backend}: {type(error).__name__}: {reason}")
             if platform is None:
                 os.environ.pop("PYOPENGL_PLATFORM", None)
     if not tried and os.environ.get("MUJOCO_GL"):

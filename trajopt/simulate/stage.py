@@ -51,7 +51,8 @@ def picture_spec(reduced: ReducedModel, shown: Floats) -> mujoco.MjSpec:
     spec.compiler.degree = False
     bodies, _ = add_joints(spec, reduced)
     low, high = shown.min(axis=0), shown.max(axis=0)
-    spec.stat.center, spec.stat.extent = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
+    spec.stat.center = (low + high) / 2
+    spec.stat.extent = max(float(np.linalg.norm(high - low)) / 2, 0.01)
     _set_the_stage(spec, _floor_height(reduced, float(low[2])))
     for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced)):
         geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
@@ -147,7 +148,7 @@ def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
     """Add sky, floor, paint and light."""
     visual = spec.visual
     visual.quality.offsamples = 4
-    visual.quality.numslices, visual.quality.numstacks = 48, 32
+    visual.quality.numslices, visual.quality.numstacks = 40, 16
     visual.headlight.ambient = np.full(3, 0.52)
     visual.headlight.diffuse = np.full(3, 0.20)
     visual.headlight.specular = np.full(3, 0.05)

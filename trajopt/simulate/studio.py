@@ -18,7 +18,7 @@ PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
 """Colour of the line that the tool draws."""
 PATH_RADIUS = 0.003
 """Its radius, as a share of half the size of what is shown."""
-PATH_POINTS = 121
+PATH_POINTS = 61
 """Places of the tool that the line goes through."""
 NEAR_TOOL = 0.1
 """What is nearer to the tool than this does not hide it from the camera [m]."""

@@ -17,6 +17,8 @@ from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
 from trajopt.solvers.subproblem import Subproblem, subproblem
 from trajopt.solvers.trust_region import TrustRegion
 
+WIDENED = 0.1
+"""After a round, or on finer samples, the trust region is at least this wide."""
 Progress = Callable[[Iteration], None]
 
 
@@ -41,7 +43,7 @@ class Sqp:
     """
 
     qp: str = "piqp"
-    penalty: float = 20.0
+    penalty: float = 5.0
     penalty_growth: float = 10.0
     penalty_rounds: int = 4
     max_iterations: int = 100
@@ -95,7 +97,10 @@ class _Run:
                 continue
             if status is SolverStatus.MAX_ITERATIONS or at.feasible:
                 return self._result(
-                    SolverStatus.CONVERGED if at.feasible and status is not SolverStatus.MAX_ITERATIONS else status, at
+                    SolverStatus.CONVERGED
+                    if at.feasible and status is not SolverStatus.MAX_ITERATIONS
+                    else status,
+                    at,
                 )
             rounds += 1
             if rounds > self.options.penalty_rounds:
@@ -167,7 +172,7 @@ class _Run:
         return self.nlp.linearise(at.x, np.maximum(needed, at.sampling))
 
     def _widened(self, region: TrustRegion) -> TrustRegion:
-        return replace(region, radius=max(region.radius, self.options.trust_region.radius / 3.0))
+        return replace(region, radius=max(region.radius, WIDENED))
 
     def _note(
         self,

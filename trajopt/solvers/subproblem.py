@@ -19,9 +19,7 @@ def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:
     columns = column.reshape(-1, n)[rows.knots]
     index = np.broadcast_to(np.arange(m)[:, None, None], columns.shape)
     keep = (columns >= 0) & (rows.jacobian != 0.0)
-    return csc_matrix(
-        coo_matrix((rows.jacobian[keep], (index[keep], columns[keep])), shape=(m, count))
-    )
+    return csc_matrix(coo_matrix((rows.jacobian[keep], (index[keep], columns[keep])), shape=(m, count)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +78,7 @@ class Subproblem:
     def qp(self, lower: Floats, upper: Floats) -> Qp:
         """Return the QP with the step between bounds, each of shape (f,)."""
         f, m = len(self.free), len(self.bound)
-        identity = -csc_matrix(
-            (np.ones(m), np.arange(m), np.arange(m + 1)), shape=(m, m), dtype=np.float64
-        )
+        identity = -csc_matrix((np.ones(m), np.arange(m), np.arange(m + 1)), shape=(m, m), dtype=np.float64)
         return Qp(
             P=_grow(self.hessian, f + m),
             q=np.concatenate((self.gradient, self.penalty)),
@@ -96,9 +92,7 @@ class Subproblem:
     def model(self, step: Floats) -> float:
         """Return the model's merit less the squared costs at the point; step has shape (f,)."""
         excess = np.maximum(0.0, self.rows @ step - self.bound)
-        return float(
-            0.5 * step @ (self.hessian @ step) + self.gradient @ step + self.penalty @ excess
-        )
+        return float(0.5 * step @ (self.hessian @ step) + self.gradient @ step + self.penalty @ excess)
 
 
 def _grow(matrix: csc_matrix, size: int) -> csc_matrix:

@@ -17,7 +17,7 @@ class TrustRegion:
         shrink: Factor on rejection.
     """
 
-    radius: float = 0.3
+    radius: float = 1.0
     smallest: float = 1e-4
     largest: float = 1.0
     accept: float = 0.1

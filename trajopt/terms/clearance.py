@@ -54,9 +54,7 @@ class Clearance:
         jacobian = motion.kinematics.jacobian[contacts.sample]
         velocity = motion.query.point_jacobian(
             jacobian, joints[pairs.second[contacts.pair]], contacts.point_second
-        ) - motion.query.point_jacobian(
-            jacobian, joints[pairs.first[contacts.pair]], contacts.point_first
-        )
+        ) - motion.query.point_jacobian(jacobian, joints[pairs.first[contacts.pair]], contacts.point_first)
         slope = np.einsum("mi,min->mn", contacts.normal, velocity)
         if self.margin is None:
             margin = pairs.margin[contacts.pair]

@@ -55,9 +55,7 @@ class FramePlacementError:
 def _skew(vectors: Floats) -> Floats:
     x, y, z = vectors.T
     zero = np.zeros_like(x)
-    return np.stack(
-        (np.stack((zero, -z, y), 1), np.stack((z, zero, -x), 1), np.stack((-y, x, zero), 1)), 1
-    )
+    return np.stack((np.stack((zero, -z, y), 1), np.stack((z, zero, -x), 1), np.stack((-y, x, zero), 1)), 1)
 
 
 def _rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:

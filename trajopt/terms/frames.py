@@ -42,16 +42,14 @@ def relative_frame(
     joint, held = reduced.attachment(frame)
     base, base_held = reduced.attachment(reference)
     rotation = kinematics.rotation[:, joint] @ held.rotation
-    point = (
-        kinematics.rotation[:, joint] @ (held * offset) + kinematics.translation[:, joint]
-    )
+    point = kinematics.rotation[:, joint] @ (held * offset) + kinematics.translation[:, joint]
     base_rotation = kinematics.rotation[:, base] @ base_held.rotation
     origin = kinematics.rotation[:, base] @ base_held.translation + kinematics.translation[:, base]
     to_base = np.swapaxes(base_rotation, 1, 2)
     count = len(point)
-    velocity = query.point_jacobian(
-        kinematics.jacobian, np.full(count, joint), point
-    ) - query.point_jacobian(kinematics.jacobian, np.full(count, base), point)
+    velocity = query.point_jacobian(kinematics.jacobian, np.full(count, joint), point) - query.point_jacobian(
+        kinematics.jacobian, np.full(count, base), point
+    )
     spin = query.angular_jacobian(kinematics.jacobian, joint) - query.angular_jacobian(
         kinematics.jacobian, base
     )

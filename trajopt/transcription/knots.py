@@ -20,7 +20,7 @@ from trajopt.transcription.margins import tapered_margins
 
 SWEEP = 0.02
 """No body moves farther than this between two samples, in the end [m]."""
-COARSE_SAMPLES = 2
+COARSE_SAMPLES = 4
 """Samples per segment while the motion is not free yet."""
 MOST_SAMPLES = 40
 """Samples per segment at most."""
@@ -83,9 +83,7 @@ class KnotsNlp:
         fixed = (self.lower == self.upper).all(axis=1)
         touched = (np.abs(rows.jacobian).max(axis=2, initial=0.0) > 0.0) & ~fixed[rows.knots]
         keep = touched.any(axis=1) & (np.isfinite(lower) | np.isfinite(upper))
-        return ConstraintRows(
-            item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance
-        )
+        return ConstraintRows(item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance)
 
 
 def _take(rows: Rows, keep: Bools) -> Rows:
@@ -169,9 +167,7 @@ def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
         [reduced.model.joints[i].shortname().startswith("JointModelP") for i in _joint_ids(problem)]
     )
     scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
-    return KnotsNlp(
-        problem, counts, lower, upper, scale, kinematics, distances, tuple(items)
-    )
+    return KnotsNlp(problem, counts, lower, upper, scale, kinematics, distances, tuple(items))
 
 
 def _joint_ids(problem: Problem) -> list[int]:

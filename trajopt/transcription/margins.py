@@ -43,9 +43,7 @@ class TaperedMargins:
         """Return the margin of each pair at each place, shape (m,) [m]."""
         full = self.pairs.margin[pair]
         since = np.clip((place - np.maximum(self.contact_until[pair], 0.0)) / TAPER_KNOTS, 0.0, 1.0)
-        until = np.clip(
-            (np.minimum(self.contact_from[pair], self.last) - place) / TAPER_KNOTS, 0.0, 1.0
-        )
+        until = np.clip((np.minimum(self.contact_from[pair], self.last) - place) / TAPER_KNOTS, 0.0, 1.0)
         margin = np.minimum(
             self.at_start[pair] + (full - self.at_start[pair]) * since,
             self.at_end[pair] + (full - self.at_end[pair]) * until,

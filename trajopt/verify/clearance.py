@@ -11,6 +11,8 @@ from trajopt.verify.distances import Distances
 from trajopt.verify.motion import Motion
 
 _PROBES = 17
+_DEEPENED = 8
+"""So many pairs in contact are followed to their deepest contact."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,10 @@ def judge_clearance(motion: Motion, distances: Distances) -> ClearanceFinding:
         distances: Workspace for the distances of its bodies.
     """
     search = ClearanceSearch(motion, distances).run()
-    contacts = tuple(_deepest(motion, distances, contact) for contact in search.contacts[:1])
-    for contact in contacts:
+    found = [_deepest(motion, search, distances, contact) for contact in search.contacts[:_DEEPENED]]
+    for contact in found:
         search.note(contact)
+    contacts = tuple(sorted(found, key=lambda contact: contact.distance))
     proven = not contacts and search.gap is None
     unproven = None
     if search.gap is not None:
@@ -54,24 +57,20 @@ def judge_clearance(motion: Motion, distances: Distances) -> ClearanceFinding:
     return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven)
 
 
-def _deepest(motion: Motion, distances: Distances, contact: Contact) -> Contact:
-    """Look around a contact for the deepest one near it."""
-    best = contact
+def _deepest(motion: Motion, search: ClearanceSearch, distances: Distances, contact: Contact) -> Contact:
+    """Look around a contact for the deepest one near it, in its own window if it is in one."""
+    best, excused = contact, search.excused(contact)
     reach = motion.duration / 16
     for _ in range(3):
-        begin, end = (
-            max(best.time - reach, 0.0),
-            min(best.time + reach, motion.duration),
-        )
+        begin, end = max(best.time - reach, 0.0), min(best.time + reach, motion.duration)
         times = np.linspace(begin, end, _PROBES)
         found = distances.measure(
-            motion.poses(times),
-            np.arange(_PROBES),
-            np.full(_PROBES, contact.pair, dtype=np.int64),
+            motion.poses(times), np.arange(_PROBES), np.full(_PROBES, contact.pair, dtype=np.int64)
         )
-        lowest = int(found.argmin())
-        if found[lowest] < best.distance:
-            best = Contact(contact.pair, float(times[lowest]), float(found[lowest]))
+        for time, distance in zip(times.tolist(), found.tolist(), strict=True):
+            probe = Contact(contact.pair, time, distance)
+            if distance < best.distance and search.excused(probe) == excused:
+                best = probe
         reach /= _PROBES / 3
     return best
 
@@ -139,7 +138,7 @@ def _contact_checks(motion: Motion, search: ClearanceSearch, *, proven: bool) ->
         lowest = pairs[int(search.accepted.measured[pairs].argmin())]
         measured = float(search.accepted.measured[lowest])
         depth = max(-measured, 0.0) if np.isfinite(measured) else None
-        broken = any(contact.pair in pairs and search.accepted_at(contact) for contact in search.contacts)
+        broken = any(contact.pair in pairs and search.excused(contact) for contact in search.contacts)
         if not (proven or broken):
             continue
         when = [f"the first {allowance.first:g} s"] * (allowance.first > 0.0)

@@ -19,6 +19,8 @@ from trajopt.verify.windows import Windows
 _FIRST_INTERVALS = 32
 _NEAR_ENOUGH = 0.75
 """Share of the measured clearance at which a bound is near enough, however coarse the resolution."""
+_SURVEYED = 65
+"""Once a contact is found, all pairs are measured at so many times to find the deepest."""
 _FIRST_MEASURED = 64
 """Most promising items that are measured first, so that the others need not be."""
 
@@ -103,7 +105,7 @@ class ClearanceSearch:
     Attributes:
         free: What is known of the pairs at times when they must keep apart.
         accepted: The same for times when their contact is accepted.
-        contacts: Contacts found that are not accepted, deepest first.
+        contacts: Contacts found that are not accepted, the deepest of each pair, deepest first.
         gap: First interval without proof, if the search was given up.
     """
 
@@ -122,16 +124,19 @@ class ClearanceSearch:
         """Search until every pair is proven, a contact is found or the search is given up."""
         self._look_at_ends()
         items = self._start()
-        while len(items.cell) and not self.contacts and self.gap is None:
+        while len(items.cell) and self.gap is None:
             items = self._advance(items)
+            if self.contacts:
+                self._survey(np.linspace(0.0, self._motion.duration, _SURVEYED))
+                break
         return self
 
     def note(self, contact: Contact) -> None:
         """Take in a measured contact."""
         self._note(np.array([contact.pair]), np.array([contact.distance]), np.array([contact.time]))
 
-    def accepted_at(self, contact: Contact) -> bool:
-        """Say whether a contact was found at a time at which some depth of it is accepted."""
+    def excused(self, contact: Contact) -> bool:
+        """Say whether a contact is at a time at which some depth of it is accepted."""
         return bool(self._windows.accept(np.array([contact.time]), np.array([contact.pair]))[0])
 
     def _look_at_ends(self) -> None:
@@ -140,18 +145,21 @@ class ClearanceSearch:
         To get inside a mesh in between, a body would have to cross its surface.
         """
         ends = np.array((0.0, self._motion.duration))
+        self._survey(ends)
         poses = self._motion.poses(ends)
-        cell, pair = np.repeat((0, 1), self._count), np.tile(np.arange(self._count), 2)
-        near = self._distances.apart(self._travel.centres(poses), cell, pair) <= self._options.far
-        cell, pair = cell[near], pair[near]
-        distance = self._distances.measure(poses, cell, pair)
         for row in (0, 1):
-            for enclosed in self._distances.enclosed(poses, row).tolist():
-                hull = self._distances.hull_distance(poses, row, enclosed)
-                cell, pair = np.append(cell, row), np.append(pair, enclosed)
-                distance = np.append(distance, hull)
-        self._note(pair, distance, ends[cell])
-        self._judge(pair, distance, ends[cell])
+            pair = self._distances.enclosed(poses, row)
+            depth = [self._distances.hull_distance(poses, row, number) for number in pair.tolist()]
+            self._judge(pair, np.array(depth), np.full(len(pair), ends[row]))
+
+    def _survey(self, times: Floats) -> None:
+        """Measure what is near at some times, of shape (c,) [s]."""
+        poses = self._motion.poses(times)
+        cell = np.repeat(np.arange(len(times)), self._count)
+        pair = np.tile(np.arange(self._count), len(times))
+        near = self._distances.apart(self._travel.centres(poses), cell, pair) <= 0.0
+        cell, pair = cell[near], pair[near]
+        self._judge(pair, self._distances.measure(poses, cell, pair), times[cell])
 
     def _start(self) -> Items:
         duration = self._motion.duration
@@ -180,14 +188,13 @@ class ClearanceSearch:
         for some in (todo[:_FIRST_MEASURED], todo[_FIRST_MEASURED:]):
             chosen = some[distance[some] - travel[some] <= self._target(time[some], items.pair[some])]
             distance[chosen] = self._measure(items, chosen, poses, travel, accepted)
-            self._note(items.pair[chosen], distance[chosen], time[chosen])
+            self._judge(items.pair[chosen], distance[chosen], time[chosen])
         bound, target = distance - travel, self._target(time, items.pair)
         proven = bound > target
         for tally, kind in ((self.free, ~accepted), (self.accepted, accepted)):
             mine = proven & kind
             np.minimum.at(tally.proven, items.pair[mine], bound[mine])
         left = ~proven
-        self._judge(items.pair[left], distance[left], time[left])
         return self._cut(items, left, travel, distance - target)
 
     def _measure(self, items: Items, chosen: Ints, poses: Poses, travel: Floats, accepted: Bools) -> Floats:
@@ -214,12 +221,15 @@ class ClearanceSearch:
             tally.note(pair[mine], distance[mine], time[mine])
 
     def _judge(self, pair: Ints, distance: Floats, time: Floats) -> None:
-        """Note contacts that are not accepted."""
+        """Take in measured distances, and note contacts that are not accepted."""
+        self._note(pair, distance, time)
         found = [
             Contact(int(pair[item]), float(time[item]), float(distance[item]))
             for item in np.flatnonzero(distance <= self._windows.floor(time, pair))
         ]
-        self.contacts = tuple(sorted((*self.contacts, *found), key=lambda contact: contact.distance))
+        every = sorted((*self.contacts, *found), key=lambda contact: -contact.distance)
+        deepest = {contact.pair: contact for contact in every}
+        self.contacts = tuple(sorted(deepest.values(), key=lambda contact: contact.distance))
 
     def _cut(self, items: Items, left: Bools, travel: Floats, reserve: Floats) -> Items:
         """Cut the intervals of the items left into as many pieces as their proofs seem to need."""

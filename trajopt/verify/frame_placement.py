@@ -141,16 +141,22 @@ def _prove(
         change, curvature = changes(middle, bounds)
         bulge = curvature * ((end - begin) ** 2 / 8.0)[:, None]
         bound = np.minimum(middle + change, np.maximum(start, stop) + bulge)
-        over = np.stack([(size - tolerance).max(axis=1) for size in (start, middle, stop)])
+        over = np.stack([_excess(size, tolerance) for size in (start, middle, stop)])
         worst = over.argmax(axis=0)
         rows = np.arange(len(begin))
         return Excess(
             over[worst, rows],
             times.reshape(3, -1)[worst, rows],
-            (bound - tolerance).max(axis=1),
+            _excess(bound, tolerance),
         )
 
     return prove_over_time(motion, excess)
+
+
+def _excess(sizes: Floats, tolerance: Floats) -> Floats:
+    """Largest excess of sizes (c, 3) over tolerances (3,), some of which are finite: shape (c,)."""
+    bounded = np.isfinite(tolerance)
+    return np.asarray((sizes[:, bounded] - tolerance[bounded]).max(axis=1))
 
 
 def _position_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
@@ -58,6 +59,11 @@ class Judge:
         )
         bounds = limits or reduced.limits
         motion = Motion(reduced, trajectory, kinematics=kinematics, options=self._options)
+        if bounds.joint_names != reduced.joint_names:
+            raise ProblemError(
+                f"the limits are of {', '.join(bounds.joint_names)}, but group {reduced.group!r} has the "
+                f"joints {', '.join(reduced.joint_names)}"
+            )
         before = (distances.calls, kinematics.calls)
         checks: list[Check] = [*end_checks(motion)]
         for when, requirements in ((When.END, goals), (When.ALWAYS, constraints)):
@@ -114,8 +120,8 @@ def verify(
         options: Numbers to judge with.
 
     Raises:
-        ProblemError: If the trajectory moves other joints than the group's, or a requirement has
-            no check.
+        ProblemError: If the trajectory or the limits are of other joints than the group's, or a
+            requirement has no check.
         NameNotFound: If a requirement names what does not exist.
         ModelError: If two half-spaces have to keep apart.
     """

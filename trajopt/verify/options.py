@@ -7,7 +7,7 @@ from trajopt.errors import ProblemError
 
 @dataclass(frozen=True, kw_only=True)
 class VerifyOptions:
-    """Numbers that the judge works with; none of them can make a wrong motion pass.
+    """Numbers that the judge works with.
 
     Attributes:
         resolution: The proven clearance comes this near to the measured one, or to three quarters of it

@@ -127,10 +127,10 @@ class Viewer:
             self._button.label = "Play"
             self._playing.clear()
 
-    def wait(self) -> None:
-        """Block until Ctrl-C, or until `close` is called."""
+    def wait(self, seconds: float | None = None) -> None:
+        """Block until Ctrl-C, until `close` is called, or for so many seconds."""
         try:
-            self._closed.wait()
+            self._closed.wait(seconds)
         except KeyboardInterrupt:
             self.close()
 

@@ -38,9 +38,7 @@ class Qp:
     def same_pattern(self, other: "Qp") -> bool:
         """Say whether the other has non-zeros at the same places."""
         return all(
-            a.shape == b.shape
-            and np.array_equal(a.indptr, b.indptr)
-            and np.array_equal(a.indices, b.indices)
+            a.shape == b.shape and np.array_equal(a.indptr, b.indptr) and np.array_equal(a.indices, b.indices)
             for a, b in ((self.P, other.P), (self.A, other.A))
         )
 

@@ -54,9 +54,7 @@ class Osqp:
             osqp.SolverStatus.OSQP_SOLVED_INACCURATE: QpStatus.INACCURATE,
             osqp.SolverStatus.OSQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
         }.get(result.info.status_val, QpStatus.FAILED)
-        return QpSolution(
-            status, np.array(result.x), np.array(result.y)[: self._rows], int(result.info.iter)
-        )
+        return QpSolution(status, np.array(result.x), np.array(result.y)[: self._rows], int(result.info.iter))
 
     @staticmethod
     def _stacked(qp: Qp) -> tuple[csc_matrix, Floats, Floats]:

@@ -38,9 +38,7 @@ class Piqp:
         """Take new values, keeping the symbolic factorisation."""
         if self._solver is None:
             raise SolverError("Piqp.update before setup")
-        self._solver.update(
-            P=qp.P, c=qp.q, G=qp.A, h_l=qp.l, h_u=qp.u, x_l=qp.lower, x_u=qp.upper
-        )
+        self._solver.update(P=qp.P, c=qp.q, G=qp.A, h_l=qp.l, h_u=qp.u, x_l=qp.lower, x_u=qp.upper)
 
     def solve(self) -> QpSolution:
         """Run the interior-point method."""

@@ -60,6 +60,4 @@ class Proxqp:
             codes.PROXQP_SOLVED: QpStatus.SOLVED,
             codes.PROXQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
         }.get(result.info.status, QpStatus.FAILED)
-        return QpSolution(
-            status, result.x.copy(), result.z[: self._rows].copy(), int(result.info.iter)
-        )
+        return QpSolution(status, result.x.copy(), result.z[: self._rows].copy(), int(result.info.iter))
