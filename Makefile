@@ -23,8 +23,11 @@ check: $(STAMP_DEV)
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
+# DATA: a folder with panda/<set>/ and ur5/<set>/ of MotionBenchMaker scenes and requests, and ur5/robot/.
 bench: $(STAMP)
-	$(BIN)/python benchmarks/motionbenchmaker.py $(ARGS)
+	OMP_NUM_THREADS=1 $(BIN)/trajopt bench --robot panda --data $(DATA)/panda --json out/bench_panda.json
+	OMP_NUM_THREADS=1 $(BIN)/trajopt bench --robot $(DATA)/ur5/robot/ur5.urdf --srdf $(DATA)/ur5/robot/ur5.srdf \
+	  --data $(DATA)/ur5 --json out/bench_ur5.json
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(not ((3, 11) <= sys.version_info[:2] <= (3, 13)))' \

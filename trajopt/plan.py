@@ -5,7 +5,7 @@ have typed.
 """
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -103,6 +103,7 @@ class _Planning:
             qp_solves=solved.qp_solves,
             qp_iterations=solved.qp_iterations,
         )
+        result: Result | None = None
         for tolerance in PATH_TOLERANCES:
             with self._stage("retime"):
                 timed = self._retime(nlp, path, tolerance)
@@ -116,6 +117,7 @@ class _Planning:
             )
             if status is not Status.NOT_VERIFIED:
                 return result
+        assert result is not None
         return result
 
     def _retime(self, nlp: KnotsNlp, path: Path, tolerance: float) -> Retimed | RetimeFailure:
@@ -244,7 +246,7 @@ class _Planning:
             self.counts[name] = self.counts.get(name, 0) + number
 
     @contextmanager
-    def _stage(self, name: str) -> Iterator[None]:
+    def _stage(self, name: str) -> Generator[None]:
         if self.progress is not None:
             self.progress(name, None)
         begin = time.process_time()

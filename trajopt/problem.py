@@ -71,19 +71,11 @@ class Problem:
             start = robot.positions(self.start)
         object.__setattr__(self, "start", start)
         goals = (self.goal,) if isinstance(self.goal, Requirement) else tuple(self.goal)
-        if not goals or not all(isinstance(goal, Requirement) for goal in goals):
-            raise ProblemError(
-                "a problem needs a goal: joint_positions(...), frame_placement(...) or several such"
-            )
-        for item in self.constraints:
-            if not isinstance(item, Requirement | Constraint):
-                raise ProblemError(f"{item!r} is neither a requirement nor a Constraint")
+        _check_kinds(goals, self.constraints, self.knots)
         object.__setattr__(self, "goal", goals)
         object.__setattr__(self, "constraints", tuple(self.constraints))
         costs = default_costs() if self.costs is None else tuple(self.costs)
         object.__setattr__(self, "costs", costs)
-        if not isinstance(self.knots, int) or self.knots < 3:
-            raise ProblemError(f"knots must be a whole number, at least 3; are {self.knots}")
         for label in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(label, getattr(self, label)) <= 1.0:
                 raise ProblemError(f"{label} must lie in (0, 1], is {getattr(self, label)}")
@@ -149,6 +141,19 @@ class Problem:
                 f"{self.acceleration_scaling:g} of acceleration limits"
             )
         return "\n".join(lines)
+
+
+def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: object) -> None:
+    """Refuse what is of the wrong kind: callers may have no type checks."""
+    if not goals or not all(isinstance(goal, Requirement) for goal in goals):
+        raise ProblemError(
+            "a problem needs a goal: joint_positions(...), frame_placement(...) or several such"
+        )
+    for item in constraints:
+        if not isinstance(item, Requirement | Constraint):
+            raise ProblemError(f"{item!r} is neither a requirement nor a Constraint")
+    if not isinstance(knots, int) or knots < 3:
+        raise ProblemError(f"knots must be a whole number, at least 3; are {knots}")
 
 
 def named_problem(name: str) -> Problem:

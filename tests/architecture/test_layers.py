@@ -38,7 +38,6 @@ ONLY_IN = {
     "rich": {"cli"},
     "placo": {"seeds"},
     "toppra": {"retime"},
-    "coacd": {"model"},
 }
 """Packages that only some rooms may import."""
 

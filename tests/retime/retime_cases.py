@@ -3,7 +3,6 @@
 import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
@@ -62,30 +61,18 @@ def largest_use(trajectory: Trajectory, limits: JointLimits) -> Floats:
     return np.maximum(speed, np.abs(trajectory(t, 2)) / limits.acceleration).max(axis=1)
 
 
-def distance_from(trajectory: Trajectory, path: SmoothPath) -> float:
-    """Largest distance of the trajectory from the curve, in any joint."""
-
-    def along(q: Floats, v: Floats) -> Floats:
-        """Positions and directions: where a curve crosses itself, the latter tell the branches apart."""
-        size = np.maximum(np.linalg.norm(v, axis=1), 1e-300)[:, None]
-        return np.hstack((q, 0.1 * v / size))
-
-    grid = np.linspace(0.0, path.length, 20001)
-    t = moments(trajectory, 5)
-    q = trajectory(t)
-    tree = cKDTree(along(path(grid), path(grid, 1)))
-    _, candidates = tree.query(along(q, trajectory(t, 1)), k=(1, 2, 4, 8, 16))
+def distance_from(trajectory: Trajectory, path: SmoothPath, s: Floats) -> float:
+    """Largest distance, in any joint, of each piece of a trajectory from its part of the curve."""
+    q = trajectory(moments(trajectory, 5)[:-1])
+    low, high = np.repeat(s[:-1], 5), np.repeat(s[1:], 5)
     best = np.full(len(q), np.inf)
-    for nearest in candidates.T:
-        s, reach = grid[nearest], grid[1]
-        for _ in range(5):  # ever finer about the nearest parameter
-            near = np.clip(s[:, None] + reach * np.linspace(-1.0, 1.0, 13), 0.0, path.length)
-            away = np.abs(path(near.ravel()).reshape(*near.shape, -1) - q[:, None]).max(axis=2)
-            s = near[np.arange(len(q)), away.argmin(axis=1)]
-            best = np.minimum(best, away.min(axis=1))
-            reach /= 5.0
-        if best.max() <= 1e-6:
-            break
+    for _ in range(9):  # ever finer about the nearest parameter
+        near = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, 13)
+        away = np.abs(path(near.ravel()).reshape(*near.shape, -1) - q[:, None]).max(axis=2)
+        nearest = away.argmin(axis=1)
+        best = np.minimum(best, away.min(axis=1))
+        rows = np.arange(len(q))
+        low, high = near[rows, np.maximum(nearest - 2, 0)], near[rows, np.minimum(nearest + 2, 12)]
     return float(best.max())
 
 

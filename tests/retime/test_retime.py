@@ -18,6 +18,7 @@ from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
+from trajopt.retime.timing import Timing, time_path
 from trajopt.trajectory import Interpolation, Path
 
 
@@ -40,7 +41,11 @@ def test_limits_hold_from_rest_to_rest_along_the_path(case: tuple[Path, JointLim
     assert (trajectory.positions[[0, -1]] == path.knots[[0, -1]]).all()
     assert result.deviation <= 5e-3
     if result.passes:
-        assert distance_from(trajectory, smooth_path(path, limits)) <= 1e-5
+        curve = smooth_path(path, limits)
+        timing = time_path(curve, limits, None, RetimeOptions())
+        assert isinstance(timing, Timing)
+        np.testing.assert_array_equal(timing.trajectory.times, trajectory.times)
+        assert distance_from(trajectory, curve, timing.s) <= 1e-5
 
 
 @settings(max_examples=30, deadline=None)

@@ -9,11 +9,13 @@ import pytest
 
 from tests.simulate.conftest import INERTIA, LENGTH, MASS, reduced_all, smooth
 from trajopt.errors import ModelError, ShapeError
+from trajopt.model.bodies import MeshPolicy
+from trajopt.model.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.model.shapes import Box, Sphere
+from trajopt.model.shapes import Box, Sphere, convex
 from trajopt.simulate import SimulationOptions, simulate
 from trajopt.trajectory import Trajectory
 
@@ -157,6 +159,18 @@ def test_attached_object_collides(pendulum: Pendulum) -> None:
     reduced = reduced_all(scene)
     rollout = simulate(reduced, smooth(reduced, np.array([0.3]), np.array([-0.5]), 1.0))
     assert ("ball", "block") in {contact.pair for contact in rollout.contacts}
+
+
+def test_exact_mesh_collides_as_its_pieces_and_is_noted(pendulum: Pendulum) -> None:
+    corners = np.array([(x, y, z) for x in (0.3, 0.7) for y in (-0.2, 0.2) for z in (0.5, 0.7)])
+    block = convex(corners)
+    mesh = Mesh(block.vertices, block.faces.astype(np.int32))
+    scene = Scene(pendulum()).add("block", mesh, meshes=MeshPolicy(exact=True))
+    reduced = reduced_all(scene)
+    rollout = simulate(reduced, smooth(reduced, np.array([0.0]), np.array([-0.8]), 1.0))
+    assert rollout.contacts[0].pair == ("block", "tip")
+    (note,) = rollout.notes
+    assert note.startswith("block/0: the exact mesh is simulated as what contains it")
 
 
 def test_everything_measured_fits_into_json(pendulum: Pendulum) -> None:

@@ -11,7 +11,7 @@ from trajopt.cli.options import JsonOption
 from trajopt.cli.progress import progress_line
 from trajopt.cli.report import report
 from trajopt.moveit import write_trajectory
-from trajopt.plan import plan
+from trajopt.plan import Progress, plan
 from trajopt.problem import named_problem
 from trajopt.result import Plan
 from trajopt.simulate import Rollout, render, simulate
@@ -50,8 +50,7 @@ def demo(
         progress("simulate", None)
         rollout, files = _produce(result.require(), result.as_dict() | {"source": {"problem": problem}}, out)
         if picture:
-            progress("render", None)
-            files |= _pictures(result.require(), rollout, out)
+            files |= _pictures(result.require(), rollout, out, progress)
         used = time.process_time() - begin
     if as_json:
         document = {
@@ -89,10 +88,14 @@ def _produce(plan: Plan, document: dict[str, object], out: Path) -> tuple[Rollou
     return simulate(reduced, trajectory), files
 
 
-def _pictures(plan: Plan, rollout: Rollout, out: Path) -> dict[str, Path]:
+def _pictures(plan: Plan, rollout: Rollout, out: Path, progress: Progress) -> dict[str, Path]:
     """Render a still of several moments, and a clip."""
+
+    def show(share: float) -> None:
+        progress(f"rendering {share:.0%}", None)
+
     still, clip = out / "rollout.png", out / "rollout.gif"
     moments = [share * plan.trajectory.duration for share in (0.0, 1 / 3, 2 / 3, 1.0)]
-    render(plan.problem.reduced, rollout, still, moments=moments)
-    render(plan.problem.reduced, rollout, clip)
+    render(plan.problem.reduced, rollout, still, moments=moments, progress=show)
+    render(plan.problem.reduced, rollout, clip, progress=show)
     return {"still": still, "clip": clip}

@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
+from rich.console import Console
 
 from trajopt.errors import FileFormatError
 from trajopt.model.bodies import MeshPolicy
@@ -50,7 +51,11 @@ class RobotSource:
     exact_meshes: bool = False
 
     def load(self) -> Robot:
-        """Load the robot."""
+        """Load the robot; convex pieces of new meshes take a while, so a line says what goes on."""
+        with Console(stderr=True).status(f"loading {self.robot}: covering its meshes, once"):
+            return self._load()
+
+    def _load(self) -> Robot:
         return load(
             self.robot,
             srdf=self.srdf,
@@ -85,7 +90,9 @@ class RobotSource:
             robot,
             Path(srdf) if isinstance(srdf, str) else None,
             Path(limits) if isinstance(limits, str) else None,
-            tuple(Path(str(folder)) for folder in folders) if isinstance(folders, list) else (),
+            tuple(Path(str(folder)) for folder in cast("list[object]", folders))
+            if isinstance(folders, list)
+            else (),
             bool(document.get("exact_meshes")),
         )
 

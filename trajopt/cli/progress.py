@@ -1,6 +1,6 @@
 """A line on standard error that moves while work goes on, where somebody watches."""
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -21,7 +21,7 @@ DOING = {
 
 
 @contextmanager
-def progress_line() -> Iterator[Progress]:
+def progress_line() -> Generator[Progress]:
     """Show a spinner with the present stage; silent where standard error is no terminal."""
     console = Console(stderr=True)
     with console.status("starting") as status:

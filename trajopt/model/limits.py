@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import yaml
@@ -43,7 +43,7 @@ class JointLimits:
 
     def take(self, index: Ints) -> "JointLimits":
         """Return the limits of the joints at these places, in this order."""
-        names = tuple(self.joint_names[i] for i in index)
+        names = tuple(self.joint_names[int(i)] for i in index)
         kept = tuple(note for note in self.defaulted if note.split(" ", 1)[0] in names)
         return JointLimits(
             names,
@@ -81,7 +81,7 @@ def with_stated(limits: JointLimits, stated: Mapping[str, Mapping[str, Any]]) ->
     Raises:
         JointNotFound: If an entry names no movable joint.
     """
-    columns = {
+    columns: dict[str, tuple[tuple[str, Floats], ...]] = {
         "has_velocity_limits": (("max_velocity", np.array(limits.velocity)),),
         "has_acceleration_limits": (("max_acceleration", np.array(limits.acceleration)),),
         "has_jerk_limits": (("max_jerk", np.array(limits.jerk)),),
@@ -134,7 +134,9 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
         document = yaml.safe_load(path.read_text())
     except (OSError, yaml.YAMLError) as error:
         raise FileFormatError(str(path), str(error)) from error
-    entries = document.get("joint_limits") if isinstance(document, dict) else None
+    entries = (
+        cast("dict[object, object]", document).get("joint_limits") if isinstance(document, dict) else None
+    )
     if not isinstance(entries, dict):
         raise FileFormatError(str(path), "has no mapping `joint_limits`")
-    return entries
+    return cast("dict[str, dict[str, Any]]", entries)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -119,7 +120,7 @@ class Robot:
         for frame in (frames or {}).values():
             if frame.link not in links:
                 raise FrameNotFound("link", frame.link, links)
-        stated = {} if limits is None else read_joint_limits(Path(limits))
+        stated: Mapping[str, Mapping[str, Any]] = {} if limits is None else read_joint_limits(Path(limits))
         bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
         groups = resolve_groups(model, semantics, frozenset(description.mimics))
         for (group, state), values in semantics.states.items():

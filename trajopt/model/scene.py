@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import cast
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import (
@@ -112,7 +113,7 @@ class Scene:
         notes: list[str] = []
         given = [(shape, Placement())] if isinstance(shape, Shape) else list(shape)
         for item in given:
-            if not (isinstance(item, tuple) and len(item) == 2 and isinstance(item[0], Shape)):
+            if not _is_part(item):
                 raise ModelError(f"object {name!r}: give a shape, or pairs (shape, placement)")
             part, where = item
             if isinstance(part, Mesh):
@@ -359,3 +360,9 @@ class Scene:
             if link not in self.robot.links:
                 raise FrameNotFound("touch link", link, self.robot.links)
         return links
+
+
+def _is_part(item: object) -> bool:
+    """Say whether something is a shape with its placement: callers may have no type checks."""
+    pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
+    return len(pair) == 2 and isinstance(pair[0], Shape)

@@ -2,8 +2,9 @@
 
 import coal
 import numpy as np
+from numpy.typing import NDArray
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 
@@ -15,7 +16,7 @@ def _points(vertices: Floats) -> coal.StdVec_Vec3s:
     return points
 
 
-def _triangles(faces: Ints) -> coal.StdVec_Triangle:
+def _triangles(faces: NDArray[np.integer]) -> coal.StdVec_Triangle:
     triangles = coal.StdVec_Triangle()
     for a, b, c in faces.tolist():
         triangles.append(coal.Triangle(a, b, c))

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import cast
 
 import numpy as np
 from scipy.interpolate import BSpline
@@ -53,7 +52,7 @@ class SmoothPath:
         Returns:
             Shape (m, n), joint units per s^order.
         """
-        value = cast(Floats, self._splines[order](s))
+        value = self._splines[order](s)
         if order > 0:
             return value
         position = self.origin + value
@@ -81,4 +80,4 @@ def greville(knots: Floats) -> Floats:
 def design(knots: Floats, s: Floats) -> Floats:
     """Weights of the control points at parameters s: shape (m, k + 2), dense."""
     unit = BSpline(full_knots(knots), np.eye(len(knots) + DEGREE - 1), DEGREE)
-    return cast(Floats, unit(s))
+    return unit(s)

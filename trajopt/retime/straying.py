@@ -7,6 +7,9 @@ from trajopt.retime.profile import Profile
 from trajopt.retime.smooth import SmoothPath
 from trajopt.trajectory import Trajectory
 
+AHEAD = 0.01
+"""How far a piece may run ahead of its profile or behind, as a part of its length on the path."""
+
 
 def straying(path: SmoothPath, profile: Profile, trajectory: Trajectory) -> Floats:
     """Distance of the middle of each quintic piece from the path.
@@ -27,8 +30,11 @@ def straying(path: SmoothPath, profile: Profile, trajectory: Trajectory) -> Floa
     # The path parameter half-way, by the quintic with the same ends.
     s = (profile.s[:-1] + profile.s[1:]) / 2.0
     s = s + 5.0 / 32.0 * h * (speed[:-1] - speed[1:]) + h**2 / 64.0 * (profile.u[:-1] + profile.u[1:])
-    away = trajectory(times[:-1] + h / 2.0) - path(s)
-    tangent = path(s, 1)
+    reached = trajectory(times[:-1] + h / 2.0)
+    away, tangent = reached - path(s), path(s, 1)
     square = (tangent**2).sum(axis=1)
-    along = np.where(square > 0.0, (away * tangent).sum(axis=1) / np.where(square > 0.0, square, 1.0), 0.0)
-    return np.abs(away - along[:, None] * tangent).max(axis=1)
+    moving = square > 0.0
+    along = np.where(moving, (away * tangent).sum(axis=1) / np.where(moving, square, 1.0), 0.0)
+    # Running a little ahead or behind is no straying; at a reversal there is nothing ahead.
+    most = AHEAD * np.diff(profile.s)
+    return np.abs(reached - path(s + np.clip(along, -most, most))).max(axis=1)

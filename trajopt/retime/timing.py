@@ -34,11 +34,13 @@ class Timing:
 
     Attributes:
         trajectory: It holds all limits.
+        s: Path parameter of each of its points, shape (k,).
         first_duration: What the profile would take that holds the limits at the points only [s].
         passes: How many times the profile was computed.
     """
 
     trajectory: Trajectory
+    s: Floats
     first_duration: float
     passes: int
 
@@ -93,7 +95,7 @@ class _PathTimer:
         held = hold(best.course, best.trajectory, best.slowdown, self.torque)
         if isinstance(held, Slowdown):
             return exceeded(best.course, held, self.limits, self.torque)
-        return Timing(held, first.trajectory.duration, passes)
+        return Timing(held, best.course.s, first.trajectory.duration, passes)
 
     def _course(self, s: Floats) -> Course:
         return course(self.path, s, self.limits, self.torque)

@@ -60,9 +60,8 @@ def torque_rows(torque: TorqueLimits, q: Floats, dq: Floats, ddq: Floats) -> Row
 def torque_range(torque: TorqueLimits, trajectory: Trajectory) -> tuple[Floats, Floats]:
     """Least and largest torque in each piece of a trajectory.
 
-    It is evaluated at the points and four times between. A smooth curve rises above its samples by
-    at most an eighth of its second difference (at the crest of the parabola through three of them):
-    that much is added.
+    It is evaluated at the points and four times between. The parabola through three samples rises
+    above them by at most an eighth of their second difference; twice as much is added.
 
     Returns:
         Two arrays (k - 1, m) [Nm | N].
@@ -73,5 +72,5 @@ def torque_range(torque: TorqueLimits, trajectory: Trajectory) -> tuple[Floats, 
     sampled = torque.at(trajectory(moments), trajectory(moments, 1), trajectory(moments, 2))
     ends, inner = sampled[: count + 1], sampled[count + 1 :].reshape(count, len(PARTS), -1)
     values = np.concatenate((ends[:-1, None], inner, ends[1:, None]), axis=1)
-    crest = np.abs(np.diff(values, 2, axis=1)).max(axis=1) / 8.0
+    crest = np.abs(np.diff(values, 2, axis=1)).max(axis=1) / 4.0
     return values.min(axis=1) - crest, values.max(axis=1) + crest

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import placo
@@ -91,13 +90,13 @@ def goal_candidates(
     travel = [float(np.max(np.abs(q - reduced.start_positions) / limits.velocity)) for q in found]
     free: list[Floats] = []
     blocking: tuple[str, str, float] | None = None
-    for place in np.argsort(travel):
+    for place in map(int, np.argsort(travel)):
         contacts = distances.near(kinematics(found[place][None, :]), np.zeros(len(reduced.pairs.margin)))
         if len(contacts.distance) == 0:
             free.append(found[place])
         elif blocking is None:
             worst = int(contacts.pair[np.argmin(contacts.distance)])
-            first, second = reduced.pairs.first[worst], reduced.pairs.second[worst]
+            first, second = int(reduced.pairs.first[worst]), int(reduced.pairs.second[worst])
             owners = reduced.bodies[first].owner, reduced.bodies[second].owner
             blocking = (*owners, -float(contacts.distance.min()))
     return GoalCandidates(tuple(free), len(found) - len(free), blocking, nearest_miss)
@@ -131,8 +130,8 @@ class _PlacoSearch:
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement]) -> None:
         robot = reduced.scene.robot
         self._reduced = reduced
-        self._wrapper: Any = placo.RobotWrapper("", placo.Flags.ignore_collisions, robot.urdf_xml)
-        self._solver: Any = placo.KinematicsSolver(self._wrapper)
+        self._wrapper = placo.RobotWrapper("", placo.Flags.ignore_collisions, robot.urdf_xml)
+        self._solver = placo.KinematicsSolver(self._wrapper)
         self._solver.mask_fbase(True)
         self._solver.enable_joint_limits(True)
         self._solver.add_regularization_task(1e-6)

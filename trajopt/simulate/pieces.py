@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.model.bodies import MeshPolicy, cover_mesh
@@ -56,16 +57,17 @@ def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
         case Convex():
             return (surface(shape.vertices, shape.faces),), ""
         case Mesh():
-            cover, note = cover_mesh(shape, MeshPolicy())
-            parts = [surface(part.vertices, part.faces) for part in cover if isinstance(part, Convex)]
-            return tuple(parts), f"the exact mesh is simulated as what contains it: {note}"
+            cover = cover_mesh(shape, MeshPolicy())
+            hulls = (hull for hull in cover.shapes if isinstance(hull, Convex))
+            parts = tuple(surface(hull.vertices, hull.faces) for hull in hulls)
+            return parts, f"the exact mesh is simulated as what contains it: {cover.note}"
         case _:
             return (_primitive(shape),), ""
 
 
-def surface(vertices: Floats, faces: Ints) -> Piece:
+def surface(vertices: Floats, faces: NDArray[np.integer]) -> Piece:
     """Return a mesh. Drawn as it is; contacts see its convex hull."""
-    return Piece(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces)
+    return Piece(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces.astype(np.int64))
 
 
 def _primitive(shape: Box | Sphere | Cylinder | Capsule) -> Piece:

@@ -92,7 +92,7 @@ class Plant:
         self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
         full = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, full)
-        moved = self._expand.T @ full[np.ix_(self._velocity, self._velocity)] @ self._expand
+        moved = self._expand.T @ full[self._velocity][:, self._velocity] @ self._expand
         for name, inertia in zip(reduced.joint_names, np.diag(moved), strict=True):
             if inertia < SMALLEST_MOVED_INERTIA:
                 raise ModelError(

@@ -46,7 +46,8 @@ def render(
         width: Of one picture [pixels].
         height: Of one picture [pixels].
         fps: Pictures per second of GIF and MP4.
-        moments: Times to show in a PNG [s]; start, end and two between when None.
+        moments: Times to show in a PNG [s]; start, end and two between, at even shares of the
+            way through joint space, when None.
         layout: How several moments come into a PNG.
         camera: From where; chosen to show the whole motion when None.
         progress: Called with the share done, up to 1.
@@ -106,7 +107,11 @@ def _motion(reduced: ReducedModel, motion: Rollout | Trajectory) -> Motion:
 def _moments(motion: Motion, moments: Sequence[float] | None) -> Floats:
     end = motion.duration
     if moments is None:
-        return np.array([end * share / 3.0 for share in range(4)])
+        # Even shares of the way, not of the time: most happens in the middle of a motion.
+        steps = np.linalg.norm(np.diff(motion.positions, axis=0), axis=1) + 1e-6 * np.diff(motion.times)
+        way = np.append(0.0, np.cumsum(steps))
+        places = np.searchsorted(way / way[-1], (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0))
+        return motion.times[places]
     times = floats("moments", moments, (None,))
     if len(times) == 0 or (times < 0.0).any() or (times > end + 1e-9).any():
         raise ShapeError("moments", f"need at least one, each from 0 to {end:g} s")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix, vstack
+from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 
 from trajopt.arrays import Floats, Ints
 from trajopt.nlp import Linearisation, Loss, Nlp, Rows
@@ -17,7 +17,7 @@ def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:
     """Scatter block rows into a sparse matrix over the free variables; -1 marks fixed ones."""
     m, _, n = rows.jacobian.shape
     columns = column.reshape(-1, n)[rows.knots]
-    index = np.broadcast_to(np.arange(m)[:, None, None], columns.shape)
+    index = np.broadcast_to(np.arange(m, dtype=np.int64)[:, None, None], columns.shape)
     keep = (columns >= 0) & (rows.jacobian != 0.0)
     return csc_matrix(coo_matrix((rows.jacobian[keep], (index[keep], columns[keep])), shape=(m, count)))
 
@@ -139,7 +139,7 @@ def subproblem(nlp: Nlp, at: Linearisation, penalty: float) -> Subproblem:
     hessian = csc_matrix(hessian) + csc_matrix(
         (np.full(len(free), REGULARISATION), (diagonal, diagonal)), shape=hessian.shape
     )
-    matrices: list[csc_matrix] = [csc_matrix((0, len(free)))]
+    matrices: list[csc_matrix | csr_matrix] = [csc_matrix((0, len(free)))]
     bounds: list[Floats] = []
     penalties: list[Floats] = []
     for block in slacked_rows(at, penalty):

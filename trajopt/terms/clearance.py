@@ -5,7 +5,7 @@ with the contact normal n from the first body to the second and the Jacobians of
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Clearance:
     query: DistanceQuery
     margin: MarginRule | None = None
     activation: float = ACTIVATION
-    name: ClassVar[str] = "clearance"
+    name = "clearance"
 
     def linearise(self, motion: Motion) -> Rows:
         """Measure the near pairs at all samples and differentiate."""

@@ -1,7 +1,6 @@
 """Positions of some joints."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -24,7 +23,7 @@ class JointPosition:
     """
 
     joints: Ints
-    name: ClassVar[str] = "joint positions"
+    name = "joint positions"
 
     def linearise(self, motion: Motion) -> Rows:
         """Return the positions; exact, for they are the variables."""

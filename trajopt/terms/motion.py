@@ -99,6 +99,6 @@ class Motion:
             jacobian: By the samples' configurations, shape (S, d, n).
         """
         count, dim = value.shape
-        sample = np.repeat(np.arange(count), dim)
-        component = np.tile(np.arange(dim), count)
+        sample = np.repeat(np.arange(count, dtype=np.int64), dim)
+        component = np.tile(np.arange(dim, dtype=np.int64), count)
         return self.rows(sample, value.ravel(), jacobian.reshape(count * dim, -1), component)

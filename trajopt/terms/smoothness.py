@@ -6,7 +6,6 @@ v_t = q_{t+1} - q_t, a_t = q_{t+2} - 2 q_{t+1} + q_t, j_t = q_{t+3} - 3 q_{t+2} 
 
 from dataclasses import dataclass
 from math import comb
-from typing import ClassVar
 
 import numpy as np
 
@@ -21,13 +20,13 @@ def _differences(knots: Floats, order: int) -> Rows:
     binomial = np.array([(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)])
     value = np.diff(knots, n=order, axis=0) if windows else np.empty((0, joints))
     block = binomial[None, :, None] * np.eye(joints)[:, None, :]
-    first = np.repeat(np.arange(windows), joints)
+    first = np.repeat(np.arange(windows, dtype=np.int64), joints)
     return Rows(
         value.ravel(),
         np.tile(block, (windows, 1, 1)),
         first[:, None] + np.arange(order + 1),
-        np.tile(np.arange(joints), windows),
-        first + order / 2,
+        np.tile(np.arange(joints, dtype=np.int64), windows),
+        first.astype(np.float64) + order / 2,
     )
 
 
@@ -35,7 +34,7 @@ def _differences(knots: Floats, order: int) -> Rows:
 class Velocity:
     """First differences of the knots, one component a joint [rad | m]."""
 
-    name: ClassVar[str] = "velocity"
+    name = "velocity"
 
     def linearise(self, motion: Motion) -> Rows:
         """Return the differences; exact, for they are linear."""
@@ -46,7 +45,7 @@ class Velocity:
 class Acceleration:
     """Second differences of the knots, one component a joint [rad | m]."""
 
-    name: ClassVar[str] = "acceleration"
+    name = "acceleration"
 
     def linearise(self, motion: Motion) -> Rows:
         """Return the differences; exact, for they are linear."""
@@ -57,7 +56,7 @@ class Acceleration:
 class Jerk:
     """Third differences of the knots, one component a joint [rad | m]."""
 
-    name: ClassVar[str] = "jerk"
+    name = "jerk"
 
     def linearise(self, motion: Motion) -> Rows:
         """Return the differences; exact, for they are linear."""

@@ -6,12 +6,13 @@ import numpy as np
 
 from trajopt.model.allowed_collisions import ContactAllowance
 from trajopt.verify.certificate import Check, Evidence, PairClearance, Unproven
-from trajopt.verify.clearance_search import ClearanceSearch, Contact, Tally
+from trajopt.verify.clearance_record import Contact, Tally
+from trajopt.verify.clearance_search import ClearanceSearch
 from trajopt.verify.distances import Distances
 from trajopt.verify.motion import Motion
 
 _PROBES = 17
-_DEEPENED = 8
+_FOLLOWED = 8
 """So many pairs in contact are followed to their deepest contact."""
 
 
@@ -40,10 +41,7 @@ def judge_clearance(motion: Motion, distances: Distances) -> ClearanceFinding:
         distances: Workspace for the distances of its bodies.
     """
     search = ClearanceSearch(motion, distances).run()
-    found = [_deepest(motion, search, distances, contact) for contact in search.contacts[:_DEEPENED]]
-    for contact in found:
-        search.note(contact)
-    contacts = tuple(sorted(found, key=lambda contact: contact.distance))
+    contacts = _followed(motion, search, distances)
     proven = not contacts and search.gap is None
     unproven = None
     if search.gap is not None:
@@ -57,6 +55,25 @@ def judge_clearance(motion: Motion, distances: Distances) -> ClearanceFinding:
     return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven)
 
 
+def _followed(motion: Motion, search: ClearanceSearch, distances: Distances) -> tuple[Contact, ...]:
+    """Follow contacts to where they are deepest, and make sure of the depth of the first returned."""
+    found = [_deepest(motion, search, distances, contact) for contact in search.contacts[:_FOLLOWED]]
+    for contact in found:
+        search.correct(contact)
+    sure: set[int] = set()
+    while found:
+        found.sort(key=lambda contact: contact.distance)
+        worst = found[0]
+        if worst.pair in sure:
+            break
+        sure.add(worst.pair)
+        poses = motion.poses(np.array([worst.time]))
+        depth = distances.search_depths(poses, np.zeros(1, dtype=np.int64), np.array([worst.pair]))[0]
+        found[0] = Contact(worst.pair, worst.time, min(max(worst.distance, float(depth)), 0.0))
+        search.correct(found[0])
+    return tuple(found)
+
+
 def _deepest(motion: Motion, search: ClearanceSearch, distances: Distances, contact: Contact) -> Contact:
     """Look around a contact for the deepest one near it, in its own window if it is in one."""
     best, excused = contact, search.excused(contact)
@@ -64,9 +81,8 @@ def _deepest(motion: Motion, search: ClearanceSearch, distances: Distances, cont
     for _ in range(3):
         begin, end = max(best.time - reach, 0.0), min(best.time + reach, motion.duration)
         times = np.linspace(begin, end, _PROBES)
-        found = distances.measure(
-            motion.poses(times), np.arange(_PROBES), np.full(_PROBES, contact.pair, dtype=np.int64)
-        )
+        pair = np.full(_PROBES, contact.pair, dtype=np.int64)
+        found = distances.measure(motion.poses(times), np.arange(_PROBES), pair)
         for time, distance in zip(times.tolist(), found.tolist(), strict=True):
             probe = Contact(contact.pair, time, distance)
             if distance < best.distance and search.excused(probe) == excused:

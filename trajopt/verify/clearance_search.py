@@ -4,11 +4,10 @@ A pair that is at distance d in the middle of an interval, and whose bodies trav
 there, is at distance d - m or more in all of it. Where that is not enough the interval is cut.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
+from trajopt.verify.clearance_record import Contact, Gap, Items, Tally
 from trajopt.verify.distances import Distances
 from trajopt.verify.intervals import counting, cut, pieces_wanted
 from trajopt.verify.kinematics import Poses
@@ -21,82 +20,9 @@ _NEAR_ENOUGH = 0.75
 """Share of the measured clearance at which a bound is near enough, however coarse the resolution."""
 _SURVEYED = 65
 """Once a contact is found, all pairs are measured at so many times to find the deepest."""
+_MOST_DOUBTED = 50
 _FIRST_MEASURED = 64
 """Most promising items that are measured first, so that the others need not be."""
-
-
-@dataclass(frozen=True, eq=False)
-class Items:
-    """What is still to be proven: pairs over intervals.
-
-    Attributes:
-        begin: Start of each interval, shape (c,) [s].
-        end: End of each, shape (c,) [s].
-        cell: Interval of each item, shape (i,).
-        pair: Pair of each item, shape (i,).
-    """
-
-    begin: Floats
-    end: Floats
-    cell: Ints
-    pair: Ints
-
-
-@dataclass(frozen=True)
-class Contact:
-    """A measured contact that is not accepted.
-
-    Attributes:
-        pair: The pair.
-        time: When [s].
-        distance: Signed distance then [m].
-    """
-
-    pair: int
-    time: float
-    distance: float
-
-
-@dataclass(frozen=True)
-class Gap:
-    """An interval over which a pair could not be proven to keep apart.
-
-    Attributes:
-        pair: The pair.
-        begin: Its start [s].
-        end: Its end [s].
-    """
-
-    pair: int
-    begin: float
-    end: float
-
-
-class Tally:
-    """Smallest distance proven and measured of every pair.
-
-    Attributes:
-        proven: Smallest bound over the intervals proven so far, shape (p,) [m].
-        measured: Smallest measured distance, shape (p,) [m]; infinite if never measured.
-        time: When it was measured, shape (p,) [s].
-    """
-
-    def __init__(self, count: int) -> None:
-        """Start with nothing known about a number of pairs."""
-        self.proven: Floats = np.full(count, np.inf)
-        self.measured: Floats = np.full(count, np.inf)
-        self.time: Floats = np.zeros(count)
-
-    def note(self, pair: Ints, distance: Floats, time: Floats) -> None:
-        """Take in measured distances."""
-        falling = np.argsort(-distance, kind="stable")
-        falling = falling[distance[falling] < self.measured[pair[falling]]]
-        self.measured[pair[falling]] = distance[falling]
-        self.time[pair[falling]] = time[falling]
-
-    def best(self) -> float:
-        """Smallest measured distance of all pairs [m]."""
-        return float(self.measured.min(initial=np.inf))
 
 
 class ClearanceSearch:
@@ -131,9 +57,10 @@ class ClearanceSearch:
                 break
         return self
 
-    def note(self, contact: Contact) -> None:
-        """Take in a measured contact."""
-        self._note(np.array([contact.pair]), np.array([contact.distance]), np.array([contact.time]))
+    def correct(self, contact: Contact) -> None:
+        """Take a contact, measured with more care, for the nearest that its pair comes."""
+        tally = self.accepted if self.excused(contact) else self.free
+        tally.measured[contact.pair], tally.time[contact.pair] = contact.distance, contact.time
 
     def excused(self, contact: Contact) -> bool:
         """Say whether a contact is at a time at which some depth of it is accepted."""
@@ -149,8 +76,8 @@ class ClearanceSearch:
         poses = self._motion.poses(ends)
         for row in (0, 1):
             pair = self._distances.enclosed(poses, row)
-            depth = [self._distances.hull_distance(poses, row, number) for number in pair.tolist()]
-            self._judge(pair, np.array(depth), np.full(len(pair), ends[row]))
+            depth = self._distances.measure_hulls(poses, np.full(len(pair), row), pair)
+            self._judge(pair, depth, np.full(len(pair), ends[row]))
 
     def _survey(self, times: Floats) -> None:
         """Measure what is near at some times, of shape (c,) [s]."""
@@ -159,7 +86,8 @@ class ClearanceSearch:
         pair = np.tile(np.arange(self._count), len(times))
         near = self._distances.apart(self._travel.centres(poses), cell, pair) <= 0.0
         cell, pair = cell[near], pair[near]
-        self._judge(pair, self._distances.measure(poses, cell, pair), times[cell])
+        distance = self._distances.measure(poses, cell, pair)
+        self._judge(pair, self._doubted(poses, cell, pair, times[cell], distance), times[cell])
 
     def _start(self) -> Items:
         duration = self._motion.duration
@@ -187,7 +115,7 @@ class ClearanceSearch:
         todo = todo[np.argsort(distance[todo], kind="stable")]
         for some in (todo[:_FIRST_MEASURED], todo[_FIRST_MEASURED:]):
             chosen = some[distance[some] - travel[some] <= self._target(time[some], items.pair[some])]
-            distance[chosen] = self._measure(items, chosen, poses, travel, accepted)
+            distance[chosen] = self._measure(items, chosen, poses, travel, time)
             self._judge(items.pair[chosen], distance[chosen], time[chosen])
         bound, target = distance - travel, self._target(time, items.pair)
         proven = bound > target
@@ -197,14 +125,22 @@ class ClearanceSearch:
         left = ~proven
         return self._cut(items, left, travel, distance - target)
 
-    def _measure(self, items: Items, chosen: Ints, poses: Poses, travel: Floats, accepted: Bools) -> Floats:
+    def _measure(self, items: Items, chosen: Ints, poses: Poses, travel: Floats, time: Floats) -> Floats:
         """Measure items; a mesh in accepted contact counts as its hull, which has a depth."""
         cell, pair = items.cell[chosen], items.pair[chosen]
         distance = self._distances.measure(poses, cell, pair)
-        doubtful = accepted[chosen] & self._distances.meshed(pair) & (distance <= travel[chosen])
-        for item in np.flatnonzero(doubtful).tolist():
-            hull = self._distances.hull_distance(poses, int(cell[item]), int(pair[item]))
-            distance[item] = min(distance[item], hull)
+        accepted = self._windows.accept(time[chosen], pair)
+        hulled = accepted & self._distances.meshed(pair) & (distance <= travel[chosen])
+        hulls = self._distances.measure_hulls(poses, cell[hulled], pair[hulled])
+        distance[hulled] = np.minimum(distance[hulled], hulls)
+        return self._doubted(poses, cell, pair, time[chosen], distance)
+
+    def _doubted(self, poses: Poses, cell: Ints, pair: Ints, time: Floats, distance: Floats) -> Floats:
+        """Measure again, by search, what is deeper than the contact that is accepted then."""
+        floor = self._windows.floor(time, pair)
+        deep = np.flatnonzero((floor < 0.0) & (distance <= floor))[:_MOST_DOUBTED]
+        found = self._distances.search_depths(poses, cell[deep], pair[deep])
+        distance[deep] = np.maximum(distance[deep], found)
         return distance
 
     def _target(self, time: Floats, pair: Ints) -> Floats:

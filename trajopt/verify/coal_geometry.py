@@ -1,9 +1,11 @@
-"""Shapes as Coal's collision geometries."""
+"""Shapes as Coal's collision geometries, and distances between them by Coal."""
 
 import coal
 import numpy as np
+import pinocchio as pin
 
 from trajopt.arrays import Floats, Ints
+from trajopt.errors import ShapeError
 from trajopt.model.shapes import (
     Box,
     Capsule,
@@ -14,7 +16,17 @@ from trajopt.model.shapes import (
     Plane,
     Shape,
     Sphere,
+    convex,
 )
+from trajopt.verify.kinematics import Poses
+from trajopt.verify.placed_bodies import Solid
+
+_TOLERANCE = 1e-9
+"""Of distances between bodies apart [m]: smaller than the default, for better directions."""
+_DEPTH_TOLERANCE = 1e-7
+"""Of depths [m]: with a smaller one round shapes get wrong ones."""
+_MOST_ITERATIONS = 512
+_THICKENING = 1e-5
 
 
 def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
@@ -41,6 +53,70 @@ def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
             geometry.addSubModel(_points(shape.vertices), _triangles(shape.faces))
             geometry.endModel()
     return geometry
+
+
+def hull_of(solid: Solid) -> Solid:
+    """Return the convex hull of a mesh; a flat one is thickened a little, as a hull needs volume."""
+    assert isinstance(solid.shape, Mesh)
+    vertices = solid.shape.vertices
+    try:
+        hull = convex(vertices)
+    except ShapeError:
+        nudge = _THICKENING * np.vstack((np.eye(3), -np.eye(3)))
+        hull = convex((vertices[:, None] + nudge).reshape(-1, 3))
+    return Solid(solid.owner, solid.joint, solid.placement, hull)
+
+
+class CoalPairs:
+    """Workspace for Coal's distances of pairs of solids on a moving model; one for each thread."""
+
+    def __init__(self, model: pin.Model, solids: tuple[Solid, ...], first: Ints, second: Ints) -> None:
+        """Build the geometries.
+
+        Args:
+            model: Pinocchio's model.
+            solids: The solids.
+            first: Index of the first solid of each pair, shape (p,).
+            second: Index of the second, shape (p,).
+        """
+        self._model, self._data = model, model.createData()
+        self._geometry = pin.GeometryModel()
+        for number, solid in enumerate(solids):
+            where = pin.SE3(solid.placement.rotation, solid.placement.translation)
+            geometry = pin.GeometryObject(
+                f"{number} {solid.owner}", solid.joint, where, coal_geometry(solid.shape)
+            )
+            self._geometry.addGeometryObject(geometry)
+        for one, other in zip(first.tolist(), second.tolist(), strict=True):
+            self._geometry.addCollisionPair(pin.CollisionPair(one, other))
+        self._results = self._geometry.createData()
+        for request in self._results.distanceRequests:
+            request.enable_signed_distance = True
+            request.gjk_tolerance, request.epa_tolerance = _TOLERANCE, _DEPTH_TOLERANCE
+            request.gjk_max_iterations = _MOST_ITERATIONS
+
+    def measure(self, poses: Poses, cell: Ints, pair: Ints) -> tuple[Floats, Floats]:
+        """Measure signed distances.
+
+        Args:
+            poses: Of the robot at c configurations.
+            cell: Which configuration, shape (i,).
+            pair: Which pair, shape (i,).
+
+        Returns:
+            Distances, shape (i,) [m], and normals from the first to the second, shape (i, 3).
+        """
+        distances, normals = np.empty(len(cell)), np.empty((len(cell), 3))
+        order = np.argsort(cell, kind="stable")
+        at = -1
+        for item, row, number in zip(order.tolist(), cell[order].tolist(), pair[order].tolist(), strict=True):
+            if row != at:
+                at = row
+                pin.forwardKinematics(self._model, self._data, poses.configurations[row])
+                pin.updateGeometryPlacements(self._model, self._data, self._geometry, self._results)
+            found = pin.computeDistance(self._geometry, self._results, number)
+            distances[item], normals[item] = found.min_distance, found.normal
+        return distances, normals
 
 
 def _points(vertices: Floats) -> coal.StdVec_Vec3s:

@@ -1,30 +1,28 @@
 """The judge's own signed distances between the bodies of a reduced model."""
 
-import coal
 import numpy as np
-import pinocchio as pin
 
 from trajopt.arrays import Bools, Floats, Ints
-from trajopt.errors import ModelError, ShapeError
-from trajopt.model.placement import Placement
-from trajopt.model.reduced import FixedBody, ReducedModel
-from trajopt.model.shapes import Convex, Mesh, Plane, Shape, bounding_sphere, convex
-from trajopt.verify.coal_geometry import coal_geometry
+from trajopt.errors import ModelError
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.shapes import Mesh, Plane, bounding_sphere
+from trajopt.verify.coal_geometry import CoalPairs, hull_of
 from trajopt.verify.enclosure import inside, representatives
-from trajopt.verify.half_space import height_above
 from trajopt.verify.kinematics import Poses
+from trajopt.verify.placed_bodies import Solid, gaps
+from trajopt.verify.support import largest_gap
 
-COAL_TOLERANCE = 1e-7
-"""Coal's distance may exceed the true one by this [m]."""
-_MOST_ITERATIONS = 512
-_THICKENING = 1e-5
+_DOUBTFUL = 1e-5
+"""Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
 
 
 class Distances:
     """Workspace for signed distances of pairs of bodies; one for each thread.
 
-    A distance is positive between bodies apart and minus the depth in penetration. Those of
-    half-spaces are exact. An exact mesh has no depth: in contact its convex hull stands for it.
+    A distance is positive between bodies apart and minus the depth in penetration. Between convex
+    bodies Coal proposes a direction and the gap along it is taken, which is a lower bound of the
+    distance whatever Coal says. Distances of half-spaces are exact. Those of an exact mesh are
+    Coal's; it has no depth, so in contact its convex hull stands for it.
 
     Attributes:
         first: Index of the first body of each pair, shape (p,).
@@ -47,30 +45,34 @@ class Distances:
         """
         self.first, self.second = reduced.pairs.first, reduced.pairs.second
         self.calls = 0
-        self._bodies, self._error = reduced.bodies, error
-        self._model, self._data = reduced.model, reduced.model.createData()
-        spheres = [bounding_sphere(body.shape) for body in self._bodies]
+        self._error = error
+        bodies = reduced.bodies
+        spheres = [bounding_sphere(body.shape) for body in bodies]
         self.centre: Floats = np.array(
-            [body.placement * centre for body, (centre, _) in zip(self._bodies, spheres, strict=True)]
+            [body.placement * centre for body, (centre, _) in zip(bodies, spheres, strict=True)]
         ).reshape(-1, 3)
         self.radius: Floats = np.array([radius for _, radius in spheres])
-        self.joint: Ints = np.array([body.joint for body in self._bodies], dtype=np.int64)
-        planes = self._are(Plane)
-        self.planar: Bools = planes[self.first] | planes[self.second]
+        self.joint: Ints = np.array([body.joint for body in bodies], dtype=np.int64)
+        solids = [Solid(body.owner, body.joint, body.placement, body.shape) for body in bodies]
+        planes = np.array([isinstance(solid.shape, Plane) for solid in solids], dtype=np.bool_)
+        meshes = np.array([isinstance(solid.shape, Mesh) for solid in solids], dtype=np.bool_)
+        self._planar: Bools = planes[self.first] | planes[self.second]
+        self._meshed: Bools = (meshes[self.first] | meshes[self.second]) & ~self._planar
+        hull = np.arange(len(solids))
+        for place in np.flatnonzero(meshes).tolist():
+            hull[place] = len(solids)
+            solids.append(hull_of(solids[place]))
+        self._solids = tuple(solids)
+        # Pairs with hulls in the place of meshes follow behind the others.
+        self._hulled: Ints = np.arange(len(self.first))
+        self._hulled[self._meshed] = len(self.first) + np.arange(self._meshed.sum())
+        self._one: Ints = np.concatenate((self.first, hull[self.first[self._meshed]]))
+        self._other: Ints = np.concatenate((self.second, hull[self.second[self._meshed]]))
         both = planes[self.first] & planes[self.second]
         if both.any():
             pair = int(both.argmax())
             raise ModelError(f"half-spaces {self.pair_name(pair)} meet always; allow their contact")
-        self._plane_first = planes[self.first]
-        meshes = self._are(Mesh)
-        self._meshed = (meshes[self.first] | meshes[self.second]) & ~self.planar
-        self._hulls: dict[int, int] = {}
-        self._geometry = self._build()
-        self._results = self._geometry.createData()
-        for request in self._results.distanceRequests:
-            request.enable_signed_distance = True
-            request.gjk_tolerance = request.epa_tolerance = COAL_TOLERANCE
-            request.gjk_max_iterations = request.epa_max_iterations = _MOST_ITERATIONS
+        self._coal = CoalPairs(reduced.model, self._solids, self._one, self._other)
 
     def owners(self, pair: int) -> tuple[str, str]:
         """Return the links or objects of a pair."""
@@ -108,29 +110,44 @@ class Distances:
         Returns:
             Shape (i,) [m].
         """
-        self.calls += len(cell)
-        result = np.empty(len(cell))
-        planar = self.planar[pair]
+        result = np.full(len(cell), -np.inf)
+        planar, meshed = self._planar[pair], self._meshed[pair]
         for number in np.unique(pair[planar]).tolist():
             chosen = planar & (pair == number)
             result[chosen] = self._height(poses, cell[chosen], number)
-        solid = np.flatnonzero(~planar)
-        order = solid[np.argsort(cell[solid], kind="stable")]
-        at = -1
-        for item, row, number in zip(order.tolist(), cell[order].tolist(), pair[order].tolist(), strict=True):
-            if row != at:
-                at = row
-                pin.forwardKinematics(self._model, self._data, poses.configurations[row])
-                pin.updateGeometryPlacements(self._model, self._data, self._geometry, self._results)
-            result[item] = self._distance(number)
-        return result - self._error
+        result[meshed] = self._coal.measure(poses, cell[meshed], pair[meshed])[0] - self._error
+        convex = ~planar & ~meshed
+        result[convex] = self._convex(poses, cell[convex], pair[convex])
+        touching = np.flatnonzero(meshed & (result <= 0.0))
+        result[touching] = np.minimum(
+            result[touching], self.measure_hulls(poses, cell[touching], pair[touching])
+        )
+        self.calls += len(cell)
+        return result
 
-    def hull_distance(self, poses: Poses, cell: int, pair: int) -> float:
-        """Measure a pair with the convex hulls of meshes in their place."""
-        pin.forwardKinematics(self._model, self._data, poses.configurations[cell])
-        pin.updateGeometryPlacements(self._model, self._data, self._geometry, self._results)
-        self.calls += 1
-        return self._coal(self._hulls.get(pair, pair)) - self._error
+    def measure_hulls(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
+        """Measure pairs without half-spaces as `measure` does, with hulls in the place of meshes."""
+        self.calls += len(cell)
+        return self._convex(poses, cell, self._hulled[pair])
+
+    def search_depths(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
+        """Measure pairs by a search of all directions: slow, and right where Coal's depth is not.
+
+        Args:
+            poses: Of the robot at c configurations.
+            cell: Which configuration, shape (i,).
+            pair: Which pair, shape (i,).
+
+        Returns:
+            Lower bounds of the distances, those between the hulls of exact meshes, shape (i,) [m];
+            minus infinity for half-spaces.
+        """
+        self.calls += len(cell)
+        found = [
+            -np.inf if self._planar[number] else self._search(poses, row, int(self._hulled[number]))
+            for row, number in zip(cell.tolist(), pair.tolist(), strict=True)
+        ]
+        return np.array(found) - self._error
 
     def meshed(self, pair: Ints) -> Bools:
         """Say which pairs have an exact mesh in them (and no half-space)."""
@@ -141,83 +158,45 @@ class Distances:
         found: list[int] = []
         for pair in np.flatnonzero(self._meshed).tolist():
             one, other = self._ends(pair)
-            for body, shell in ((one, other), (other, one)):
+            for solid, shell in ((one, other), (other, one)):
                 if isinstance(shell.shape, Mesh):
-                    seen = _placed(shell, poses, cell).inverse() * _placed(body, poses, cell)
-                    if inside(seen * representatives(body.shape), shell.shape).any():
+                    seen = shell.at(poses, cell).inverse() * solid.at(poses, cell)
+                    if inside(seen * representatives(solid.shape), shell.shape).any():
                         found.append(pair)
                         break
         return np.array(found, dtype=np.int64)
 
-    def _ends(self, pair: int) -> tuple[FixedBody, FixedBody]:
-        return self._bodies[int(self.first[pair])], self._bodies[int(self.second[pair])]
+    def _convex(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
+        """Measure pairs of convex bodies by the gap along the direction that Coal proposes."""
+        proposed, normals = self._coal.measure(poses, cell, pair)
+        length = np.linalg.norm(normals, axis=1)
+        usable = np.isfinite(length) & (length > 0.5)
+        normals[~usable] = (0.0, 0.0, 1.0)
+        normals /= np.where(usable, length, 1.0)[:, None]
+        found = gaps(
+            self._solids,
+            poses,
+            cell,
+            first=self._one[pair],
+            second=self._other[pair],
+            directions=normals,
+        )
+        for item in np.flatnonzero(~usable | (np.abs(found - proposed) > _DOUBTFUL)).tolist():
+            found[item] = max(found[item], self._search(poses, int(cell[item]), int(pair[item])))
+        return found - self._error
 
-    def _are(self, kind: type[Shape]) -> Bools:
-        return np.array([isinstance(body.shape, kind) for body in self._bodies], dtype=np.bool_)
+    def _search(self, poses: Poses, cell: int, pair: int) -> float:
+        one, other = self._ends(pair)
+        return largest_gap(one.shape, other.shape, one.at(poses, cell).inverse() * other.at(poses, cell))
 
-    def _coal(self, pair: int) -> float:
-        found = pin.computeDistance(self._geometry, self._results, pair)
-        return float(found.min_distance)
-
-    def _distance(self, pair: int) -> float:
-        distance = self._coal(pair)
-        if distance <= 0.0 and pair in self._hulls:
-            return min(distance, self._coal(self._hulls[pair]))
-        return distance
+    def _ends(self, pair: int) -> tuple[Solid, Solid]:
+        return self._solids[int(self._one[pair])], self._solids[int(self._other[pair])]
 
     def _height(self, poses: Poses, cell: Ints, pair: int) -> Floats:
-        first, second = self._ends(pair)
-        plane, body = (first, second) if self._plane_first[pair] else (second, first)
-        plane_rotation, point = _in_world(plane, poses, cell)
-        rotation, origin = _in_world(body, poses, cell)
-        return height_above(
-            body.shape,
-            rotation=rotation,
-            origin=origin,
-            normal=plane_rotation[..., 2],
-            point=point,
-        )
-
-    def _build(self) -> pin.GeometryModel:
-        """Make pinocchio's geometry model: our pairs first, those with hulls behind."""
-        model = pin.GeometryModel()
-        for body in self._bodies:
-            _add(model, body, coal_geometry(body.shape))
-        for one, other in zip(self.first.tolist(), self.second.tolist(), strict=True):
-            model.addCollisionPair(pin.CollisionPair(one, other))
-        hulls: dict[int, int] = {}
-        for pair in np.flatnonzero(self._meshed).tolist():
-            ends = (int(self.first[pair]), int(self.second[pair]))
-            for end in ends:
-                body = self._bodies[end]
-                if isinstance(body.shape, Mesh) and end not in hulls:
-                    hulls[end] = _add(model, body, coal_geometry(_hull(body.shape)))
-            self._hulls[pair] = len(model.collisionPairs)
-            model.addCollisionPair(pin.CollisionPair(*(hulls.get(end, end) for end in ends)))
-        return model
-
-
-def _hull(mesh: Mesh) -> Convex:
-    """Hull of a mesh; a flat one is thickened a little, as a hull needs volume."""
-    try:
-        return convex(mesh.vertices)
-    except ShapeError:
-        nudge = _THICKENING * np.vstack((np.eye(3), -np.eye(3)))
-        return convex((mesh.vertices[:, None] + nudge).reshape(-1, 3))
-
-
-def _add(model: pin.GeometryModel, body: FixedBody, geometry: coal.CollisionGeometry) -> int:
-    where = pin.SE3(body.placement.rotation, body.placement.translation)
-    name = f"{model.ngeoms} {body.name}"
-    return int(model.addGeometryObject(pin.GeometryObject(name, body.joint, where, geometry)))
-
-
-def _placed(body: FixedBody, poses: Poses, cell: int) -> Placement:
-    joint = Placement(poses.rotation[cell, body.joint], poses.translation[cell, body.joint])
-    return joint * body.placement
-
-
-def _in_world(body: FixedBody, poses: Poses, cell: Ints) -> tuple[Floats, Floats]:
-    rotation = poses.rotation[cell, body.joint]
-    origin = rotation @ body.placement.translation + poses.translation[cell, body.joint]
-    return rotation @ body.placement.rotation, origin
+        """Height of a body over a half-space."""
+        one, other = self._ends(pair)
+        plane, body = (one, other) if isinstance(one.shape, Plane) else (other, one)
+        rotation, point = plane.in_world(poses, cell)
+        normal = rotation[..., 2]
+        lowest = -body.reach(poses, cell, -normal)
+        return lowest - np.einsum("ij,ij->i", normal, point) - self._error

@@ -98,8 +98,9 @@ def examine_with(
     poses = kinematics.poses(place[None])
     count = len(distances.first)
     measured = distances.measure(poses, np.zeros(count, dtype=np.int64), np.arange(count))
-    for pair in distances.enclosed(poses, 0).tolist():
-        measured[pair] = min(measured[pair], distances.hull_distance(poses, 0, pair))
+    enclosed = distances.enclosed(poses, 0)
+    hulls = distances.measure_hulls(poses, np.zeros(len(enclosed), dtype=np.int64), enclosed)
+    measured[enclosed] = np.minimum(measured[enclosed], hulls)
     judged = ~_excused(reduced, measured, moment)
     nearest: dict[tuple[str, str], float] = {}
     for pair in np.flatnonzero(judged)[np.argsort(measured[judged])].tolist():

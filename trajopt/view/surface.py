@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
@@ -29,7 +30,7 @@ class Surface:
     """
 
     vertices: Floats
-    faces: Ints
+    faces: NDArray[np.integer]
     smooth: bool
 
 
@@ -82,7 +83,7 @@ def _revolve(profile: Sequence[tuple[float, float]]) -> Surface:
     vertices = np.concatenate([np.column_stack((r * circle, np.full(SECTORS, z))) for r, z in profile])
     here = np.arange(SECTORS)
     there = (here + 1) % SECTORS
-    bands: list[Ints] = []
+    bands: list[NDArray[np.integer]] = []
     for ring, (below, above) in enumerate(pairwise(profile)):
         low, high = ring * SECTORS, (ring + 1) * SECTORS
         if below == above:

@@ -1,7 +1,6 @@
 """OSQP: operator splitting (Stellato et al., Math. Prog. Comp. 2020). Rough solves, warm starts."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import osqp
@@ -23,7 +22,7 @@ class Osqp:
 
     tolerance: float = 1e-5
     max_iterations: int = 20_000
-    _solver: Any = field(default=None, init=False, repr=False)
+    _solver: osqp.OSQP | None = field(default=None, init=False, repr=False)
     _rows: int = field(default=0, init=False, repr=False)
 
     def setup(self, qp: Qp) -> None:
@@ -49,11 +48,12 @@ class Osqp:
         if self._solver is None:
             raise SolverError("Osqp.solve before setup")
         result = self._solver.solve(raise_error=False)
-        status = {
+        known: dict[int, QpStatus] = {
             osqp.SolverStatus.OSQP_SOLVED: QpStatus.SOLVED,
             osqp.SolverStatus.OSQP_SOLVED_INACCURATE: QpStatus.INACCURATE,
             osqp.SolverStatus.OSQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
-        }.get(result.info.status_val, QpStatus.FAILED)
+        }
+        status = known.get(result.info.status_val, QpStatus.FAILED)
         return QpSolution(status, np.array(result.x), np.array(result.y)[: self._rows], int(result.info.iter))
 
     @staticmethod

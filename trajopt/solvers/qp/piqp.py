@@ -1,7 +1,6 @@
 """PIQP: proximal interior point method (Schwan et al., CDC 2023). The default."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import piqp
 
@@ -20,7 +19,7 @@ class Piqp:
 
     tolerance: float = 1e-6
     max_iterations: int = 100
-    _solver: Any = field(default=None, init=False, repr=False)
+    _solver: piqp.SparseSolver | None = field(default=None, init=False, repr=False)
 
     def setup(self, qp: Qp) -> None:
         """Take a program and factor its pattern."""
