@@ -166,6 +166,20 @@ def test_limits_of_other_joints_are_refused() -> None:
         retime(make_path([[0.0], [1.0]]), unlimited)
 
 
+@pytest.mark.parametrize(
+    "wrong", [{"path_tolerance": 0.0}, {"points": 2}, {"passes": 0}, {"shortest": 0.0}, {"remainder": np.nan}]
+)
+def test_options_out_of_range_are_refused(wrong: dict[str, float]) -> None:
+    with pytest.raises(ShapeError, match=next(iter(wrong))):
+        dataclasses.replace(RetimeOptions(), **wrong)
+
+
+def test_a_deviation_that_is_no_number_is_refused() -> None:
+    path = make_path([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
+    with pytest.raises(ShapeError, match="deviation"):
+        retime(path, make_limits(2), deviation=lambda a, b: np.full(len(a), np.nan))
+
+
 def test_it_is_quick() -> None:
     path, limits = make_path(np.random.default_rng(2).uniform(-1.0, 1.0, (6, 7))), make_limits(7)
     taken: list[float] = []

@@ -31,7 +31,6 @@ _VERSION = 1  # of the algorithm: part of the key of the cache
 _SAMPLES = 60_000  # points in the hull of a mesh at which its distance is looked at
 _JUDGES = 1500  # of these, at most so many tell which cut is best
 _SNAP = 1e-6  # corners this near a cutting plane count as in it, as a share of the mesh's size
-_POWER = float(os.environ.get("PW", "1.5"))
 _FACE_PLANES, _FACE_NORMALS, _OFFSETS = 12, 4, 5  # cuts tried: at the largest faces, along normals
 
 
@@ -103,7 +102,7 @@ class _Piece:
 
 
 def convex_pieces(
-    mesh: Mesh, *, hull_excess: float = 0.05, tolerance: float = 0.01, max_pieces: int = 32
+    mesh: Mesh, *, hull_excess: float = 0.05, tolerance: float = 0.01, max_pieces: int = 64
 ) -> ConvexCover:
     """Cover the surface of a mesh by convex pieces.
 
@@ -120,7 +119,7 @@ def convex_pieces(
         hull_excess: Share of the mesh's volume that its hull may add.
         tolerance: Farthest that pieces may reach from the mesh [m]. It is judged at points sampled in
             the hull, so they reach a little farther, the more so the larger the mesh is.
-        max_pieces: Cutting ends when there are so many.
+        max_pieces: Cutting ends at so many; merging leaves fewer.
 
     Returns:
         The pieces. They contain the surface whatever the options are.
@@ -220,14 +219,14 @@ def _reachable(samples: _Samples, hull: _Hull) -> Bools:
 def _divided(piece: _Piece, snap: float) -> list[_Piece]:
     """Return both sides of the piece at the best plane of those tried; the piece if there is none.
 
-    That plane leaves the least of the wrong samples in the hulls of its sides, counted by depth; with
-    a power, as sides that are both better can be cut on with more effect than one that is as bad.
+    That plane leaves the least of the wrong samples in the hulls of its sides, counted by depth. The
+    power prefers, of two cuts alike, one with a good side to one that leaves both sides to be cut.
     """
     judges = piece.wrong.chosen(slice(None, None, 1 + len(piece.wrong.depth) // _JUDGES))
     best, least = list[tuple[Floats, _Hull]](), math.inf
     for plane in _planes(piece):
         sides = [(side, _hull(side.reshape(-1, 3))) for side in clipped(piece.triangles, plane, snap)]
-        cost = sum(float(judges.depth[hull.holds(judges.points)].sum()) ** _POWER for _, hull in sides)
+        cost = sum(float(judges.depth[hull.holds(judges.points)].sum()) ** 0.85 for _, hull in sides)
         if cost < least:
             best, least = sides, cost
     if not best:

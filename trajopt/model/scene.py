@@ -19,6 +19,7 @@ from trajopt.model.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import FrameAttachment, Robot
+from trajopt.model.scene_object import Part, SceneObject
 from trajopt.model.shapes import Shape
 
 DEFAULT_MARGIN = 0.01
@@ -26,29 +27,6 @@ DEFAULT_MARGIN = 0.01
 
 ROBOTS_OWN = AllowedCollisions()
 """Stands for the pairs that the robot's description disables, where no other matrix is given."""
-
-Part = tuple[Shape, Placement]
-
-
-@dataclass(frozen=True, eq=False)
-class SceneObject:
-    """A thing in the scene.
-
-    Attributes:
-        name: Its id.
-        parts: Shapes with their placements in the object's frame; none makes a mere frame.
-        placement: Of the object's frame in `frame`.
-        frame: "world", a link or tool frame, or another object.
-        touch_links: Links that may touch it.
-        notes: What its meshes became.
-    """
-
-    name: str
-    parts: tuple[Part, ...]
-    placement: Placement
-    frame: str
-    touch_links: frozenset[str] = frozenset()
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from trajopt.errors import ModelError, NameNotFound, ObjectNotFound
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
-from trajopt.model.scene import Part, Scene
+from trajopt.model.scene import Scene
+from trajopt.model.scene_object import Part
 from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, placement_in_world, read_frame, require
 from trajopt.moveit.pose import read_placement

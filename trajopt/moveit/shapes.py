@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from trajopt.errors import ShapeError
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
-from trajopt.model.scene import Part
+from trajopt.model.scene_object import Part
 from trajopt.model.shapes import Box, Cone, Cylinder, Plane, Shape, Sphere
 from trajopt.moveit.document import Node
 from trajopt.moveit.pose import read_placement, read_vector

@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+from trajopt.errors import ShapeError
+
+LEAST_TOLERANCE = 1e-7
+"""Corners are never rounded more tightly than this [m | rad]."""
+
 
 @dataclass(frozen=True)
 class RetimeOptions:
@@ -22,3 +27,20 @@ class RetimeOptions:
     passes: int = 8
     remainder: float = 1e-3
     shortest: float = 1e-2
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant.
+
+        Raises:
+            ShapeError: If a number is out of its range.
+        """
+        ranges = (
+            ("path_tolerance", self.path_tolerance, LEAST_TOLERANCE),
+            ("points", self.points, 10),
+            ("passes", self.passes, 1),
+            ("remainder", self.remainder, 0.0),
+            ("shortest", self.shortest, 1e-9),
+        )
+        for name, value, least in ranges:
+            if not value >= least:
+                raise ShapeError(name, f"must be at least {least:g}, is {value}")

@@ -1,12 +1,13 @@
-"""The fastest squared speeds on a grid: one pass backward, one forward.
+"""The fastest profile on a grid: one pass backward, one forward.
 
-The backward pass finds, for each grid point, the largest x = (ds/dt)² from which the goal can still
-be reached; the forward pass takes the largest x that stays below. Standing still must be allowed
-at every grid point (`rooms` positive): then rest can be reached from 0 up to that x, the feasible
-half-planes of an interval hold the origin, and both passes always succeed.
+A profile is given by control values y of x = (ds/dt)² at the stations (`trajopt.retime.stages`). The
+backward pass finds, for each station, the largest y from which rest at the goal can still be
+reached; the forward pass takes the largest y that stays below. Standing still must be allowed at
+every grid point (`rooms` positive): then every y from 0 up to the largest is such a value, the
+half-planes of a grid point hold the origin, and both passes always succeed.
 
 Source: Pham and Pham, IEEE T-RO 34(3), 2018, algorithm 1 (TOPP-RA). Here the two linear programs of
-each interval are reduced beforehand, for all intervals at once, to the least of some straight lines.
+each grid point are reduced beforehand, for all at once, to the least of some straight lines.
 """
 
 from dataclasses import dataclass
@@ -18,21 +19,23 @@ from trajopt.retime.stages import Stages
 
 ROUNDS = 60
 """Most cuts of the search along a polygon; each cut drops one of its at most 4 m sides."""
+FAR = 1e200
+"""Where lines lie that bound nothing: finite, so that differences of them are numbers."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Lines:
-    """Straight lines offset - slope * argument, shape (k, 4 m); unused ones are at infinity."""
+    """Straight lines offset - slope * argument, shape (k, 4 m); unused ones are far away."""
 
     offset: Floats
     slope: Floats
 
     def highest(self, argument: Floats) -> tuple[Floats, Floats]:
-        """Return the largest line at an argument per interval (k,), and its slope."""
+        """Return the largest line at an argument per grid point (k,), and its slope."""
         return self._pick((self.offset - self.slope * argument[:, None]).argmax(axis=1), argument)
 
     def lowest(self, argument: Floats) -> tuple[Floats, Floats]:
-        """Return the smallest line at an argument per interval (k,), and its slope."""
+        """Return the smallest line at an argument per grid point (k,), and its slope."""
         return self._pick((self.offset - self.slope * argument[:, None]).argmin(axis=1), argument)
 
     def _pick(self, index: np.ndarray, argument: Floats) -> tuple[Floats, Floats]:
@@ -57,24 +60,23 @@ def fastest(stages: Stages, room: Floats, bound: Floats) -> Floats:
     summit = _summit(above, _bounds(room, stages.held, stages.onward, upper=False), bound[1:])
     controllable = _backward(above, summit, bound)
     count = len(bound)
-    x = [0.0] * count
+    control = [0.0] * count
     offset, slope = list(onward.offset), list(onward.slope)
     for i in range(count - 1):
-        x[i + 1] = max(0.0, min(float((offset[i] - slope[i] * x[i]).min()), controllable[i + 1]))
-    return np.array(x)
+        reached = float((offset[i] - slope[i] * control[i]).min())
+        control[i + 1] = max(0.0, min(reached, controllable[i + 1]))
+    return np.array(control)
 
 
 def _bounds(room: Floats, factor: Floats, other: Floats, *, upper: bool) -> _Lines:
     """Solve factor * y + other * argument <= room for y: upper or lower bounds of y."""
     used = factor > 0.0 if upper else factor < 0.0
     safe = np.where(used, factor, 1.0)
-    return _Lines(
-        np.where(used, room / safe, np.inf if upper else -np.inf), np.where(used, other / safe, 0.0)
-    )
+    return _Lines(np.where(used, room / safe, FAR if upper else -FAR), np.where(used, other / safe, 0.0))
 
 
 def _backward(above: _Lines, summit: Floats, bound: Floats) -> list[float]:
-    """Largest x at each grid point from which rest at the goal can be reached."""
+    """Largest control value at each station from which rest at the goal can be reached."""
     most, peaks = [float(value) for value in bound], [float(value) for value in summit]
     offset, slope = list(above.offset), list(above.slope)
     ahead = most[-1] = 0.0
@@ -86,7 +88,7 @@ def _backward(above: _Lines, summit: Floats, bound: Floats) -> list[float]:
 
 
 def _summit(above: _Lines, below: _Lines, bound: Floats) -> Floats:
-    """Per interval, the x at its end, at most `bound`, for which x at its begin can be largest."""
+    """Per grid point, the value after it, at most `bound`, for which that before it can be largest."""
     end = bound.copy()
     for _ in range(ROUNDS):  # Newton from the right to where the upper and lower bounds meet
         high, high_slope = above.lowest(end)
@@ -104,7 +106,7 @@ def _summit(above: _Lines, below: _Lines, bound: Floats) -> Floats:
 
 
 def _highest_point(above: _Lines, end: Floats) -> Floats:
-    """Per interval, the argument in [0, end] where the least of the lines is largest."""
+    """Per grid point, the argument in [0, end] where the least of the lines is largest."""
     begin = np.zeros_like(end)
     left, rise = above.lowest(begin)
     right, fall = above.lowest(end)

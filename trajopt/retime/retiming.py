@@ -47,7 +47,7 @@ def retime(
 
     Raises:
         ShapeError: If the limits are of other joints than the path, or a velocity or
-            acceleration limit is not finite.
+            acceleration limit or a deviation is not finite.
     """
     _check(path, limits)
     line = polyline(path.knots, limits.velocity)

@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
+from trajopt.errors import ShapeError
 from trajopt.retime.polyline import Polyline
 from trajopt.retime.smooth import SmoothPath, design, greville
 
@@ -62,6 +63,9 @@ def smooth(
         upper: Upper position limits, shape (n,) [rad | m].
         deviation: How far bodies move between two positions; None for the joint difference.
         tolerance: Largest deviation, in the unit of the bound.
+
+    Raises:
+        ShapeError: If the bound returns a number that is not finite.
     """
     box = (
         np.minimum(lower - line.origin, line.corners.min(axis=0)),
@@ -87,6 +91,8 @@ def _measure(on_path: Floats, on_line: Floats, deviation: DeviationBound | None)
     if deviation is not None:
         off = apart > NEGLIGIBLE
         apart[off] = deviation(on_path[off], on_line[off]) if off.any() else 0.0
+        if not np.isfinite(apart).all():
+            raise ShapeError("deviation", "returned a number that is not finite")
     return apart
 
 

@@ -12,13 +12,17 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.errors import BackendFailed
 from trajopt.nlp import Linearisation, Nlp
-from trajopt.solvers.qp import QpBackend, QpStatus, qp_backend
+from trajopt.solvers.qp import Qp, QpBackend, QpStatus, qp_backend
 from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
 from trajopt.solvers.subproblem import Subproblem, subproblem
 from trajopt.solvers.trust_region import TrustRegion
 
 WIDENED = 0.1
 """After a round, or on finer samples, the trust region is at least this wide."""
+FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_FINITE}
+"""After these no other penalty weight is tried."""
+QP_FAILURES = 3
+"""Failures of the QP backend that smaller steps are tried after."""
 Progress = Callable[[Iteration], None]
 
 
@@ -81,34 +85,31 @@ class _Run:
     progress: Progress | None
     log: list[Iteration] = field(default_factory=list[Iteration])
     failures: int = 0
+    taken: Qp | None = None
 
     def solve(self, x: Floats) -> SolveResult:
-        fine = False
-        at = self.nlp.linearise(x, self.nlp.sampling(x, fine=False))
-        region, penalty, rounds = self.options.trust_region, self.options.penalty, 0
+        region, penalty, rounds, fine = self.options.trust_region, self.options.penalty, 0, False
+        at = self.nlp.linearise(x, self.nlp.sampling(x, fine=fine))
         while True:
-            status, at, region = self._descend(at, region, penalty, fine)
-            if status is SolverStatus.NON_FINITE or status is SolverStatus.QP_FAILED:
-                return self._result(status, at)
+            ended, at, region = self._descend(at, region, penalty, fine)
             if at.feasible and not fine:
                 fine = True
-                at = self.nlp.linearise(at.x, self.nlp.sampling(at.x, fine=True))
-                region = self._widened(region)
-                continue
-            if status is SolverStatus.MAX_ITERATIONS or at.feasible:
-                return self._result(
-                    SolverStatus.CONVERGED
-                    if at.feasible and status is not SolverStatus.MAX_ITERATIONS
-                    else status,
-                    at,
+                at = self.nlp.linearise(at.x, self.nlp.sampling(at.x, fine=fine))
+            elif ended in FINAL:
+                return SolveResult(ended, at.x, at, tuple(self.log))
+            elif at.feasible:
+                return SolveResult(SolverStatus.CONVERGED, at.x, at, tuple(self.log))
+            elif rounds == self.options.penalty_rounds:
+                status = (
+                    SolverStatus.TRUST_REGION_COLLAPSED
+                    if region.collapsed
+                    else SolverStatus.INFEASIBLE_STATIONARY
                 )
-            rounds += 1
-            if rounds > self.options.penalty_rounds:
-                return self._result(
-                    SolverStatus.INFEASIBLE_STATIONARY if not region.collapsed else status, at
-                )
-            penalty *= self.options.penalty_growth
-            region = self._widened(region)
+                return SolveResult(status, at.x, at, tuple(self.log))
+            else:
+                rounds += 1
+                penalty *= self.options.penalty_growth
+            region = replace(region, radius=max(region.radius, WIDENED))
 
     def _descend(
         self, at: Linearisation, region: TrustRegion, penalty: float, fine: bool
@@ -122,7 +123,7 @@ class _Run:
             step, promise, iterations = self._step(model, at, region)
             if step is None:
                 self.failures += 1
-                if self.failures > 3:
+                if self.failures > QP_FAILURES:
                     return SolverStatus.QP_FAILED, at, region
                 region = replace(region, radius=region.radius * region.shrink)
                 continue
@@ -152,7 +153,7 @@ class _Run:
         lower = np.maximum(-box, self.nlp.lower.ravel()[model.free] - x)
         upper = np.minimum(box, self.nlp.upper.ravel()[model.free] - x)
         try:
-            self.backend.setup(model.qp(lower, upper))
+            self._hand_over(model.qp(lower, upper))
             solution = self.backend.solve()
         except BackendFailed:
             return None, 0.0, 0
@@ -164,15 +165,20 @@ class _Run:
         step[model.free] = reduced
         return step.reshape(at.x.shape), promise, solution.iterations
 
+    def _hand_over(self, qp: Qp) -> None:
+        """Give the backend a program; after a rejected step only its bounds are new."""
+        if self.taken is not None and qp.same_pattern(self.taken):
+            self.backend.update(qp)
+        else:
+            self.backend.setup(qp)
+        self.taken = qp
+
     def _resampled(self, at: Linearisation, fine: bool) -> Linearisation:
         """Sample anew where the motion now needs more samples than it was compared on."""
         needed = self.nlp.sampling(at.x, fine=fine)
         if (needed <= at.sampling).all():
             return at
         return self.nlp.linearise(at.x, np.maximum(needed, at.sampling))
-
-    def _widened(self, region: TrustRegion) -> TrustRegion:
-        return replace(region, radius=max(region.radius, WIDENED))
 
     def _note(
         self,
@@ -189,6 +195,3 @@ class _Run:
         self.log.append(step)
         if self.progress is not None:
             self.progress(step)
-
-    def _result(self, status: SolverStatus, at: Linearisation) -> SolveResult:
-        return SolveResult(status, at.x, at, tuple(self.log))

@@ -1,8 +1,11 @@
 """Shapes as Coal's collision geometries, and distances between them by Coal."""
 
+from typing import Any, TypeAlias
+
 import coal
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints
 from trajopt.errors import ShapeError
@@ -20,6 +23,8 @@ from trajopt.model.shapes import (
 )
 from trajopt.verify.kinematics import Poses
 from trajopt.verify.placed_bodies import Solid
+
+Indices: TypeAlias = NDArray[np.integer[Any]]
 
 _TOLERANCE = 1e-9
 """Of distances between bodies apart [m]: smaller than the default, for better directions."""
@@ -125,7 +130,7 @@ def _points(vertices: Floats) -> coal.StdVec_Vec3s:
     return points
 
 
-def _triangles(faces: Ints) -> coal.StdVec_Triangle:
+def _triangles(faces: Indices) -> coal.StdVec_Triangle:
     triangles = coal.StdVec_Triangle()
     triangles.extend([coal.Triangle(*face) for face in faces.tolist()])
     return triangles

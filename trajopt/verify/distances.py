@@ -53,13 +53,13 @@ class Distances:
         ).reshape(-1, 3)
         self.radius: Floats = np.array([radius for _, radius in spheres])
         self.joint: Ints = np.array([body.joint for body in bodies], dtype=np.int64)
-        solids = [Solid(body.owner, body.joint, body.placement, body.shape) for body in bodies]
+        solids: list[Solid] = [Solid(body.owner, body.joint, body.placement, body.shape) for body in bodies]
         planes = np.array([isinstance(solid.shape, Plane) for solid in solids], dtype=np.bool_)
         meshes = np.array([isinstance(solid.shape, Mesh) for solid in solids], dtype=np.bool_)
         self._planar: Bools = planes[self.first] | planes[self.second]
         self._meshed: Bools = (meshes[self.first] | meshes[self.second]) & ~self._planar
-        hull = np.arange(len(solids))
-        for place in np.flatnonzero(meshes).tolist():
+        hull: Ints = np.arange(len(solids), dtype=np.int64)
+        for place in (int(found) for found in np.flatnonzero(meshes)):
             hull[place] = len(solids)
             solids.append(hull_of(solids[place]))
         self._solids = tuple(solids)
@@ -82,6 +82,11 @@ class Distances:
     def pair_name(self, pair: int) -> str:
         """Return the links or objects of a pair as one text."""
         return " - ".join(self.owners(pair))
+
+    def centres(self, poses: Poses) -> Floats:
+        """Place the centres of the bodies' bounding spheres in the world, shape (c, b, 3) [m]."""
+        turned = np.einsum("cbij,bj->cbi", poses.rotation[:, self.joint], self.centre)
+        return turned + poses.translation[:, self.joint]
 
     def apart(self, centres: Floats, cell: Ints, pair: Ints) -> Floats:
         """Bound distances from below by bounding spheres.

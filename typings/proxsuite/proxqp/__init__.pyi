@@ -21,6 +21,8 @@ class Settings:
     check_duality_gap: bool
     eps_duality_gap_abs: float
     eps_duality_gap_rel: float
+    eps_primal_inf: float
+    eps_dual_inf: float
 
 class Info:
     status: QPSolverOutput
