@@ -1,12 +1,20 @@
 """plan(): every outcome, on small robots."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.errors import PlanningFailed, ProblemError
+from trajopt.model.reduced import ReducedModel
+from trajopt.nlp import Rows
 from trajopt.result import Status
+from trajopt.terms import Window, constraint
+from trajopt.terms.frames import relative_frame
+from trajopt.terms.motion import Motion
+from trajopt.verify import Evidence
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {"pan": 1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
@@ -180,3 +188,40 @@ def test_a_joint_outside_the_group_cannot_be_asked_to_move(arm: to.Robot) -> Non
     goal = to.joint_positions({**GOAL, "follow": 1.0})
     with pytest.raises(ProblemError, match="follow"):
         to.plan(problem(to.Scene(arm), goal=goal))
+
+
+@dataclass(frozen=True)
+class TipHeight:
+    """A term of a user's own: height of the tip [m]."""
+
+    reduced: ReducedModel
+    name: str = "height of the tip"
+
+    def linearise(self, motion: Motion) -> Rows:
+        seen = relative_frame(self.reduced, motion, "tip", "world", np.zeros(3))
+        return motion.rows_of_all(seen.point[:, 2:], seen.point_jacobian[:, 2:])
+
+
+def test_a_constraint_in_user_code_is_held_and_sampled(arm: to.Robot) -> None:
+    start, goal = {**START, "elbow": -0.5}, to.joint_positions({**GOAL, "elbow": -0.5})
+    free = problem(to.Scene(arm), start=start, goal=goal)
+    height = TipHeight(free.reduced)
+    ends = to.Scene(arm).placement_of("tip", arm.positions(start)).translation[2]
+    asked = problem(
+        to.Scene(arm),
+        start=start,
+        goal=goal,
+        constraints=[constraint(height, lower=-np.inf, upper=ends - 0.05, window=Window(0.5, 0.5))],
+    )
+    through = to.plan(asked).require()
+    middle = asked.reduced.all_positions(through.path.knots[len(through.path.knots) // 2])
+    assert asked.scene.placement_of("tip", middle).translation[2] < ends - 0.02
+    whole = problem(
+        to.Scene(arm),
+        start=start,
+        goal=goal,
+        constraints=[constraint(height, lower=-np.inf, upper=ends + 0.001)],
+    )
+    certificate = to.plan(whole).require().certificate
+    (check,) = (check for check in certificate.checks if "height of the tip" in check.name + check.subject)
+    assert check.holds and check.evidence is Evidence.SAMPLED

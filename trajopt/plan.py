@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,12 +20,13 @@ from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
 from trajopt.seeds import goal_candidates, straight_line
 from trajopt.solvers import Iteration, SolveResult, Sqp
-from trajopt.terms import constrain
+from trajopt.terms import Clearance, constrain
+from trajopt.terms.along import judged
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.trajectory import Path
 from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
-from trajopt.verify import Certificate, Examination, Moment, examine, verify
+from trajopt.verify import Certificate, Examination, Judge, Moment
 
 PATH_TOLERANCES = (5e-3, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
@@ -72,6 +74,11 @@ class _Planning:
     counts: dict[str, int] = field(default_factory=dict[str, int])
     seconds: dict[str, float] = field(default_factory=dict[str, float])
 
+    @cached_property
+    def judge(self) -> Judge:
+        """The judge of this problem; it keeps its own kinematics and geometry."""
+        return Judge(self.problem.reduced)
+
     def plan(self) -> Result:
         with self._stage("examine"):
             refusal = self._examine_start()
@@ -111,7 +118,7 @@ class _Planning:
                 return self._result(Status.NO_TIMING, timed.reason, path=path, solve=solved)
             with self._stage("verify"):
                 certificate = self._verify(timed)
-            status, message = _outcome(solved, certificate)
+            status, message = _outcome(problem, solved, certificate)
             result = self._result(
                 status, message, path=path, solve=solved, timed=timed, certificate=certificate
             )
@@ -138,11 +145,11 @@ class _Planning:
 
     def _verify(self, timed: Retimed) -> Certificate:
         problem = self.problem
-        certificate = verify(
-            problem.reduced,
+        certificate = self.judge.verify(
             timed.trajectory,
             goals=problem.goals,
             constraints=problem.requirements,
+            sampled=judged(problem.own_constraints, KinematicsQuery(problem.reduced, Counts())),
             limits=problem.limits,
         )
         self._count(judge_distance_calls=certificate.counts.distances)
@@ -151,7 +158,7 @@ class _Planning:
     def _examine_start(self) -> Result | None:
         """Refuse a start that no motion can leave."""
         reduced = self.problem.reduced
-        seen = examine(reduced, reduced.start_positions, moment=Moment.START)
+        seen = self.judge.examine(reduced.start_positions, moment=Moment.START)
         refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
         if refusal is not None:
             return refusal
@@ -165,7 +172,7 @@ class _Planning:
         reduced = self.problem.reduced
         goal = fixed_goal(self.problem)
         if goal is not None:
-            seen = examine(reduced, goal, moment=Moment.END)
+            seen = self.judge.examine(goal, moment=Moment.END)
             refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
             broken = self._broken(goal)
             if refusal is None and broken:
@@ -254,17 +261,26 @@ class _Planning:
         self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
 
 
-def _outcome(solved: SolveResult, certificate: Certificate) -> tuple[Status, str]:
+def _outcome(problem: Problem, solved: SolveResult, certificate: Certificate) -> tuple[Status, str]:
     """Return how planning ended: the judge decides, the solver says why it got no further."""
     if certificate.verified:
         return Status.SOLVED, ""
     if not solved.feasible:
-        return Status.STUCK, _blocking(solved)
+        return Status.STUCK, _blocking(problem, solved)
     return Status.NOT_VERIFIED, "; ".join(f"{c.name}: {c.detail}" for c in certificate.failed)
 
 
-def _blocking(solved: SolveResult) -> str:
-    """Say what the solver could not satisfy."""
-    parts = [f"{name} by {size:.3g}" for name, size in solved.violations().items() if size > 0.0]
-    broken = ", ".join(parts) or "nothing"
-    return f"{solved.status.value}; still violated: {broken}"
+def _blocking(problem: Problem, solved: SolveResult) -> str:
+    """Say which constraint the solver could not satisfy, where, and by how much."""
+    worst = max(solved.at.constraints, key=lambda block: block.worst / block.tolerance)
+    row = int(np.argmax(worst.violation))
+    what = f"{worst.name} by {worst.worst:.3g}"
+    if worst.name == Clearance.name:
+        reduced = problem.reduced
+        pair = int(worst.rows.component[row])
+        first, second = (
+            reduced.bodies[side[pair]].owner for side in (reduced.pairs.first, reduced.pairs.second)
+        )
+        what = f"clearance of {first} from {second} by {1000 * worst.worst:.1f} mm"
+    where = f"{worst.rows.place[row] / (problem.knots - 1):.0%} of the way"
+    return f"{solved.status.value}; worst is {what} at {where}"

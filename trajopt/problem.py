@@ -107,6 +107,11 @@ class Problem:
         return tuple(self.goal)
 
     @property
+    def own_constraints(self) -> tuple[Constraint, ...]:
+        """What must hold and is code: the judge can sample it, not prove it."""
+        return tuple(item for item in self.constraints if isinstance(item, Constraint))
+
+    @property
     def requirements(self) -> tuple[Requirement, ...]:
         """What must hold all the way and is plain data, so that the judge can prove it."""
         return tuple(item for item in self.constraints if isinstance(item, Requirement))

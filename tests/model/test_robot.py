@@ -24,7 +24,8 @@ SRDF = """<robot name="odd">
   <group name="rotary"><joint name="pan"/><link name="fore"/></group>
   <group name="both"><group name="rotary"/><joint name="wrist"/></group>
   <group name="hand"><link name="finger"/></group>
-  <group_state name="home" group="arm"><joint name="pan" value="0.5"/><joint name="elbow" value="1"/></group_state>
+  <group_state name="home" group="arm"><joint name="pan" value="0.5"/>
+    <joint name="elbow" value="1"/></group_state>
   <end_effector name="tool" group="hand" parent_link="tip"/>
   <passive_joint name="reach"/>
   <disable_collisions link1="base" link2="tip" reason="Never"/>
@@ -127,7 +128,9 @@ def test_mesh_names(tmp_path: Path, named: str) -> None:
     cube.write_text(tetrahedron())
     name = str(cube) if named == "absolute" else named
     path = package / "urdf" / "arm.urdf"
-    path.write_text(ODD_ARM.replace('<box size="0.1 0.1 0.1"/>', f'<mesh filename="{name}" scale="0.1 0.1 0.1"/>'))
+    path.write_text(
+        ODD_ARM.replace('<box size="0.1 0.1 0.1"/>', f'<mesh filename="{name}" scale="0.1 0.1 0.1"/>')
+    )
     robot = to.load(path)
     (body,) = (body for body in robot.bodies if body.owner == "base")
     assert np.ptp(body.shape.vertices, axis=0) == pytest.approx(0.1)  # pyright: ignore

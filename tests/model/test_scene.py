@@ -39,7 +39,9 @@ def test_frames_of_frames(scene: to.Scene) -> None:
     where = scene.placement_of("glass", scene.robot.positions())
     assert where.translation == pytest.approx([0.85, 0.0, -0.18])
     moved = scene.move("table", to.placement((0.8, 0.5, -0.3)))
-    assert moved.placement_of("glass", scene.robot.positions()).translation == pytest.approx([0.85, 0.5, -0.18])
+    assert moved.placement_of("glass", scene.robot.positions()).translation == pytest.approx(
+        [0.85, 0.5, -0.18]
+    )
     with pytest.raises(to.TrajoptError, match="glass"):
         scene.remove("tray")
 
@@ -49,11 +51,15 @@ def test_attach_keeps_the_place_and_detach_leaves_it(scene: to.Scene) -> None:
     later = scene.robot.positions({"pan": -1.0, "elbow": 0.2, "reach": 0.2})
     scene = scene.add("part", to.Sphere(0.03), to.placement((0.7, 0.2, 0.1), rpy=(0.1, 0.2, 0.3)))
     held = scene.attach("part", "tip", at=at)
-    assert held.placement_of("part", at).homogeneous == pytest.approx(scene.object("part").placement.homogeneous)
+    assert held.placement_of("part", at).homogeneous == pytest.approx(
+        scene.object("part").placement.homogeneous
+    )
     assert held.placement_of("part", later).translation != pytest.approx([0.7, 0.2, 0.1], abs=1e-2)
     left = held.detach("part", at=later)
     assert left.object("part").frame == "world"
-    assert left.placement_of("part", at).homogeneous == pytest.approx(held.placement_of("part", later).homogeneous)
+    assert left.placement_of("part", at).homogeneous == pytest.approx(
+        held.placement_of("part", later).homogeneous
+    )
 
 
 def test_pairs(scene: to.Scene) -> None:

@@ -55,9 +55,7 @@ def reduced_all(scene: Scene) -> ReducedModel:
 def smooth(reduced: ReducedModel, start: Floats, end: Floats, duration: float) -> Trajectory:
     """From rest to rest along a quintic."""
     still = np.zeros((2, len(reduced.joint_names)))
-    return Trajectory(
-        reduced.joint_names, np.array([0.0, duration]), np.array([start, end]), still, still
-    )
+    return Trajectory(reduced.joint_names, np.array([0.0, duration]), np.array([start, end]), still, still)
 
 
 def panda() -> Robot:

@@ -35,9 +35,7 @@ def test_pairs_are_kept_apart() -> None:
         (0.5, 1.0, 1e-3, False),
     ],
 )
-def test_allowance_must_cover_the_whole_contact(
-    start: float, end: float, depth: float, meant: bool
-) -> None:
+def test_allowance_must_cover_the_whole_contact(start: float, end: float, depth: float, meant: bool) -> None:
     allowance = ContactAllowance("lift-off", "table", "cup", 2e-3, 0.2, 0.1)
     log = ContactLog((allowance,), 1.0)
     time = start

@@ -51,9 +51,7 @@ def pixels(path: Path) -> np.ndarray:
 
 
 @pytest.mark.usefixtures("opengl")
-def test_png_shows_robot_objects_and_path(
-    motion: tuple[ReducedModel, Trajectory], tmp_path: Path
-) -> None:
+def test_png_shows_robot_objects_and_path(motion: tuple[ReducedModel, Trajectory], tmp_path: Path) -> None:
     reduced, planned = motion
     done: list[float] = []
     path = render(reduced, planned, tmp_path / "a.png", **SIZE, moments=[0.2], progress=done.append)
@@ -91,9 +89,7 @@ def test_given_camera_is_used(motion: tuple[ReducedModel, Trajectory], tmp_path:
 
 
 @pytest.mark.usefixtures("opengl")
-def test_film_in_mp4_or_the_way_to_it(
-    motion: tuple[ReducedModel, Trajectory], tmp_path: Path
-) -> None:
+def test_film_in_mp4_or_the_way_to_it(motion: tuple[ReducedModel, Trajectory], tmp_path: Path) -> None:
     reduced, planned = motion
     if film.find_spec("imageio_ffmpeg") is None:
         with pytest.raises(MissingExtra, match=r"trajopt-planner\[video\]"):

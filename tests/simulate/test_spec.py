@@ -125,9 +125,7 @@ def test_possible_inertias_are_kept_to_the_last_digits() -> None:
         assert np.allclose(axes @ np.diag(found.moments) @ axes.T, matrix, atol=1e-13)
 
 
-def test_impossible_inertia_is_moved_to_the_nearest_possible_and_told(
-    tmp_path: Path, odd: Robot
-) -> None:
+def test_impossible_inertia_is_moved_to_the_nearest_possible_and_told(tmp_path: Path, odd: Robot) -> None:
     path = tmp_path / "impossible.urdf"
     wrong = odd.urdf_path.read_text().replace(
         'ixx="0.02" iyy="0.02" izz="0.01"', 'ixx="0.02" iyy="0.01" izz="0.09"'

@@ -29,8 +29,9 @@ THICKNESS = 1e-4
 
 _VERSION = 1  # of the algorithm: part of the key of the cache
 _SAMPLES = 60_000  # points in the hull of a mesh at which its distance is looked at
-_JUDGES = 1500  # of these, at most so many tell which cut is best
+_JUDGES = 1500  # of these, and of a piece's triangles, about so many tell which cuts are promising
 _SNAP = 1e-6  # corners this near a cutting plane count as in it, as a share of the mesh's size
+_PROMISING = 8  # cuts judged with all triangles, after all were with a few
 _FACE_PLANES, _FACE_NORMALS, _OFFSETS = 12, 4, 5  # cuts tried: at the largest faces, along normals
 
 
@@ -217,21 +218,29 @@ def _reachable(samples: _Samples, hull: _Hull) -> Bools:
 
 
 def _divided(piece: _Piece, snap: float) -> list[_Piece]:
-    """Return both sides of the piece at the best plane of those tried; the piece if there is none.
-
-    That plane leaves the least of the wrong samples in the hulls of its sides, counted by depth. The
-    power prefers, of two cuts alike, one with a good side to one that leaves both sides to be cut.
-    """
-    judges = piece.wrong.chosen(slice(None, None, 1 + len(piece.wrong.depth) // _JUDGES))
-    best, least = list[tuple[Floats, _Hull]](), math.inf
-    for plane in _planes(piece):
-        sides = [(side, _hull(side.reshape(-1, 3))) for side in clipped(piece.triangles, plane, snap)]
-        cost = sum(float(judges.depth[hull.holds(judges.points)].sum()) ** 0.85 for _, hull in sides)
-        if cost < least:
-            best, least = sides, cost
-    if not best:
+    """Return both sides of the piece at the best plane of those tried; the piece if there is none."""
+    planes = _planes(piece)
+    if not len(planes):
         return [piece]
-    return [_Piece(side, hull, piece.wrong.chosen(hull.holds(piece.wrong.points))) for side, hull in best]
+    judges = piece.wrong.chosen(slice(None, None, 1 + len(piece.wrong.depth) // _JUDGES))
+    few = piece.triangles[:: 1 + len(piece.triangles) // _JUDGES]
+    rough = [_cut(few, plane, snap, judges)[0] for plane in planes]
+    promising = planes[np.argsort(rough, kind="stable")[:_PROMISING]]
+    _, sides = min(
+        (_cut(piece.triangles, plane, snap, judges) for plane in promising), key=lambda cut: cut[0]
+    )
+    return [_Piece(side, hull, piece.wrong.chosen(hull.holds(piece.wrong.points))) for side, hull in sides]
+
+
+def _cut(
+    triangles: Floats, plane: Floats, snap: float, wrong: _Samples
+) -> tuple[float, list[tuple[Floats, _Hull]]]:
+    """Cut at a plane; return what of the wrong samples the sides still hold, by depth, and the sides.
+
+    The power prefers, of two cuts alike, one with a good side to one that leaves both to be cut.
+    """
+    sides = [(side, _hull(side.reshape(-1, 3))) for side in clipped(triangles, plane, snap) if len(side)]
+    return sum(float(wrong.depth[hull.holds(wrong.points)].sum()) ** 0.85 for _, hull in sides), sides
 
 
 def _planes(piece: _Piece) -> Floats:

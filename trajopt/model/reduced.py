@@ -45,7 +45,7 @@ class BodyPairs:
         first: Index of the first body of each pair, shape (p,).
         second: Index of the second, shape (p,).
         margin: Clearance to keep, shape (p,) [m].
-        allowances: Allowance of meant contact by pair index, where there is one.
+        allowances: Allowances of meant contact, each with the index of its pair.
         immobile: Owner pairs that cannot move against each other and are left out.
     """
 
@@ -175,7 +175,6 @@ def _pairs(scene: Scene, bodies: list[FixedBody]) -> BodyPairs:
     margin: list[float] = []
     allowances: list[tuple[int, ContactAllowance]] = []
     immobile: set[frozenset[str]] = set()
-    by_pair = {allowance.pair: allowance for allowance in scene.allowances}
     excused: dict[tuple[str, str], bool] = {}
     for j, b in enumerate(bodies):
         for i, a in enumerate(bodies[:j]):
@@ -190,9 +189,8 @@ def _pairs(scene: Scene, bodies: list[FixedBody]) -> BodyPairs:
                 if a.owner in scene.robot.links or b.owner in scene.robot.links or a.joint != 0:
                     immobile.add(frozenset(owners))
                 continue
-            allowance = by_pair.get(frozenset(owners))
-            if allowance is not None:
-                allowances.append((len(first), allowance))
+            meant = (item for item in scene.allowances if item.pair == frozenset(owners))
+            allowances.extend((len(first), item) for item in meant)
             first.append(i)
             second.append(j)
             margin.append(scene.margin_of(*owners))

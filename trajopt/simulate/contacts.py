@@ -79,7 +79,5 @@ class ContactLog:
             late = allowance.last > 0.0 and contact.start >= self._duration - allowance.last
             if frozenset(contact.pair) == allowance.pair and (early or late):
                 if contact.depth <= allowance.depth:
-                    return Contact(
-                        contact.pair, contact.start, contact.end, contact.depth, allowance.name
-                    )
+                    return Contact(contact.pair, contact.start, contact.end, contact.depth, allowance.name)
         return contact

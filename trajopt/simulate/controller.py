@@ -41,9 +41,7 @@ def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Refere
     count = int(np.ceil((trajectory.duration + settling_time) / dt - 1e-9))
     times = dt * np.arange(count + 1, dtype=np.float64)
     moving = (times <= trajectory.duration)[:, None]
-    return Reference(
-        times, trajectory(times), moving * trajectory(times, 1), moving * trajectory(times, 2)
-    )
+    return Reference(times, trajectory(times), moving * trajectory(times, 1), moving * trajectory(times, 2))
 
 
 class ComputedTorque:

@@ -56,18 +56,14 @@ def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
     frames = [image.quantize(palette=palette, dither=DITHER) for image in images]
     # Times are whole hundredths of a second in this format.
     duration = 10 * max(2, round(100.0 / fps))
-    frames[0].save(
-        path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=False
-    )
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=duration, loop=0, optimize=False)
 
 
 def write_mp4(path: Path, pictures: Iterable[Image], fps: float) -> None:
     """Write an H.264 film."""
     imageio = import_module("imageio.v3")  # slow to import, and used for films only
     frames = np.stack(list(pictures))
-    imageio.imwrite(
-        path, frames, plugin="FFMPEG", fps=fps, codec="libx264", quality=8, macro_block_size=2
-    )
+    imageio.imwrite(path, frames, plugin="FFMPEG", fps=fps, codec="libx264", quality=8, macro_block_size=2)
 
 
 def labelled(picture: Image, text: str) -> Image:

@@ -149,7 +149,8 @@ class Rollout:
                 "maximum": self.tracking_error.maximum.tolist(),
                 "rms": self.tracking_error.rms.tolist(),
             },
-            "final_pose_error": end and {
+            "final_pose_error": end
+            and {
                 "frame": tool_frame(self.reduced),
                 "position": end.position,
                 "rotation": end.rotation,

@@ -84,10 +84,11 @@ def tapered_margins(
     for pair, allowance in pairs.allowances:
         # From rest at constant acceleration, a share s = 2 (t/T)^2 of the way is done at time t.
         if allowance.first > 0.0:
-            until[pair] = last * min(2.0 * (allowance.first / duration) ** 2, 1.0)
+            until[pair] = max(until[pair], last * min(2.0 * (allowance.first / duration) ** 2, 1.0))
         if allowance.last > 0.0:
-            since[pair] = last * (1.0 - min(2.0 * (allowance.last / duration) ** 2, 1.0))
-        depth[pair] = allowance.depth
+            share = 1.0 - min(2.0 * (allowance.last / duration) ** 2, 1.0)
+            since[pair] = min(since[pair], last * share)
+        depth[pair] = max(depth[pair], allowance.depth)
     return TaperedMargins(
         pairs,
         last,

@@ -1,0 +1,59 @@
+"""A user's own constraint along a timed motion, for the judge: called as the object it is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.query.kinematics import KinematicsQuery
+from trajopt.terms.motion import Motion
+from trajopt.terms.residual import END, WHOLE, Constraint
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """A constraint as something that can be evaluated at sampled times.
+
+    Constraints of inner windows have no times of their own and hold in the program only.
+
+    Attributes:
+        item: The constraint.
+        query: Evaluates kinematics.
+    """
+
+    item: Constraint
+    query: KinematicsQuery
+
+    @property
+    def name(self) -> str:
+        """Name of the residual."""
+        return self.item.residual.name
+
+    def evaluate(self, times: Floats, positions: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return the violation at each time, and its bounds.
+
+        Args:
+            times: Shape (s,) [s].
+            positions: The group's, shape (s, n) [rad | m].
+
+        Returns:
+            Violation beyond the constraint's bounds, shape (s,), in the residual's unit, the lower
+            bound -inf, and the upper bound: the constraint's tolerance.
+        """
+        count = len(times)
+        segment = np.minimum(np.arange(count), count - 2)
+        fraction = (np.arange(count) - segment).astype(np.float64)
+        motion = Motion(positions, segment, fraction, positions, self.query(positions), self.query)
+        if self.item.window == END:
+            motion = motion.where(np.arange(count) == count - 1)
+        rows = self.item.residual.linearise(motion)
+        lower, upper = self.item.bounds(rows)
+        worst = np.zeros(count)
+        at = np.minimum(np.floor(rows.place + 1e-9).astype(np.int64), count - 1)
+        np.maximum.at(worst, at, np.maximum(lower - rows.value, rows.value - upper))
+        return worst, np.full(1, -np.inf), np.full(1, self.item.tolerance)
+
+
+def judged(items: tuple[Constraint, ...], query: KinematicsQuery) -> tuple[Along, ...]:
+    """Return the constraints that the judge samples: of the whole motion and of its end."""
+    return tuple(Along(item, query) for item in items if item.window in (WHOLE, END))
