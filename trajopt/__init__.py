@@ -9,9 +9,11 @@ from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
 from trajopt.model.bodies import MeshPolicy as MeshPolicy
+from trajopt.model.mesh_file import Mesh as Mesh
 from trajopt.model.mesh_file import load_mesh as load_mesh
 from trajopt.model.placement import Placement as Placement
 from trajopt.model.placement import placement as placement
+from trajopt.model.requirements import Requirement as Requirement
 from trajopt.model.requirements import RotationCoordinates as RotationCoordinates
 from trajopt.model.requirements import axis_alignment as axis_alignment
 from trajopt.model.requirements import frame_placement as frame_placement

@@ -37,7 +37,7 @@ ONLY_IN = {
     "typer": {"cli"},
     "rich": {"cli"},
     "placo": {"seeds"},
-    "toppra": {"retime"},
+    "toppra": set(),
 }
 """Packages that only some rooms may import."""
 

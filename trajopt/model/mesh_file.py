@@ -25,8 +25,8 @@ _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memor
 class Mesh:
     """Triangles, in the frame and unit of their file.
 
-    On construction coincident vertices are merged; faces that use a vertex twice and vertices that
-    no face uses are dropped. The order of the rest is kept.
+    On construction coincident vertices are merged; faces without area, and vertices that no face
+    uses, are dropped. The order of the rest is kept.
 
     Attributes:
         vertices: Corners, shape (n, 3) [m], read-only.
@@ -47,8 +47,9 @@ class Mesh:
             raise ShapeError("Mesh.faces", f"indices run from 0 to {len(vertices) - 1} here")
         _, first, inverse = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
         faces = first[inverse.ravel()][faces]
-        a, b, c = faces.T
-        faces = faces[(a != b) & (b != c) & (c != a)]
+        sides = np.diff(vertices[faces[:, [0, 1, 2, 0]]], axis=1)
+        double_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+        faces = faces[double_area > 1e-14 * np.sum(sides * sides, axis=(1, 2))]
         used, faces = np.unique(faces, return_inverse=True)
         faces = faces.reshape(-1, 3).astype(np.int32)
         faces.flags.writeable = False
@@ -75,7 +76,7 @@ class Mesh:
         _, count = np.unique(np.sort(_edges(self.faces), axis=1), axis=0, return_counts=True)
         return len(self.faces) > 0 and bool(np.all(count == 2))
 
-    def contains(self, points: Floats, *, opening: float = 0.0) -> Bools:
+    def contains(self, points: Floats, *, opening: float = 1e-6) -> Bools:
         """Tell which points lie in the solid: inside at least one part that is closed.
 
         A part is a set of faces joined by edges; what it contains is found by the even-odd rule,
@@ -162,10 +163,10 @@ def load_mesh(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -
     faces = np.array([(c[0], c[1], c[2]) for c in corners], dtype=np.int32).reshape(-1, 3)
     if np.prod(np.sign(scale)) < 0:
         faces = faces[:, ::-1]
-    try:
-        mesh = Mesh(np.array(model.vertices(), dtype=np.float64).reshape(-1, 3), faces)
-    except ShapeError as error:
-        raise MeshFileError(str(path), str(error)) from error
+    vertices = np.array(model.vertices(), dtype=np.float64).reshape(-1, 3)
+    if not np.isfinite(vertices).all():
+        raise MeshFileError(str(path), "it has vertices that are not finite")
+    mesh = Mesh(vertices, faces)
     if not len(mesh.faces):
         raise MeshFileError(str(path), "it holds no triangle")
     return mesh

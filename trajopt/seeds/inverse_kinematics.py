@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from xml.etree import ElementTree
 
 import numpy as np
 import placo
+from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats
 from trajopt.model.kinematics import link_placement
@@ -30,6 +32,8 @@ STEPS = 40
 """Steps of the search from each."""
 CONVERGED = 1e-7
 """A search has converged when no joint moves more in a step [rad | m]."""
+GOAL_FRAME = "trajopt_goal_{}"
+"""Name of the link that stands for the frame of a goal."""
 SAME = 1e-2
 """Solutions nearer to each other than this in every joint are one [rad | m]."""
 
@@ -130,7 +134,8 @@ class _PlacoSearch:
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement]) -> None:
         robot = reduced.scene.robot
         self._reduced = reduced
-        self._wrapper = placo.RobotWrapper("", placo.Flags.ignore_collisions, robot.urdf_xml)
+        urdf = _with_goal_frames(reduced, goals)
+        self._wrapper = placo.RobotWrapper("", placo.Flags.ignore_collisions, urdf)
         self._solver = placo.KinematicsSolver(self._wrapper)
         self._solver.mask_fbase(True)
         self._solver.enable_joint_limits(True)
@@ -138,8 +143,8 @@ class _PlacoSearch:
         for joint in robot.joint_names:
             if joint not in reduced.joint_names:
                 self._solver.mask_dof(joint)
-        for goal in goals:
-            self._add(goal)
+        for count, goal in enumerate(goals):
+            self._add(goal, GOAL_FRAME.format(count))
 
     def __call__(self, begin: Floats) -> Floats | None:
         """Search from a configuration of the group; None where the solver fails."""
@@ -173,15 +178,13 @@ class _PlacoSearch:
             return holder.placement
         return link_placement(scene.robot, holder.link, start) * holder.placement
 
-    def _add(self, goal: Requirement) -> None:
+    def _add(self, goal: Requirement, frame: str) -> None:
         match goal:
             case FramePlacement():
-                self._add_placement(goal)
+                self._add_placement(goal, frame)
             case AxisAlignment():
-                holder = self._reduced.scene.holder(goal.frame)
-                axis = holder.placement.rotation @ goal.axis
                 direction = self._in_world(goal.reference).rotation @ goal.direction
-                self._solver.add_axisalign_task(holder.link, axis, direction)
+                self._solver.add_axisalign_task(frame, goal.axis, direction)
             case JointPositions():
                 names = self._reduced.joint_names
                 wanted = {name: value for name, value in goal.positions.items() if name in names}
@@ -189,19 +192,35 @@ class _PlacoSearch:
             case _:
                 pass
 
-    def _add_placement(self, goal: FramePlacement) -> None:
-        holder = self._reduced.scene.holder(goal.frame)
-        goal_world = self._in_world(goal.reference) * goal.placement
-        in_link = holder.placement.inverse()
-        rotation = goal_world.rotation @ in_link.rotation
-        point = goal_world.translation - rotation @ (holder.placement * goal.offset)
-        letters = ["".join(axis for axis, t in zip("xyz", side, strict=True) if np.isfinite(t))
-                   for side in (goal.position_tolerance, goal.rotation_tolerance)]  # fmt: skip
-        if letters[0]:
-            task = self._solver.add_position_task(holder.link, point)
-            task.mask.R_custom_world = goal_world.rotation.T
-            task.mask.set_axises(letters[0], "custom")
-        if letters[1]:
-            task = self._solver.add_orientation_task(holder.link, rotation)
-            task.mask.R_custom_world = goal_world.rotation.T
-            task.mask.set_axises(letters[1], "custom")
+    def _add_placement(self, goal: FramePlacement, frame: str) -> None:
+        wanted = self._in_world(goal.reference) * goal.placement
+        position, rotation = (
+            "".join(axis for axis, t in zip("xyz", side, strict=True) if np.isfinite(t))
+            for side in (goal.position_tolerance, goal.rotation_tolerance)
+        )
+        if position:
+            task = self._solver.add_position_task(frame, wanted.translation)
+            task.mask.R_custom_world = wanted.rotation.T
+            task.mask.set_axises(position, "custom")
+        if rotation:
+            task = self._solver.add_orientation_task(frame, wanted.rotation)
+            task.mask.R_custom_world = wanted.rotation.T
+            task.mask.set_axises(rotation, "custom")
+
+
+def _with_goal_frames(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:
+    """Return the robot's URDF with a fixed link for the frame (and point) of every goal."""
+    root = ElementTree.fromstring(reduced.scene.robot.urdf_xml)
+    for count, goal in enumerate(goals):
+        if not isinstance(goal, FramePlacement | AxisAlignment):
+            continue
+        name, holder = GOAL_FRAME.format(count), reduced.scene.holder(goal.frame)
+        offset = goal.offset if isinstance(goal, FramePlacement) else np.zeros(3)
+        rpy = Rotation.from_matrix(holder.placement.rotation).as_euler("xyz")
+        ElementTree.SubElement(root, "link", name=name)
+        joint = ElementTree.SubElement(root, "joint", name=f"{name}_joint", type="fixed")
+        ElementTree.SubElement(joint, "parent", link=holder.link)
+        ElementTree.SubElement(joint, "child", link=name)
+        numbers = (" ".join(repr(float(x)) for x in part) for part in (holder.placement * offset, rpy))
+        ElementTree.SubElement(joint, "origin", dict(zip(("xyz", "rpy"), numbers, strict=True)))
+    return ElementTree.tostring(root, encoding="unicode")
