@@ -276,11 +276,7 @@ def _blocking(problem: Problem, solved: SolveResult) -> str:
     row = int(np.argmax(worst.violation))
     what = f"{worst.name} by {worst.worst:.3g}"
     if worst.name == Clearance.name:
-        reduced = problem.reduced
-        pair = int(worst.rows.component[row])
-        first, second = (
-            reduced.bodies[side[pair]].owner for side in (reduced.pairs.first, reduced.pairs.second)
-        )
+        first, second = problem.reduced.owners(int(worst.rows.component[row]))
         what = f"clearance of {first} from {second} by {1000 * worst.worst:.1f} mm"
     where = f"{worst.rows.place[row] / (problem.knots - 1):.0%} of the way"
     return f"{solved.status.value}; worst is {what} at {where}"

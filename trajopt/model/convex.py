@@ -27,7 +27,7 @@ from trajopt.model.mesh_file import Mesh, clipped, components
 THICKNESS = 1e-4
 """Least thickness of a piece [m]: to a flatter one as much is added, half on either side."""
 
-_VERSION = 1  # of the algorithm: part of the key of the cache
+_VERSION = 2  # of the algorithm: part of the key of the cache
 _SAMPLES = 60_000  # points in the hull of a mesh at which its distance is looked at
 _JUDGES = 1500  # of these, and of a piece's triangles, about so many tell which cuts are promising
 _SNAP = 1e-6  # corners this near a cutting plane count as in it, as a share of the mesh's size

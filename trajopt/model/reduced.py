@@ -100,6 +100,11 @@ class ReducedModel:
         full[self.scene.robot.index(tuple(self.model.names[1:]))] = moved
         return full
 
+    def owners(self, pair: int) -> tuple[str, str]:
+        """Return the links or objects that the bodies of a pair are part of."""
+        first, second = int(self.pairs.first[pair]), int(self.pairs.second[pair])
+        return self.bodies[first].owner, self.bodies[second].owner
+
     def attachment(self, name: str) -> tuple[int, Placement]:
         """Return the joint (0: the world) that carries a frame or object, and where in it.
 

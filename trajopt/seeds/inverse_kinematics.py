@@ -100,9 +100,7 @@ def goal_candidates(
             free.append(found[place])
         elif blocking is None:
             worst = int(contacts.pair[np.argmin(contacts.distance)])
-            first, second = int(reduced.pairs.first[worst]), int(reduced.pairs.second[worst])
-            owners = reduced.bodies[first].owner, reduced.bodies[second].owner
-            blocking = (*owners, -float(contacts.distance.min()))
+            blocking = (*reduced.owners(worst), -float(contacts.distance.min()))
     return GoalCandidates(tuple(free), len(found) - len(free), blocking, nearest_miss)
 
 

@@ -60,7 +60,7 @@ class ClearanceQuery:
             t: Time [s].
             kinematics: Of the one configuration at that time.
         """
-        pairs, bodies = self._reduced.pairs, self._reduced.bodies
+        pairs = self._reduced.pairs
         checked = ~self.meant(np.array([t]))[0]
         for reach in REACHES:
             found = self._distance.near(kinematics, np.where(checked, reach, -np.inf))
@@ -68,7 +68,7 @@ class ClearanceQuery:
                 best = int(found.distance.argmin())
                 pair = int(found.pair[best])
                 return Nearest(
-                    (bodies[int(pairs.first[pair])].owner, bodies[int(pairs.second[pair])].owner),
+                    self._reduced.owners(pair),
                     float(found.distance[best]),
                     float(pairs.margin[pair]),
                     np.stack((found.point_first[best], found.point_second[best])),
