@@ -70,6 +70,12 @@ class Record:
         """Whether the judge verified the motion."""
         return self.status is Status.SOLVED
 
+    @property
+    def cause(self) -> str:
+        """Why there is no plan, without numbers, so that equal causes can be counted."""
+        blocked = re.search(r"worst is (.+?) by ", self.message)
+        return self.status.name if blocked is None else f"{self.status.name}: {blocked[1]}"
+
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold."""
         return {
@@ -181,6 +187,7 @@ def summary(records: Sequence[Record]) -> dict[str, object]:
         "duration_median": middle([record.duration for record in solved], 50),
         "clearance_smallest": min((r.clearance for r in solved if r.clearance is not None), default=None),
         "statuses": dict(Counter(record.status.name for record in records)),
+        "causes": dict(Counter(r.cause for r in records if not r.verified).most_common()),
     }
 
 

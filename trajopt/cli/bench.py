@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 from rich.progress import Progress
@@ -62,7 +62,9 @@ def bench(
         }
         write_json(json_file, document)
     typer.echo(table({**by_set(records), "all": total}))
-    typer.echo(json.dumps(total["statuses"]))
+    typer.echo("\n" + json.dumps(total["statuses"]))
+    for name, count in cast("dict[str, int]", total["causes"]).items():
+        typer.echo(f"  {count:4} x {name}")
     for record in records:
         if not record.verified:
             name = f"{record.instance.set_name} {record.instance.index}"

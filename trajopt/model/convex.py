@@ -180,6 +180,10 @@ def _outside(mesh: Mesh, hull: _Hull, tolerance: float) -> tuple[_Samples, float
     samples = _Samples(points, mesh.distance(points))
     free = samples.depth <= tolerance
     free[~free] = _reachable(samples.chosen(~free), hull)
+    shut = samples.chosen(~free)
+    if len(shut.depth):  # of a shut hollow, all up to its walls is
+        distance, near = KDTree(shut.points).query(points)
+        free &= np.asarray(distance) > shut.depth[near]
     count = int(np.count_nonzero(free))
     excess = count / (_SAMPLES - count) if count < _SAMPLES else math.inf
     return samples.chosen(free), excess
@@ -312,7 +316,7 @@ def _cache_folder() -> Path:
 def _read(file: Path) -> ConvexCover | None:
     """Return the cover kept in a file; None if there is none, or it is damaged."""
     try:
-        with np.load(file, allow_pickle=False) as kept:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
             points = np.asarray(kept["points"], dtype=np.float64).reshape(-1, 3)
             ends = np.asarray(kept["ends"], dtype=np.int64)
             method = CoverMethod(str(kept["method"]))
