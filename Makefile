@@ -21,7 +21,7 @@ test-all: $(STAMP_DEV) check
 check: $(STAMP_DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/pyright
+	$(BIN)/pyright --pythonpath $(BIN)/python
 
 # DATA: a folder with panda/<set>/ and ur5/<set>/ of MotionBenchMaker scenes and requests, and ur5/robot/.
 bench: $(STAMP)

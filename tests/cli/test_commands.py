@@ -101,6 +101,14 @@ def test_check_judges_a_straight_line_through_the_pillar(folder: Path) -> None:
     assert "pillar" in done.stdout
 
 
+def test_continuous_joints_take_the_short_way(folder: Path) -> None:
+    (folder / "turn.yaml").write_text(REQUEST.format(start=3.0, goal=-3.0))
+    done = trajopt("plan", *common(folder, "turn.yaml"), "--json")
+    assert done.returncode == 0, done.stderr
+    pan = [point["positions"][0] for point in json.loads(done.stdout)["points"]]
+    assert max(pan) - min(pan) < 0.5
+
+
 def test_no_plan_is_exit_status_one(folder: Path) -> None:
     done = trajopt("plan", *common(folder, "blocked.yaml"), "--json")
     assert done.returncode == 1

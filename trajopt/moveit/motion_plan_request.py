@@ -1,12 +1,14 @@
 """Motion plan request messages, MoveIt's description of a planning problem."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import GroupNotFound
 from trajopt.model.groups import ALL_JOINTS
-from trajopt.model.requirements import Requirement
+from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
@@ -108,13 +110,25 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
         scene=around,
         start=start,
         group=group,
-        goals=goals,
+        goals=tuple(_nearest_turns(goal, robot, start) for goal in goals),
         constraints=constraints,
         velocity_scaling=_read_scaling(document["max_velocity_scaling_factor"]),
         acceleration_scaling=_read_scaling(document["max_acceleration_scaling_factor"]),
         allowed_planning_time=_read_time(document["allowed_planning_time"]),
         notes=tuple(notes),
     )
+
+
+def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requirement:
+    """Take the whole turns of continuous joints that are nearest to the start, as MoveIt does."""
+    if not isinstance(goal, JointPositions):
+        return goal
+    positions = dict(goal.positions)
+    for joint, value in goal.positions.items():
+        place = int(robot.index([joint])[0])
+        if np.isinf(robot.limits.lower[place]) and np.isinf(robot.limits.upper[place]):
+            positions[joint] = value + 2.0 * np.pi * float(np.round((start[place] - value) / (2.0 * np.pi)))
+    return replace(goal, positions=positions)
 
 
 def _first_goal(node: Node, notes: list[str]) -> Node:
