@@ -18,11 +18,14 @@ class MeshPolicy:
     Attributes:
         exact: Keep the triangles themselves (slower, and without depth of penetration) in place
             of convex pieces that contain them.
-        hull_excess: A mesh becomes its convex hull where that adds at most this share of volume.
+        hull_excess: A mesh becomes its convex hull where that adds at most this share of volume
+            and stands out of the mesh nowhere by more than twice the tolerance.
+        tolerance: Convex pieces stand out of the mesh by no more than this, as sampled [m].
     """
 
     exact: bool = False
     hull_excess: float = 0.05
+    tolerance: float = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +64,7 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     """Return the shapes that stand for a mesh, and say which they are."""
     if policy.exact:
         return Cover((mesh,), f"exact mesh of {len(mesh.faces)} triangles")
-    cover = convex_pieces(mesh, hull_excess=policy.hull_excess)
+    cover = convex_pieces(mesh, hull_excess=policy.hull_excess, tolerance=policy.tolerance)
     shapes = tuple(convex(piece) for piece in cover.pieces)
     if cover.method is CoverMethod.HULL:
         return Cover(shapes, "convex hull")

@@ -2,8 +2,7 @@
 
 Coal's own loader (assimp) reads the files, so a mesh has exactly the coordinates that Pinocchio
 gives to the same file: DAE, STL (binary, ascii), OBJ and what else assimp knows. In a DAE file the
-transforms of nodes count, `unit` and `up_axis` do not: robot descriptions rely on that, and MoveIt
-does the same. Such a file is scaled in the URDF.
+transforms of nodes count, `unit` and `up_axis` do not: a file in other units is scaled in the URDF.
 """
 
 from dataclasses import dataclass
