@@ -127,7 +127,8 @@ def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requiremen
     for joint, value in goal.positions.items():
         place = int(robot.index([joint])[0])
         if np.isinf(robot.limits.lower[place]) and np.isinf(robot.limits.upper[place]):
-            positions[joint] = value + 2.0 * np.pi * float(np.round((start[place] - value) / (2.0 * np.pi)))
+            turns = round((float(start[place]) - value) / (2.0 * np.pi))
+            positions[joint] = value + 2.0 * np.pi * turns
     return replace(goal, positions=positions)
 
 
