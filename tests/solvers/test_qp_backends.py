@@ -10,7 +10,7 @@ from scipy.sparse import csc_matrix
 from trajopt.errors import SolverError, SolverNotFound
 from trajopt.solvers.qp import NATIVE, Qp, QpStatus, qp_backend
 
-BACKENDS = [*NATIVE, "clarabel", "quadprog", "highs"]
+BACKENDS = [*NATIVE, "clarabel", "quadprog"]
 
 
 def backend(name: str):

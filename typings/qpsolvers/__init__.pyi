@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
 available_solvers: list[str]
+sparse_solvers: list[str]
 
 class Problem:
     def __init__(

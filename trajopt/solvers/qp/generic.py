@@ -1,5 +1,6 @@
 """Any QP solver that qpsolvers knows and finds installed."""
 
+import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,11 +46,13 @@ class Generic:
         above, below = np.isfinite(qp.u), np.isfinite(qp.l)
         rows = csc_matrix(vstack((qp.A[above], -qp.A[below]), format="csc"))
         bounds = np.concatenate((qp.u[above], -qp.l[below]))
+        dense = self.solver not in qpsolvers.sparse_solvers
+        hessian, matrix = (qp.P.toarray(), rows.toarray()) if dense else (qp.P, rows)
+        problem = qpsolvers.Problem(hessian, qp.q, matrix, bounds, lb=qp.lower, ub=qp.upper)
         try:
-            solution = qpsolvers.solve_problem(
-                qpsolvers.Problem(qp.P, qp.q, rows, bounds, lb=qp.lower, ub=qp.upper),
-                solver=self.solver,
-            )
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # a failure is in the solution, and told from there
+                solution = qpsolvers.solve_problem(problem, solver=self.solver)
         except Exception as error:  # any backend may raise anything; it is wrapped, never hidden
             raise BackendFailed(f"QP solver {self.solver!r} raised: {error}") from error
         multipliers = np.zeros(len(qp.u))
