@@ -162,9 +162,15 @@ def test_json_has_no_such_thing(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_folder_that_is_not_there(tmp_path: Path) -> None:
+def test_folders_on_the_way_are_made(tmp_path: Path) -> None:
+    write_json(tmp_path / "new" / "folder" / "t.json", {"a": 1})
+    assert json.loads((tmp_path / "new" / "folder" / "t.json").read_text()) == {"a": 1}
+
+
+def test_a_file_in_place_of_a_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("")
     with pytest.raises(FileFormatError, match="cannot be written"):
-        write_json(tmp_path / "nowhere" / "t.json", {})
+        write_json(tmp_path / "taken" / "t.json", {"a": 1})
 
 
 @given(value=st.floats(allow_nan=False, allow_infinity=False))

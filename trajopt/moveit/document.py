@@ -165,12 +165,15 @@ def _refuse_deep_nesting(path: Path | str, text: str) -> None:
 def write_text(path: Path | str, text: str) -> None:
     """Write a file in one step: whoever reads it meets the old content or the new, never half.
 
+    Folders that are missing on the way are made.
+
     Raises:
         FileFormatError: If it cannot be written.
     """
     target = Path(path)
     draft = target.with_name(f".{target.name}.{os.getpid()}")
     try:
+        target.parent.mkdir(parents=True, exist_ok=True)
         try:
             draft.write_text(text, encoding="utf-8")
             draft.replace(target)
