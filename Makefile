@@ -34,7 +34,7 @@ $(VENV)/bin/python:
 	  || (echo "trajopt needs Python 3.11 to 3.13; name one with: make PYTHON=python3.12 ..." && exit 1)
 	$(PYTHON) -m venv $(VENV)
 
-$(STAMP): $(VENV)/bin/python pyproject.toml
+$(STAMP): $(VENV)/bin/python pyproject.toml $(shell find trajopt/native -name "*.[ch]pp" -o -name CMakeLists.txt)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[robots,view]"
 	touch $@
 
