@@ -14,8 +14,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.problem import Problem
+from trajopt.query import Counts, query_of
 from trajopt.query.dynamics import DynamicsQuery
-from trajopt.query.kinematics import Counts, KinematicsQuery
 from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
 from trajopt.seeds import goal_candidates, straight_line
@@ -132,7 +132,7 @@ class _Planning:
         dynamics = DynamicsQuery(reduced)
 
         def deviation(smooth: Floats, straight: Floats) -> Floats:
-            return nlp.distances.displacement(nlp.kinematics(smooth), nlp.kinematics(straight))
+            return nlp.query.displacement(smooth, straight)
 
         limits = problem.limits
         return retime(
@@ -149,7 +149,7 @@ class _Planning:
             timed.trajectory,
             goals=problem.goals,
             constraints=problem.requirements,
-            sampled=judged(problem.own_constraints, KinematicsQuery(problem.reduced, Counts())),
+            sampled=judged(problem.own_constraints, query_of(problem.reduced)),
             limits=problem.limits,
         )
         self._count(judge_distance_calls=certificate.counts.distances)
@@ -214,7 +214,7 @@ class _Planning:
     def _broken(self, positions: Floats) -> str:
         """Say which path constraint does not hold at a configuration, or nothing."""
         reduced = self.problem.reduced
-        motion = Motion.standing(positions, KinematicsQuery(reduced, Counts()))
+        motion = Motion.standing(positions, query_of(reduced))
         for required in self.problem.requirements:
             for item in constrain(required, reduced, WHOLE, inset=0.0):
                 excess = item.excess(motion)

@@ -19,8 +19,7 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import RotationCoordinates
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.nlp import Rows
-from trajopt.query.distance import DistanceQuery
-from trajopt.query.kinematics import Counts, KinematicsQuery
+from trajopt.query import Query, query_of
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import Residual
 
@@ -39,11 +38,10 @@ SHAPES: dict[str, Shape] = {
 @dataclass(frozen=True, eq=False)
 class World:
     reduced: ReducedModel
-    kinematics: KinematicsQuery
-    distances: DistanceQuery
+    query: Query
 
     def motion(self, knots: Floats) -> Motion:
-        return Motion.through(knots, np.full(len(knots) - 1, 3), self.kinematics)
+        return Motion.through(knots, np.full(len(knots) - 1, 3), self.query)
 
 
 def world(folder: Path, shape: Shape, where: to.Placement) -> World:
@@ -57,8 +55,7 @@ def world(folder: Path, shape: Shape, where: to.Placement) -> World:
         touch_links=["tip", "finger"],
     )
     reduced = reduce_model(scene, "all", robot.positions())
-    counts = Counts()
-    return World(reduced, KinematicsQuery(reduced, counts), DistanceQuery(reduced, counts))
+    return World(reduced, query_of(reduced))
 
 
 def frame_error(coordinates: RotationCoordinates, reference: str) -> Callable[[World], Residual]:
@@ -96,7 +93,7 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
         for reference in ("world", "thing", "slide")
     ],
     terms.AxisAngle: [tilt("world"), tilt("slide")],
-    terms.Clearance: [lambda at: terms.Clearance(at.reduced, at.distances, activation=2.0)],
+    terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 
 
@@ -171,7 +168,7 @@ def test_clearance_jacobian(shape: str, depth: str, tmp_path: Path) -> None:
     compared = off = 0
     for _ in range(60):
         knots = np.repeat(random_knots(at, rng)[:1], KNOTS, axis=0) + 1e-3 * rng.normal(size=(KNOTS, 4))
-        residual = terms.Clearance(at.reduced, at.distances, activation=2.0)
+        residual = terms.Clearance(at.reduced, activation=2.0)
         value = residual.linearise(at.motion(knots)).value + at.reduced.scene.margin
         if ((value > wanted[0]) & (value < wanted[1])).any():
             more, wrong = check(residual, at, knots, rng, 1e-3)
@@ -192,12 +189,12 @@ def test_clearance_sign_against_closed_form(tmp_path: Path) -> None:
     seen = {True: 0, False: 0}
     for _ in range(1500):
         positions = random_knots(at, rng)[0]
-        motion = Motion.standing(positions, at.kinematics)
+        motion = Motion.standing(positions, at.query)
         tip = at.reduced.scene.placement_of("tip", at.reduced.all_positions(positions))
         expected = float(np.linalg.norm(tip * np.array([0.06, 0, 0]) - [0.7, 0.0, 0.3])) - 0.14
         if expected > 0.3:
             continue
-        rows = terms.Clearance(at.reduced, at.distances, activation=0.5).linearise(motion)
+        rows = terms.Clearance(at.reduced, activation=0.5).linearise(motion)
         value = rows.value[list(rows.component).index(pair)] + at.reduced.scene.margin
         assert value == pytest.approx(expected, abs=1e-7)
         seen[expected < 0.0] += 1

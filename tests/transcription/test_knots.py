@@ -57,8 +57,7 @@ def test_samples_are_as_dense_as_promised(scene: to.Scene) -> None:
     fine = nlp.sampling(seed, fine=True)
     for segment, count in enumerate(fine):
         steps = np.linspace(seed[segment], seed[segment + 1], count + 1)
-        at = nlp.kinematics(steps)
-        moved = nlp.distances.displacement(at.take(np.arange(count)), at.take(np.arange(1, count + 1)))
+        moved = nlp.query.displacement(steps[:-1], steps[1:])
         assert moved.max() <= SWEEP * 1.05
 
 
@@ -69,7 +68,7 @@ def test_violation_agrees_with_the_distance(scene: to.Scene) -> None:
     row = int(np.argmax(clearance.violation))
     place = clearance.rows.place[row]
     q = seed[int(place)] + (place % 1.0) * (seed[min(int(place) + 1, len(seed) - 1)] - seed[int(place)])
-    contacts = nlp.distances.near(nlp.kinematics(q[None]), np.full(len(problem.reduced.pairs.margin), 0.05))
+    contacts = nlp.query.near(q[None], np.full(len(problem.reduced.pairs.margin), 0.05))
     expected = contacts.distance[list(contacts.pair).index(clearance.rows.component[row])]
     assert clearance.rows.value[row] == pytest.approx(expected - 0.01, abs=1e-9)
 

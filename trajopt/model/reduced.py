@@ -3,7 +3,9 @@
 All other joints stand exactly where the start state has them, even outside their limits.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +18,8 @@ from trajopt.model.requirements import WORLD
 from trajopt.model.robot import configuration
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Shape
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +87,15 @@ class ReducedModel:
     offset: Floats
     bodies: tuple[FixedBody, ...]
     pairs: BodyPairs
+    _derived: dict[Callable[["ReducedModel"], Any], Any] = field(
+        default_factory=dict[Callable[["ReducedModel"], Any], Any], init=False, repr=False
+    )
+
+    def derived(self, build: Callable[["ReducedModel"], T]) -> T:
+        """Return what a function builds of this model, built at the first call and kept with the model."""
+        if build not in self._derived:
+            self._derived[build] = build(self)
+        return self._derived[build]
 
     @property
     def start_positions(self) -> Floats:

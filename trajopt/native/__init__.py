@@ -4,3 +4,16 @@
 |---|---|---|
 | `proximity` | `query` | kinematics of all samples, and the rows of all pairs that come near |
 """
+
+from importlib.util import find_spec
+
+
+def installed(core: str) -> bool:
+    """Say whether a native core was compiled at installation.
+
+    Where it was not, as its user then asked for, the plain Python body of the same interface answers.
+
+    Args:
+        core: Name of the core.
+    """
+    return find_spec(f"trajopt.native.{core}") is not None

@@ -19,8 +19,7 @@ from trajopt.model.requirements import (
     JointPositions,
     Requirement,
 )
-from trajopt.query.distance import DistanceQuery
-from trajopt.query.kinematics import Counts, KinematicsQuery
+from trajopt.query import Counts, Query, query_of
 from trajopt.seeds.straight import nearest_turn
 from trajopt.terms import constrain
 from trajopt.terms.motion import Motion
@@ -72,13 +71,13 @@ def goal_candidates(
         counts: Takes the work done.
         starts: How many starts to search from.
     """
-    kinematics, distances = KinematicsQuery(reduced, counts), DistanceQuery(reduced, counts)
+    query = query_of(reduced, counts)
     limits = reduced.limits
     lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
     upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
     turning = np.array([_turns(reduced, name) for name in reduced.joint_names], dtype=np.float64)
     search = _PlacoSearch(reduced, goals)
-    miss = _violation(reduced, goals, kinematics)
+    miss = _violation(reduced, goals, query)
     nearest_miss = np.inf
     found: list[Floats] = []
     for count in range(starts):
@@ -95,7 +94,7 @@ def goal_candidates(
     free: list[Floats] = []
     blocking: tuple[str, str, float] | None = None
     for place in map(int, np.argsort(travel)):
-        contacts = distances.near(kinematics(found[place][None, :]), np.zeros(len(reduced.pairs.margin)))
+        contacts = query.near(found[place][None, :], np.zeros(len(reduced.pairs.margin)))
         if len(contacts.distance) == 0:
             free.append(found[place])
         elif blocking is None:
@@ -110,7 +109,7 @@ def _turns(reduced: ReducedModel, joint: str) -> bool:
 
 
 def _violation(
-    reduced: ReducedModel, goals: Sequence[Requirement], kinematics: KinematicsQuery
+    reduced: ReducedModel, goals: Sequence[Requirement], query: Query
 ) -> Callable[[Floats], float]:
     """Return a function that measures how far a configuration is from holding the goals."""
     items = [item for goal in goals for item in constrain(goal, reduced, WHOLE)]
@@ -118,7 +117,7 @@ def _violation(
     limits = reduced.limits
 
     def worst(positions: Floats) -> float:
-        motion = Motion.standing(positions, kinematics)
+        motion = Motion.standing(positions, query)
         excess = max((item.excess(motion) for item in items), default=0.0)
         outside = np.maximum(limits.lower - positions, positions - limits.upper).max(initial=0.0)
         return excess + float(outside if outside > 1e-9 else 0.0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.query.kinematics import KinematicsQuery
+from trajopt.query import Query
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE, Constraint
 
@@ -22,7 +22,7 @@ class Along:
     """
 
     item: Constraint
-    query: KinematicsQuery
+    query: Query
 
     @property
     def name(self) -> str:
@@ -43,7 +43,7 @@ class Along:
         count = len(times)
         segment = np.minimum(np.arange(count), count - 2)
         fraction = (np.arange(count) - segment).astype(np.float64)
-        motion = Motion(positions, segment, fraction, positions, self.query(positions), self.query)
+        motion = Motion(positions, segment, fraction, positions, self.query)
         if self.item.window == END:
             motion = motion.where(np.arange(count) == count - 1)
         rows = self.item.residual.linearise(motion)
@@ -54,6 +54,6 @@ class Along:
         return worst, np.full(1, -np.inf), np.full(1, self.item.tolerance)
 
 
-def judged(items: tuple[Constraint, ...], query: KinematicsQuery) -> tuple[Along, ...]:
+def judged(items: tuple[Constraint, ...], query: Query) -> tuple[Along, ...]:
     """Return the constraints that the judge samples: of the whole motion and of its end."""
     return tuple(Along(item, query) for item in items if item.window in (WHOLE, END))

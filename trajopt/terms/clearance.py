@@ -7,12 +7,9 @@ with the contact normal n from the first body to the second and the Jacobians of
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
 from trajopt.arrays import Floats, Ints
 from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
-from trajopt.query.distance import DistanceQuery
 from trajopt.terms.motion import Motion
 
 ACTIVATION = 0.04
@@ -35,29 +32,21 @@ class Clearance:
 
     Attributes:
         reduced: The robot and its surroundings.
-        query: Measures the distances.
         margin: Clearance to keep, by pair and place; the pairs' own margins when None.
         activation: Pairs farther apart than their margin and this get no row [m].
     """
 
     reduced: ReducedModel
-    query: DistanceQuery
     margin: MarginRule | None = None
     activation: float = ACTIVATION
     name = "clearance"
 
     def linearise(self, motion: Motion) -> Rows:
         """Measure the near pairs at all samples and differentiate."""
-        pairs, bodies = self.reduced.pairs, self.reduced.bodies
-        contacts = self.query.near(motion.kinematics, pairs.margin + self.activation)
-        joints = np.array([body.joint for body in bodies], dtype=np.int64)
-        jacobian = motion.kinematics.jacobian[contacts.sample]
-        velocity = motion.query.point_jacobian(
-            jacobian, joints[pairs.second[contacts.pair]], contacts.point_second
-        ) - motion.query.point_jacobian(jacobian, joints[pairs.first[contacts.pair]], contacts.point_first)
-        slope = np.einsum("mi,min->mn", contacts.normal, velocity)
+        pairs = self.reduced.pairs
+        contacts = motion.query.near(motion.positions, pairs.margin + self.activation)
         if self.margin is None:
             margin = pairs.margin[contacts.pair]
         else:
             margin = self.margin(contacts.pair, motion.place[contacts.sample])
-        return motion.rows(contacts.sample, contacts.distance - margin, slope, contacts.pair)
+        return motion.rows(contacts.sample, contacts.distance - margin, contacts.jacobian, contacts.pair)

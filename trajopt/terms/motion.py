@@ -1,12 +1,13 @@
 """Motion: knots, the samples between them, and their kinematics, evaluated once for all terms."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.nlp import Rows
-from trajopt.query.kinematics import Kinematics, KinematicsQuery
+from trajopt.query import Kinematics, Query
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,19 +19,17 @@ class Motion:
         segment: Segment of each sample, shape (S,), in 0 ... N - 2.
         fraction: Where in the segment each sample is, shape (S,), in [0, 1].
         positions: Configuration of each sample, shape (S, n).
-        kinematics: Of the samples.
-        query: What evaluated them.
+        query: Evaluates them.
     """
 
     knots: Floats
     segment: Ints
     fraction: Floats
     positions: Floats
-    kinematics: Kinematics
-    query: KinematicsQuery
+    query: Query
 
     @staticmethod
-    def through(knots: Floats, sampling: Ints, query: KinematicsQuery) -> "Motion":
+    def through(knots: Floats, sampling: Ints, query: Query) -> "Motion":
         """Sample a polyline: every knot, and `sampling - 1` places between.
 
         Args:
@@ -45,15 +44,20 @@ class Motion:
         fraction = np.append(fraction, 1.0)
         weight = fraction[:, None]
         positions = (1.0 - weight) * knots[segment] + weight * knots[segment + 1]
-        return Motion(knots, segment, fraction, positions, query(positions), query)
+        return Motion(knots, segment, fraction, positions, query)
 
     @staticmethod
-    def standing(positions: Floats, query: KinematicsQuery) -> "Motion":
+    def standing(positions: Floats, query: Query) -> "Motion":
         """Sample a single configuration of the group, shape (n,)."""
         knots = np.stack((positions, positions))
         first = np.zeros(1, dtype=np.int64)
         at = positions[None, :]
-        return Motion(knots, first, np.zeros(1), at, query(at), query)
+        return Motion(knots, first, np.zeros(1), at, query)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Placements and Jacobians of all joints at the samples; evaluated when first asked for."""
+        return self.query.kinematics(self.positions)
 
     @property
     def place(self) -> Floats:
@@ -68,7 +72,6 @@ class Motion:
             self.segment[index],
             self.fraction[index],
             self.positions[index],
-            self.kinematics.take(index),
             self.query,
         )
 

@@ -9,8 +9,7 @@ from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import JointPositions
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Rows
 from trajopt.problem import Problem
-from trajopt.query.distance import DistanceQuery
-from trajopt.query.kinematics import Counts, KinematicsQuery
+from trajopt.query import Counts, Query, query_of
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import group_places
 from trajopt.terms.motion import Motion
@@ -32,7 +31,7 @@ PRISMATIC_STEP = 0.5
 
 @dataclass(eq=False)
 class KnotsNlp:
-    """The program over knots; owns the queries, so one per thread.
+    """The program over knots; owns the query, so one per thread.
 
     Build one with `transcribe(problem)`.
 
@@ -49,8 +48,7 @@ class KnotsNlp:
     lower: Floats
     upper: Floats
     scale: Floats
-    kinematics: KinematicsQuery
-    distances: DistanceQuery
+    query: Query
     constraints: tuple[Constraint, ...]
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
@@ -58,13 +56,12 @@ class KnotsNlp:
         segments = len(x) - 1
         if not fine:
             return np.full(segments, COARSE_SAMPLES)
-        at = self.kinematics(x)
-        sweep = self.distances.displacement(at.take(np.arange(segments)), at.take(np.arange(1, segments + 1)))
+        sweep = self.query.displacement(x[:-1], x[1:])
         return np.clip(np.ceil(sweep / SWEEP), COARSE_SAMPLES, MOST_SAMPLES).astype(np.int64)
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
         """Evaluate and linearise every cost and constraint on the given samples."""
-        motion = Motion.through(x, sampling, self.kinematics)
+        motion = Motion.through(x, sampling, self.query)
         costs = tuple(
             CostRows(cost.residual.name, rows, np.full(len(rows.value), cost.weight), cost.loss)
             for cost in self.problem.costs or ()
@@ -140,7 +137,7 @@ def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
     """
     reduced = problem.reduced
     counts = Counts()
-    kinematics, distances = KinematicsQuery(reduced, counts), DistanceQuery(reduced, counts)
+    query = query_of(reduced, counts)
     limits, count = reduced.limits, problem.knots
     goal = fixed_goal(problem)
     lower, upper = (np.tile(side, (count, 1)) for side in (limits.lower, limits.upper))
@@ -149,9 +146,9 @@ def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
         lower[-1] = upper[-1] = goal
     guess = shortest_duration(limits, seed[0], seed[-1])
     duration = 1.5 * max(guess, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
-    margins = tapered_margins(reduced, distances, kinematics, count, goal, duration)
+    margins = tapered_margins(query_of(reduced, counts), count, goal, duration)
     clearance = constraint(
-        Clearance(reduced, distances, margins),
+        Clearance(reduced, margins),
         lower=0.0,
         upper=np.inf,
         tolerance=CLEARANCE_TOLERANCE,
@@ -167,7 +164,7 @@ def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
         [reduced.model.joints[i].shortname().startswith("JointModelP") for i in _joint_ids(problem)]
     )
     scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
-    return KnotsNlp(problem, counts, lower, upper, scale, kinematics, distances, tuple(items))
+    return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items))
 
 
 def _joint_ids(problem: Problem) -> list[int]:

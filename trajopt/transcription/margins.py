@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.model.reduced import BodyPairs, ReducedModel
-from trajopt.query.distance import DistanceQuery
-from trajopt.query.kinematics import KinematicsQuery
+from trajopt.model.reduced import BodyPairs
+from trajopt.query import Query
 
 TAPER_KNOTS = 3.0
 """Knots over which a margin grows from what a fixed end has to its full size."""
@@ -53,9 +52,7 @@ class TaperedMargins:
 
 
 def tapered_margins(
-    reduced: ReducedModel,
-    distances: DistanceQuery,
-    kinematics: KinematicsQuery,
+    query: Query,
     knots: int,
     goal: Floats | None,
     duration: float,
@@ -63,17 +60,15 @@ def tapered_margins(
     """Measure the fixed ends and lay the margins along the motion.
 
     Args:
-        reduced: The robot and its surroundings.
-        distances: Measures them.
-        kinematics: Places them.
+        query: Measures them.
         knots: Number of knots.
         goal: The group's positions at a fixed goal, shape (n,); None if the goal is not fixed.
         duration: A cautious (long) guess of the motion's duration, for contact windows [s].
     """
-    pairs, last = reduced.pairs, float(knots - 1)
+    pairs, last = query.reduced.pairs, float(knots - 1)
 
     def available(positions: Floats) -> Floats:
-        contacts = distances.near(kinematics(positions[None, :]), pairs.margin)
+        contacts = query.near(positions[None, :], pairs.margin)
         margin = pairs.margin.copy()
         margin[contacts.pair] = np.minimum(contacts.distance, margin[contacts.pair])
         return margin
@@ -92,7 +87,7 @@ def tapered_margins(
     return TaperedMargins(
         pairs,
         last,
-        available(reduced.start_positions),
+        available(query.reduced.start_positions),
         pairs.margin if goal is None else available(goal),
         until,
         since,

@@ -8,8 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats
 from trajopt.model.reduced import ReducedModel
-from trajopt.query.distance import DistanceQuery
-from trajopt.query.kinematics import Counts, Kinematics, KinematicsQuery
+from trajopt.query import query_of
 
 REACHES = (0.03, 0.15, 0.6, np.inf)
 """Distances within which the nearest pair is looked for, one after the other [m]."""
@@ -47,23 +46,22 @@ class ClearanceQuery:
     """
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
-        """Build the queries for a motion of that duration [s]."""
+        """Build the query for a motion of that duration [s]."""
         self._reduced = reduced
         self._duration = duration
-        self.kinematics = KinematicsQuery(reduced, Counts())
-        self._distance = DistanceQuery(reduced, Counts())
+        self.query = query_of(reduced)
 
-    def nearest(self, t: float, kinematics: Kinematics) -> Nearest | None:
+    def nearest(self, t: float, positions: Floats) -> Nearest | None:
         """Return the nearest pair at a time, or None where nothing can come near anything.
 
         Args:
             t: Time [s].
-            kinematics: Of the one configuration at that time.
+            positions: The group's at that time, shape (n,) [rad | m].
         """
         pairs = self._reduced.pairs
         checked = ~self.meant(np.array([t]))[0]
         for reach in REACHES:
-            found = self._distance.near(kinematics, np.where(checked, reach, -np.inf))
+            found = self.query.near(positions[None], np.where(checked, reach, -np.inf))
             if len(found.distance):
                 best = int(found.distance.argmin())
                 pair = int(found.pair[best])
@@ -75,19 +73,19 @@ class ClearanceQuery:
                 )
         return None
 
-    def smallest(self, times: Floats, kinematics: Kinematics, reach: float) -> Mapping[PairKind, Floats]:
+    def smallest(self, times: Floats, positions: Floats, reach: float) -> Mapping[PairKind, Floats]:
         """Return the smallest clearance of each kind of pair over time.
 
         Args:
             times: Shape (S,) [s].
-            kinematics: Of the S configurations at those times.
+            positions: The group's at those times, shape (S, n) [rad | m].
             reach: Clearances beyond it are not measured [m].
 
         Returns:
             For each kind that has pairs, shape (S,) [m]; inf where nothing is within reach.
         """
         kinds = self.kinds()
-        found = self._distance.near(kinematics, np.full(len(kinds), reach))
+        found = self.query.near(positions, np.full(len(kinds), reach))
         counted = ~self.meant(times)[found.sample, found.pair]
         result: dict[PairKind, Floats] = {}
         for kind in PairKind:

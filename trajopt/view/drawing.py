@@ -11,7 +11,7 @@ from trajopt.model.placement import Placement, placement
 from trajopt.model.reduced import FixedBody, ReducedModel
 from trajopt.model.shapes import Plane, Shape, bounding_box
 from trajopt.model.urdf import LinkGeometry, MeshReference
-from trajopt.query.kinematics import Kinematics
+from trajopt.query import Kinematics
 from trajopt.view import palette
 from trajopt.view.clearance import Nearest
 from trajopt.view.palette import Rgb

@@ -9,7 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import AxisAlignment, Requirement
-from trajopt.query.kinematics import Kinematics
+from trajopt.query import Kinematics
 from trajopt.trajectory import Trajectory
 from trajopt.view.clearance import ClearanceQuery, PairKind
 
@@ -87,13 +87,13 @@ def sample_motion(
     times = np.union1d(np.linspace(0.0, duration, SAMPLES), trajectory.times)
     query = ClearanceQuery(reduced, duration)
     coarse = np.linspace(0.0, duration, CLEARANCE_SAMPLES)
-    along = query.kinematics(trajectory(coarse))
+    along = trajectory(coarse)
     clearances = query.smallest(coarse, along, REACH)
     bounded = np.isfinite(limits.lower) & np.isfinite(limits.upper)
     lower = np.where(bounded, limits.lower, -np.pi)
     upper = np.where(bounded, limits.upper, np.pi)
     alignments = [item for item in constraints if isinstance(item, AxisAlignment)]
-    fine = query.kinematics(trajectory(times)) if alignments else along
+    fine = query.query.kinematics(trajectory(times))
     return MotionSamples(
         joint_names=trajectory.joint_names,
         times=times,
@@ -121,12 +121,12 @@ def _windows(reduced: ReducedModel, duration: float) -> tuple[tuple[float, float
 
 
 def _tightest(
-    query: ClearanceQuery, times: Floats, clearances: Mapping[PairKind, Floats], along: Kinematics
+    query: ClearanceQuery, times: Floats, clearances: Mapping[PairKind, Floats], along: Floats
 ) -> tuple[float, float, tuple[str, str]] | None:
     """Return time, clearance and names of the tightest pair of all samples."""
     overall = np.min([*clearances.values(), np.full(len(times), np.inf)], axis=0)
     sample = int(overall.argmin())
-    nearest = query.nearest(float(times[sample]), along.take(np.array([sample])))
+    nearest = query.nearest(float(times[sample]), along[sample])
     if nearest is None or not np.isfinite(overall[sample]):
         return None
     return float(times[sample]), nearest.distance, nearest.owners

@@ -11,7 +11,7 @@ from trajopt.errors import MissingExtra, ShapeError
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Plane, bounding_sphere
-from trajopt.query.kinematics import Kinematics
+from trajopt.query import Kinematics
 from trajopt.trajectory import Trajectory
 from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing
@@ -76,7 +76,7 @@ class Viewer:
         self._playing, self._closed = threading.Event(), threading.Event()
         self._clearance = ClearanceQuery(reduced, trajectory.duration)
         times = np.linspace(0.0, trajectory.duration, TOOL_PATH_POINTS)
-        along = self._clearance.kinematics(trajectory(times))
+        along = self._clearance.query.kinematics(trajectory(times))
         self._drawing = Drawing(server, reduced, along)
         self._drawing.draw_tool_path(_tool_points(reduced, along))
         _aim_camera(server, reduced, along)
@@ -184,8 +184,8 @@ class Viewer:
         with self._lock:
             shown = min(max(float(t), 0.0), self._trajectory.duration)
             positions = self._trajectory(shown)
-            kinematics = self._clearance.kinematics(positions[None])
-            self._nearest = self._clearance.nearest(shown, kinematics)
+            kinematics = self._clearance.query.kinematics(positions[None])
+            self._nearest = self._clearance.nearest(shown, positions)
             with self._server.atomic():
                 self._drawing.move(kinematics)
                 self._drawing.point_out(self._nearest)

@@ -1,17 +1,147 @@
-// Kinematics of all samples and rows of near pairs, on the very model and geometries that Python made.
+// Binding of the core that places a robot and finds what it is near to.
+//
+// Pinocchio's model and Coal's geometries are the very objects that Python made: boost.python hands out the C++
+// objects inside, so nothing of a robot's description is copied or built twice.
 #include <boost/python/extract.hpp>
-#include <pinocchio/multibody/model.hpp>
+#include <nanobind/stl/tuple.h>
 
-#include <nanobind/nanobind.h>
+#include "../arrays.hpp"
+#include "tracker.hpp"
 
 namespace nb = nanobind;
 namespace bp = boost::python;
+using namespace nb::literals;
+using namespace proximity;
+using arrays::Block, arrays::hand_over, arrays::Matrix, arrays::Numpy, arrays::Vector;
 
 namespace {
-int joints(const nb::object& handed) {
-  const pinocchio::Model& model = bp::extract<const pinocchio::Model&>(handed.ptr());
-  return model.njoints;
+
+template <class T>
+T inside(const nb::handle& object, const char* what) {
+  bp::extract<T> extract(object.ptr());
+  if (!extract.check()) throw nb::type_error(what);
+  return extract();
 }
+
+Vector3 vector_at(const Matrix<double>& values, size_t row) {
+  return Eigen::Map<const Vector3>(values.data() + 3 * row);
+}
+
+Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset,
+               const nb::list& geometries, const Vector<std::int64_t>& joint, const Block<double>& rotation,
+               const Matrix<double>& translation, const Matrix<double>& centre, const Matrix<double>& half,
+               const Vector<std::int64_t>& first, const Vector<std::int64_t>& second,
+               const std::tuple<double, double, double>& accuracy) {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Robot robot(inside<const pinocchio::Model&>(model, "not a pinocchio model"),
+              Eigen::Map<const RowMajor>(expand.data(), expand.shape(0), expand.shape(1)),
+              Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.shape(0)));
+  std::vector<Body> bodies;
+  for (size_t i = 0; i < nb::len(geometries); ++i) {
+    const Vector3 box = vector_at(half, i);
+    bodies.push_back({static_cast<int>(joint(i)), Eigen::Map<const Rotation>(rotation.data() + 9 * i),
+                      vector_at(translation, i), vector_at(centre, i), box, box.norm(),
+                      inside<std::shared_ptr<coal::CollisionGeometry>>(geometries[i], "not a Coal geometry")});
+  }
+  std::vector<Pair> pairs;
+  for (size_t i = 0; i < first.shape(0); ++i) {
+    pairs.push_back({static_cast<int>(first(i)), static_cast<int>(second(i))});
+  }
+  const auto [gjk, epa, epa_again] = accuracy;
+  return new Cell(std::move(robot), std::move(bodies), std::move(pairs), {gjk, epa, epa_again});
+}
+
+// What one thread asks a cell with.
+struct Query {
+  explicit Query(const Cell& asked) : cell(asked), kinematics(asked.robot), tracker(asked) {}
+
+  const Cell& cell;
+  Kinematics kinematics;
+  Tracker tracker;
+};
+
+// Rows of near pairs: sample, pair, distance, normal, point on the first body, on the second, Jacobian row.
+auto near(Query& query, const Matrix<double>& positions, const Vector<double>& reach) {
+  NearPairs found;
+  {
+    nb::gil_scoped_release release;
+    found = query.tracker.near(positions.data(), static_cast<int>(positions.shape(0)),
+                         {reach.data(), reach.data() + reach.shape(0)});
+  }
+  const size_t count = found.pair.size();
+  const size_t dofs = query.cell.robot.dofs();
+  return std::make_tuple(hand_over(std::move(found.sample), {count}), hand_over(std::move(found.pair), {count}),
+                         hand_over(std::move(found.distance), {count}), hand_over(std::move(found.normal), {count, 3}),
+                         hand_over(std::move(found.first), {count, 3}), hand_over(std::move(found.second), {count, 3}),
+                         hand_over(std::move(found.jacobian), {count, dofs}));
+}
+
+// Rotations and translations of all joints, and the velocity of each at the world's origin at unit speed.
+auto placements(Query& query, const Matrix<double>& positions) {
+  const Robot& robot = query.cell.robot;
+  const size_t samples = positions.shape(0), joints = robot.joints(), columns = robot.model->nv;
+  std::vector<double> rotation(samples * joints * 9), translation(samples * joints * 3);
+  std::vector<double> jacobian(samples * 6 * columns);
+  {
+    nb::gil_scoped_release release;
+    for (size_t sample = 0; sample < samples; ++sample) {
+      const auto& placed = query.kinematics(positions.data() + sample * positions.shape(1));
+      double* columns_here = jacobian.data() + sample * 6 * columns;
+      for (size_t joint = 0; joint < joints; ++joint) {
+        const auto& frame = placed[joint];
+        const size_t row = sample * joints + joint;
+        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.data() + 9 * row) = frame.rotation();
+        Eigen::Map<Vector3>(translation.data() + 3 * row) = frame.translation();
+        if (joint == 0) continue;
+        const auto velocity = frame.act(robot.axis[joint]).toVector();
+        const int column = robot.model->joints[joint].idx_v();
+        for (int part = 0; part < 6; ++part) columns_here[part * columns + column] = velocity[part];
+      }
+    }
+  }
+  return std::make_tuple(hand_over(std::move(rotation), {samples, joints, 3, 3}),
+                         hand_over(std::move(translation), {samples, joints, 3}),
+                         hand_over(std::move(jacobian), {samples, 6, columns}));
+}
+
+// The largest motion bound of any moving body between two configurations, for each two of many.
+Numpy<double> displacement(Query& query, const Matrix<double>& from, const Matrix<double>& to) {
+  const Cell& cell = query.cell;
+  const size_t samples = from.shape(0), dofs = from.shape(1);
+  std::vector<double> largest(samples, 0.0);
+  {
+    nb::gil_scoped_release release;
+    std::vector<Place> before(cell.bodies.size());
+    const auto carried = [&](auto&& act) {
+      for (size_t body = 0; body < cell.bodies.size(); ++body) {
+        if (cell.bodies[body].joint > 0 && cell.bodies[body].radius < Obstacles::kUnbounded) act(body);
+      }
+    };
+    for (size_t sample = 0; sample < samples; ++sample) {
+      const auto& first = query.kinematics(from.data() + sample * dofs);
+      carried([&](size_t body) { before[body] = place(cell.bodies[body], first[cell.bodies[body].joint]); });
+      const auto& second = query.kinematics(to.data() + sample * dofs);
+      carried([&](size_t body) {
+        const Place now = place(cell.bodies[body], second[cell.bodies[body].joint]);
+        largest[sample] = std::max(largest[sample], motion(cell.bodies[body], before[body], now));
+      });
+    }
+  }
+  return hand_over(std::move(largest), {samples});
+}
+
 }  // namespace
 
-NB_MODULE(proximity, m) { m.def("joints", &joints); }
+NB_MODULE(proximity, m) {
+  nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "joint"_a,
+                                  "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
+                                  "accuracy"_a, nb::keep_alive<1, 2>());
+  nb::class_<Query>(m, "Query")
+      .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
+      .def("near", &near, "positions"_a, "reach"_a)
+      .def("placements", &placements, "positions"_a)
+      .def("displacement", &displacement, "start"_a, "end"_a)
+      .def_prop_ro("bounds", [](const Query& query) { return query.tracker.work.bounds; })
+      .def_prop_ro("distances", [](const Query& query) { return query.tracker.work.distances; });
+}

@@ -1,0 +1,39 @@
+"""Kinematics of all samples and rows of near pairs; see `trajopt.query.compiled`."""
+
+import coal
+import pinocchio as pin
+
+from trajopt.arrays import Floats, Ints
+
+class Cell:
+    """A robot among its obstacles; never changed, shared by threads."""
+
+    def __init__(
+        self,
+        model: pin.Model,
+        expand: Floats,
+        offset: Floats,
+        geometries: list[coal.CollisionGeometry],
+        joint: Ints,
+        rotation: Floats,
+        translation: Floats,
+        centre: Floats,
+        half: Floats,
+        first: Ints,
+        second: Ints,
+        accuracy: tuple[float, float, float],
+    ) -> None: ...
+
+class Query:
+    """What one thread asks a cell with."""
+
+    def __init__(self, cell: Cell) -> None: ...
+    def near(
+        self, positions: Floats, reach: Floats
+    ) -> tuple[Ints, Ints, Floats, Floats, Floats, Floats, Floats]: ...
+    def placements(self, positions: Floats) -> tuple[Floats, Floats, Floats]: ...
+    def displacement(self, start: Floats, end: Floats) -> Floats: ...
+    @property
+    def bounds(self) -> int: ...
+    @property
+    def distances(self) -> int: ...

@@ -1,0 +1,66 @@
+// Collision bodies: where they are at a configuration, and bounds of distance and of motion.
+//
+// A body is bounded by the box of its shape and by the sphere around that box. The motion of a body between two
+// places is bounded by |dc| + |dR|_F / sqrt(2) r, with c the sphere's centre and r its radius: the chord of a
+// rotation by angle a is 2 sin(a / 2) r, and |dR|_F = 2 sqrt(2) sin(a / 2).
+#pragma once
+
+#include <coal/collision_object.h>
+#include <pinocchio/spatial/se3.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace proximity {
+
+using Vector3 = Eigen::Vector3d;
+using Matrix3 = Eigen::Matrix3d;
+
+struct Body {
+  int joint;              // 0: the world
+  Matrix3 rotation;       // of the shape in the joint's frame
+  Vector3 translation;
+  Vector3 centre;         // of its bounding box, in the joint's frame
+  Vector3 half;           // of the box's edges
+  double radius;          // of the sphere around it
+  std::shared_ptr<const coal::CollisionGeometry> geometry;
+
+  bool is_mesh() const { return geometry->getObjectType() == coal::OT_BVH; }
+};
+
+// Where a body is in the world.
+struct Place {
+  Matrix3 rotation;
+  Vector3 centre;
+};
+
+inline Place place(const Body& body, const pinocchio::SE3& joint) {
+  return {joint.rotation() * body.rotation, joint.rotation() * body.centre + joint.translation()};
+}
+
+inline coal::Transform3s transform(const Body& body, const pinocchio::SE3& joint) {
+  return {joint.rotation() * body.rotation, joint.rotation() * body.translation + joint.translation()};
+}
+
+// How far any point of the body is between two places, at most.
+inline double motion(const Body& body, const Place& from, const Place& to) {
+  const double turn = (to.rotation - from.rotation).norm() * M_SQRT1_2;
+  return (to.centre - from.centre).norm() + turn * body.radius;
+}
+
+// Distance from a sphere to a box, squared and without the sphere's radius.
+inline double outside_squared(const Body& box, const Place& at, const Vector3& centre) {
+  const Vector3 local = at.rotation.transpose() * (centre - at.centre);
+  return (local.cwiseAbs() - box.half).cwiseMax(0.0).squaredNorm();
+}
+
+// Distance of two bodies, at least: each one's sphere against the other's box. Squares are compared first, for
+// far bodies need no more than to be known as far.
+inline double lower_bound(const Body& a, const Place& at_a, const Body& b, const Place& at_b) {
+  const double first = std::sqrt(outside_squared(a, at_a, at_b.centre)) - b.radius;
+  const double second = std::sqrt(outside_squared(b, at_b, at_a.centre)) - a.radius;
+  return std::max(first, second);
+}
+
+}  // namespace proximity

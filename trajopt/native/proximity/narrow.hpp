@@ -1,0 +1,87 @@
+// Coal's signed distance of one pair, given up early beyond a reach.
+#pragma once
+
+#include <coal/collision.h>
+#include <coal/distance.h>
+#include <coal/distance_func_matrix.h>
+
+#include <cmath>
+#include <limits>
+
+#include "cell.hpp"
+
+namespace proximity {
+
+struct Nearest {
+  double distance;  // signed; beyond the reach only a lower bound, and without points; NaN where Coal has no answer
+  Vector3 normal;   // from the first body to the second
+  Vector3 first, second;
+};
+
+class NarrowPhase {
+ public:
+  explicit NarrowPhase(const Accuracy& accuracy) : accuracy_(accuracy) {
+    request_.enable_signed_distance = true;
+    request_.gjk_tolerance = accuracy.gjk;
+    contacts_.num_max_contacts = 64;
+    contacts_.enable_contact = true;
+  }
+
+  Nearest operator()(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b,
+                     double reach) {
+    const bool mesh = a.is_mesh() || b.is_mesh();
+    Nearest found = measure(a, at_a, b, at_b, reach, accuracy_.epa, mesh);
+    if (!(std::abs(found.distance) < kImpossible)) {
+      found = measure(a, at_a, b, at_b, reach, accuracy_.epa_again, mesh);
+    }
+    if (mesh && found.distance <= 0.0) return deepest(a, at_a, b, at_b);
+    return found;
+  }
+
+ private:
+  static constexpr double kMeshBeyond = 0.05;
+  // Coal's expanding polytope reports the largest float as depth where it fails.
+  static constexpr double kImpossible = 1e3;
+
+  Nearest measure(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b,
+                  double reach, double epa_tolerance, bool mesh) {
+    request_.epa_tolerance = epa_tolerance;
+    result_.clear();
+    double distance = 0.0;
+    if (mesh) {
+      // A tree of triangles is cut where it cannot come nearer than what was found already. Somewhat beyond the
+      // reach, so that the answer bounds the distance for more than this once.
+      result_.min_distance = reach + kMeshBeyond;
+      distance = coal::distance(a.geometry.get(), at_a, b.geometry.get(), at_b, request_, result_);
+    } else {
+      solver_.set(request_);
+      solver_.distance_upper_bound = reach > 0.0 ? reach : 0.0;
+      const auto measure = table_.distance_matrix[a.geometry->getNodeType()][b.geometry->getNodeType()];
+      distance = measure(a.geometry.get(), at_a, b.geometry.get(), at_b, &solver_, request_, result_);
+    }
+    return {distance, result_.normal, result_.nearest_points[0], result_.nearest_points[1]};
+  }
+
+  // A penetrating mesh: Coal's distance says only that it touches.
+  Nearest deepest(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b) {
+    coal::CollisionResult result;
+    coal::collide(a.geometry.get(), at_a, b.geometry.get(), at_b, contacts_, result);
+    Nearest found{std::nan(""), Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
+    for (size_t i = 0; i < result.numContacts(); ++i) {
+      const coal::Contact& contact = result.getContact(i);
+      if (!(contact.penetration_depth >= found.distance)) {
+        found = {contact.penetration_depth, contact.normal, contact.nearest_points[0], contact.nearest_points[1]};
+      }
+    }
+    return found;
+  }
+
+  Accuracy accuracy_;
+  coal::DistanceFunctionMatrix table_;
+  coal::GJKSolver solver_;
+  coal::DistanceRequest request_;
+  coal::DistanceResult result_;
+  coal::CollisionRequest contacts_;
+};
+
+}  // namespace proximity
