@@ -29,8 +29,9 @@ class Iteration:
         penalty: Penalty weight.
         radius: Trust region radius, in units of the program's scale.
         accepted: Whether the step was taken.
-        rows: Constraint rows of the QP.
-        qp_iterations: Iterations of its backend.
+        rows: Penalised rows of the QP.
+        backend: Name of the QP backend.
+        qp_iterations: Iterations that it used.
     """
 
     cost: float
@@ -40,6 +41,7 @@ class Iteration:
     radius: float
     accepted: bool
     rows: int
+    backend: str
     qp_iterations: int
 
 

@@ -6,15 +6,15 @@ motion planning Schulman et al., IJRR 2014, algorithm 1. Costs are Gauss-Newton.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.errors import BackendFailed
+from trajopt.arrays import Bools, Floats
 from trajopt.nlp import Linearisation, Nlp
-from trajopt.solvers.qp import Qp, QpBackend, QpStatus, qp_backend
+from trajopt.solvers.choice import AUTO, step_solver
 from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
-from trajopt.solvers.subproblem import Subproblem, subproblem
+from trajopt.solvers.step import Step, StepProgram, StepSolver
 from trajopt.solvers.trust_region import TrustRegion
 
 WIDENED = 0.1
@@ -36,7 +36,7 @@ class Sqp:
     """The solver; its fields are its options.
 
     Attributes:
-        qp: Name of the QP backend.
+        qp: Name of the QP backend; "auto" chooses by the structure of the program.
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
         penalty_rounds: Rounds of growth at most.
@@ -46,7 +46,7 @@ class Sqp:
         trust_region: First trust region, and its rule.
     """
 
-    qp: str = "piqp"
+    qp: str = AUTO
     penalty: float = 5.0
     penalty_growth: float = 10.0
     penalty_rounds: int = 4
@@ -71,7 +71,7 @@ class Sqp:
         Raises:
             SolverNotFound: If the QP backend is unknown.
         """
-        run = _Run(self, nlp, qp_backend(self.qp), progress)
+        run = _Run(self, nlp, step_solver(self.qp), progress)
         return run.solve(np.clip(x0, nlp.lower, nlp.upper))
 
 
@@ -81,11 +81,15 @@ class _Run:
 
     options: Sqp
     nlp: Nlp
-    backend: QpBackend
+    steps: StepSolver
     progress: Progress | None
     log: list[Iteration] = field(default_factory=list[Iteration])
     failures: int = 0
-    taken: Qp | None = None
+
+    @cached_property
+    def moves(self) -> Bools:
+        """Which variables may change."""
+        return self.nlp.lower < self.nlp.upper
 
     def solve(self, x: Floats) -> SolveResult:
         region, penalty, rounds, fine = self.options.trust_region, self.options.penalty, 0, False
@@ -115,12 +119,12 @@ class _Run:
         self, at: Linearisation, region: TrustRegion, penalty: float, fine: bool
     ) -> tuple[SolverStatus, Linearisation, TrustRegion]:
         """Reduce the merit with one penalty weight until no step promises enough."""
-        model = subproblem(self.nlp, at, penalty)
+        program = self.steps.program(self.moves, at, penalty)
         while len(self.log) < self.options.max_iterations:
             now = merit(at, penalty)
             if not np.isfinite(now):
                 return SolverStatus.NON_FINITE, at, region
-            step, promise, iterations = self._step(model, at, region)
+            step = self._step(program, at, region)
             if step is None:
                 self.failures += 1
                 if self.failures > QP_FAILURES:
@@ -128,50 +132,28 @@ class _Run:
                 region = replace(region, radius=region.radius * region.shrink)
                 continue
             enough = max(self.options.relative_gain * now, self.options.absolute_gain)
-            if promise < enough:
+            if step.promise < enough:
                 return SolverStatus.CONVERGED, at, region
-            trial = self.nlp.linearise(at.x + step, at.sampling)
-            ratio = (now - merit(trial, penalty)) / promise
+            trial = self.nlp.linearise(at.x + step.dx, at.sampling)
+            ratio = (now - merit(trial, penalty)) / step.promise
             accepted = region.accepts(ratio)
             region = region.after(ratio)
             if accepted:
                 at = self._resampled(trial, fine)
-                model = subproblem(self.nlp, at, penalty)
-            self._note(at, penalty, region, accepted, len(model.bound), iterations)
+                program = self.steps.program(self.moves, at, penalty)
+            self._note(at, penalty, region, accepted, program, step)
             if accepted and at.feasible and not fine:
                 return SolverStatus.CONVERGED, at, region
             if region.collapsed:
                 return SolverStatus.TRUST_REGION_COLLAPSED, at, region
         return SolverStatus.MAX_ITERATIONS, at, region
 
-    def _step(
-        self, model: Subproblem, at: Linearisation, region: TrustRegion
-    ) -> tuple[Floats | None, float, int]:
-        """Solve the QP; return the step, the improvement it promises, and iterations used."""
-        box = (region.radius * np.broadcast_to(self.nlp.scale, at.x.shape)).ravel()[model.free]
-        x = at.x.ravel()[model.free]
-        lower = np.maximum(-box, self.nlp.lower.ravel()[model.free] - x)
-        upper = np.minimum(box, self.nlp.upper.ravel()[model.free] - x)
-        try:
-            self._hand_over(model.qp(lower, upper))
-            solution = self.backend.solve()
-        except BackendFailed:
-            return None, 0.0, 0
-        if solution.status is QpStatus.FAILED or not np.isfinite(solution.x).all():
-            return None, 0.0, solution.iterations
-        reduced = np.clip(solution.x[: len(model.free)], lower, upper)
-        promise = model.model(np.zeros_like(reduced)) - model.model(reduced)
-        step = np.zeros(at.x.size)
-        step[model.free] = reduced
-        return step.reshape(at.x.shape), promise, solution.iterations
-
-    def _hand_over(self, qp: Qp) -> None:
-        """Give the backend a program; after a rejected step only its bounds are new."""
-        if self.taken is not None and qp.same_pattern(self.taken):
-            self.backend.update(qp)
-        else:
-            self.backend.setup(qp)
-        self.taken = qp
+    def _step(self, program: StepProgram, at: Linearisation, region: TrustRegion) -> Step | None:
+        """Return the best step within the trust region and the bounds."""
+        box = region.radius * self.nlp.scale
+        return program.solve(
+            np.maximum(-box, self.nlp.lower - at.x), np.minimum(box, self.nlp.upper - at.x)
+        )
 
     def _resampled(self, at: Linearisation, fine: bool) -> Linearisation:
         """Sample anew where the motion now needs more samples than it was compared on."""
@@ -186,12 +168,20 @@ class _Run:
         penalty: float,
         region: TrustRegion,
         accepted: bool,
-        rows: int,
-        iterations: int,
+        program: StepProgram,
+        step: Step,
     ) -> None:
-        step = Iteration(
-            at.cost, at.violation, merit(at, penalty), penalty, region.radius, accepted, rows, iterations
+        entry = Iteration(
+            cost=at.cost,
+            violation=at.violation,
+            merit=merit(at, penalty),
+            penalty=penalty,
+            radius=region.radius,
+            accepted=accepted,
+            rows=program.rows,
+            backend=program.backend,
+            qp_iterations=step.iterations,
         )
-        self.log.append(step)
+        self.log.append(entry)
         if self.progress is not None:
-            self.progress(step)
+            self.progress(entry)

@@ -1,16 +1,16 @@
-"""From a linearisation to the QP of one step: costs squared, violations in L1 slacks."""
+"""The QP of a step for any general backend: one sparse matrix, a slack for every bound."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 
-from trajopt.arrays import Floats, Ints
-from trajopt.nlp import Linearisation, Loss, Nlp, Rows
-from trajopt.solvers.qp import Qp
-
-REGULARISATION = 1e-9
-"""Added to the Hessian's diagonal, so that directions that no cost touches stay put."""
+from trajopt.arrays import Bools, Floats, Ints
+from trajopt.errors import BackendFailed
+from trajopt.nlp import Linearisation, Loss, Rows
+from trajopt.solvers.qp import Qp, QpBackend, QpStatus, qp_backend
+from trajopt.solvers.softened import REGULARISATION, softened_rows
+from trajopt.solvers.step import Step
 
 
 def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:
@@ -20,37 +20,6 @@ def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:
     index = np.broadcast_to(np.arange(m, dtype=np.int64)[:, None, None], columns.shape)
     keep = (columns >= 0) & (rows.jacobian != 0.0)
     return csc_matrix(coo_matrix((rows.jacobian[keep], (index[keep], columns[keep])), shape=(m, count)))
-
-
-@dataclass(frozen=True, eq=False)
-class Slacked:
-    """Rows that are softened: penalty * max(0, lower - r) and penalty * max(0, r - upper).
-
-    Attributes:
-        rows: The linearised rows.
-        lower: Shape (m,).
-        upper: Shape (m,).
-        penalty: Shape (m,).
-    """
-
-    rows: Rows
-    lower: Floats
-    upper: Floats
-    penalty: Floats
-
-
-def slacked_rows(at: Linearisation, penalty: float) -> list[Slacked]:
-    """List constraints and non-smooth costs as softened rows."""
-    found = [
-        Slacked(block.rows, block.lower, block.upper, np.full(len(block.lower), penalty))
-        for block in at.constraints
-    ]
-    for block in at.costs:
-        if block.loss is not Loss.SQUARED:
-            size = len(block.weight)
-            lower = np.zeros(size) if block.loss is Loss.ABSOLUTE else np.full(size, -np.inf)
-            found.append(Slacked(block.rows, lower, np.zeros(size), block.weight))
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,17 +84,16 @@ def _beside(left: csc_matrix, right: csc_matrix) -> csc_matrix:
     )
 
 
-def subproblem(nlp: Nlp, at: Linearisation, penalty: float) -> Subproblem:
+def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
     """Build the QP of a step around a point.
 
     Args:
-        nlp: The program, for its fixed variables.
+        moves: Which variables may change, shape (N, n).
         at: The point.
         penalty: Weight of constraint violations.
     """
-    is_free = (nlp.lower < nlp.upper).ravel()
-    free = np.flatnonzero(is_free)
-    column = np.full(is_free.size, -1, dtype=np.int64)
+    free = np.flatnonzero(moves)
+    column = np.full(moves.size, -1, dtype=np.int64)
     column[free] = np.arange(len(free))
     hessian = csc_matrix((len(free), len(free)))
     gradient = np.zeros(len(free))
@@ -142,7 +110,7 @@ def subproblem(nlp: Nlp, at: Linearisation, penalty: float) -> Subproblem:
     matrices: list[csc_matrix | csr_matrix] = [csc_matrix((0, len(free)))]
     bounds: list[Floats] = []
     penalties: list[Floats] = []
-    for block in slacked_rows(at, penalty):
+    for block in softened_rows(at, penalty):
         matrix = _matrix(block.rows, column, len(free)).tocsr()
         for sign, side in ((1.0, block.upper), (-1.0, block.lower)):
             used = np.flatnonzero(np.isfinite(side))
@@ -160,3 +128,81 @@ def subproblem(nlp: Nlp, at: Linearisation, penalty: float) -> Subproblem:
         np.concatenate(penalties) if penalties else np.zeros(0),
         free,
     )
+
+
+@dataclass(eq=False)
+class FlatSteps:
+    """Steps by a general backend, named by its user; it may keep what depends on the pattern only.
+
+    Attributes:
+        name: Of the backend.
+
+    Raises:
+        SolverNotFound: If there is no such backend.
+    """
+
+    name: str
+    _backend: QpBackend = field(init=False)
+    _taken: Qp | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        """Look the backend up."""
+        self._backend = qp_backend(self.name)
+
+    def program(self, moves: Bools, at: Linearisation, penalty: float) -> "FlatStep":
+        """Write the QP around a point; see `StepSolver`."""
+        return FlatStep(self, subproblem(moves, at, penalty), at.x.shape)
+
+    def solve(self, qp: Qp) -> tuple[Floats | None, int]:
+        """Return a minimiser, or None where the backend failed, and the iterations it used."""
+        try:
+            # After a rejected step only the bounds are new.
+            if self._taken is not None and qp.same_pattern(self._taken):
+                self._backend.update(qp)
+            else:
+                self._backend.setup(qp)
+            self._taken = qp
+            solution = self._backend.solve()
+        except BackendFailed:
+            return None, 0
+        if solution.status is QpStatus.FAILED or not np.isfinite(solution.x).all():
+            return None, solution.iterations
+        return solution.x, solution.iterations
+
+
+@dataclass(frozen=True, eq=False)
+class FlatStep:
+    """The QP around one point; see `StepProgram`.
+
+    Attributes:
+        solver: Solves it.
+        model: The QP.
+        shape: Of the knots, (N, n).
+    """
+
+    solver: FlatSteps
+    model: Subproblem
+    shape: tuple[int, ...]
+
+    @property
+    def rows(self) -> int:
+        """Penalised rows."""
+        return len(self.model.bound)
+
+    @property
+    def backend(self) -> str:
+        """Name of the backend."""
+        return self.solver.name
+
+    def solve(self, lower: Floats, upper: Floats) -> Step | None:
+        """Return the best step between bounds of shape (N, n); see `StepProgram`."""
+        free = self.model.free
+        low, high = lower.ravel()[free], upper.ravel()[free]
+        x, iterations = self.solver.solve(self.model.qp(low, high))
+        if x is None:
+            return None
+        reduced = np.clip(x[: len(free)], low, high)
+        promise = self.model.model(np.zeros_like(reduced)) - self.model.model(reduced)
+        step = np.zeros(lower.size)
+        step[free] = reduced
+        return Step(step.reshape(self.shape), promise, iterations)

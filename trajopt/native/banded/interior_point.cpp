@@ -1,0 +1,233 @@
+#include "interior_point.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "clones.hpp"
+
+namespace banded {
+
+namespace {
+
+constexpr double kBackOff = 0.995;  // of the longest step that keeps all slacks positive
+
+inline double dot(const double* a, const double* b, int length) {
+  double sum = 0.0;
+  for (int k = 0; k < length; ++k) sum += a[k] * b[k];
+  return sum;
+}
+
+// The longest step in [0, limit] that keeps value + step change positive.
+double room(const std::vector<double>& value, const std::vector<double>& change, double sign, double limit) {
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    const double slope = sign * change[k];
+    if (slope < 0.0 && value[k] + limit * slope < 0.0) limit = -value[k] / slope;
+  }
+  return limit;
+}
+
+// y += sum of factor_i row_i.
+FOR_SEVERAL_PROCESSORS
+void add_rows(const Runs& rows, const double* factor, double* y) {
+  for (int row = 0; row < rows.count(); ++row) {
+    const double* __restrict run = rows.run(row);
+    double* __restrict at = y + rows.first[row];
+    const double scale = factor[row];
+    const int length = rows.length(row);
+    for (int k = 0; k < length; ++k) at[k] += scale * run[k];
+  }
+}
+
+// y_i = row_i x.
+FOR_SEVERAL_PROCESSORS
+void multiply_rows(const Runs& rows, const double* x, double* y) {
+  for (int row = 0; row < rows.count(); ++row) y[row] = dot(rows.run(row), x + rows.first[row], rows.length(row));
+}
+
+}  // namespace
+
+InteriorPoint::InteriorPoint(const Program& program, const double* lower, const double* upper, const Options& options)
+    : program_(program),
+      lower_(lower),
+      upper_(upper),
+      options_(options),
+      size_(program.size()),
+      rows_(program.rows.count()) {
+  for (auto* vector : {&x_, &to_lower_, &to_upper_, &z_lower_, &z_upper_, &stationarity_, &product_, &dx_, &dz_lower_,
+                       &dz_upper_, &targets_.lower, &targets_.upper}) {
+    vector->assign(size_, 0.0);
+  }
+  for (auto* vector : {&excess_, &s_, &t_, &lambda_, &nu_, &weight_, &ds_, &dt_, &dlambda_, &targets_.below,
+                       &targets_.above}) {
+    vector->assign(rows_, 0.0);
+  }
+}
+
+Solution InteriorPoint::solve() {
+  Solution solution;
+  start();
+  residuals();
+  for (; solution.iterations < options_.max_iterations; ++solution.iterations) {
+    if (converged()) {
+      solution.outcome = Outcome::kSolved;
+      break;
+    }
+    if (!factorise()) break;
+    const double now = gap();
+    const int products = 2 * (size_ + rows_);
+    aim(0.0, false);
+    direction();
+    const double predicted = gap_after(longest_step());
+    const double ratio = predicted / now;
+    aim(ratio * ratio * ratio * now / products, true);
+    direction();
+    take(std::min(1.0, kBackOff * longest_step()));
+    residuals();
+    if (!std::isfinite(gap())) break;
+  }
+  if (solution.iterations == options_.max_iterations) solution.outcome = Outcome::kInaccurate;
+  solution.x = x_;
+  solution.multiplier = lambda_;
+  return solution;
+}
+
+// Well inside all bounds; slacks so that both products of a row are equal.
+void InteriorPoint::start() {
+  double sum = 0.0;
+  for (int j = 0; j < size_; ++j) {
+    const double inside = options_.start * (upper_[j] - lower_[j]);
+    x_[j] = std::clamp(0.0, lower_[j] + inside, upper_[j] - inside);
+    to_lower_[j] = x_[j] - lower_[j];
+    to_upper_[j] = upper_[j] - x_[j];
+  }
+  multiply_rows(program_.rows, x_.data(), excess_.data());
+  for (int row = 0; row < rows_; ++row) {
+    const double excess = excess_[row] - program_.bound[row];
+    t_[row] = std::max(excess, 0.0) + options_.start;
+    s_[row] = std::max(-excess, 0.0) + options_.start;
+    const double share = t_[row] / (t_[row] + s_[row]);
+    lambda_[row] = program_.penalty[row] * share;
+    nu_[row] = program_.penalty[row] - lambda_[row];
+    sum += lambda_[row] * s_[row];
+  }
+  const double centre = rows_ > 0 ? sum / rows_ : options_.start;
+  for (int j = 0; j < size_; ++j) {
+    z_lower_[j] = centre / to_lower_[j];
+    z_upper_[j] = centre / to_upper_[j];
+  }
+}
+
+void InteriorPoint::residuals() {
+  program_.hessian.multiply(x_.data(), product_.data());
+  for (int j = 0; j < size_; ++j) {
+    stationarity_[j] = product_[j] + program_.gradient[j] - z_lower_[j] + z_upper_[j];
+  }
+  add_rows(program_.rows, lambda_.data(), stationarity_.data());
+  multiply_rows(program_.rows, x_.data(), excess_.data());
+  for (int row = 0; row < rows_; ++row) excess_[row] -= program_.bound[row];
+}
+
+double InteriorPoint::gap() const {
+  return dot(z_lower_.data(), to_lower_.data(), size_) + dot(z_upper_.data(), to_upper_.data(), size_) +
+         dot(lambda_.data(), s_.data(), rows_) + dot(nu_.data(), t_.data(), rows_);
+}
+
+bool InteriorPoint::converged() const {
+  double objective = 0.0, scale = 1.0, worst = 0.0;
+  for (int j = 0; j < size_; ++j) {
+    objective += (0.5 * product_[j] + program_.gradient[j]) * x_[j];
+    scale = std::max(scale, std::abs(program_.gradient[j]));
+    worst = std::max(worst, std::abs(stationarity_[j]));
+  }
+  for (int row = 0; row < rows_; ++row) objective += program_.penalty[row] * std::max(0.0, excess_[row]);
+  return gap() <= options_.tolerance * (1.0 + std::abs(objective)) && worst <= options_.tolerance * scale;
+}
+
+bool InteriorPoint::factorise() {
+  system_ = program_.hessian;
+  for (int j = 0; j < size_; ++j) {
+    system_.column(j)[0] += z_lower_[j] / to_lower_[j] + z_upper_[j] / to_upper_[j];
+  }
+  for (int row = 0; row < rows_; ++row) weight_[row] = 1.0 / (s_[row] / lambda_[row] + t_[row] / nu_[row]);
+  system_.add_outers(program_.rows, weight_.data());
+  return system_.factorise();
+}
+
+void InteriorPoint::aim(double target, bool corrected) {
+  for (int j = 0; j < size_; ++j) {
+    targets_.lower[j] = target - (corrected ? dz_lower_[j] * dx_[j] : 0.0);
+    targets_.upper[j] = target + (corrected ? dz_upper_[j] * dx_[j] : 0.0);
+  }
+  for (int row = 0; row < rows_; ++row) {
+    targets_.below[row] = target - (corrected ? dlambda_[row] * ds_[row] : 0.0);
+    targets_.above[row] = target + (corrected ? dlambda_[row] * dt_[row] : 0.0);
+  }
+}
+
+void InteriorPoint::direction() {
+  std::vector<double>& scaled = dlambda_;  // w (excess + below / lambda - above / nu), before row dx is known
+  for (int row = 0; row < rows_; ++row) {
+    const double shift = targets_.below[row] / lambda_[row] - targets_.above[row] / nu_[row];
+    scaled[row] = -weight_[row] * (excess_[row] + shift);
+  }
+  for (int j = 0; j < size_; ++j) {
+    dx_[j] = -stationarity_[j] + targets_.lower[j] / to_lower_[j] - z_lower_[j] - targets_.upper[j] / to_upper_[j] +
+             z_upper_[j];
+  }
+  add_rows(program_.rows, scaled.data(), dx_.data());
+  system_.solve(dx_.data());
+  multiply_rows(program_.rows, dx_.data(), ds_.data());
+  for (int row = 0; row < rows_; ++row) {
+    const double change = weight_[row] * ds_[row] - scaled[row];
+    dlambda_[row] = change;
+    ds_[row] = (targets_.below[row] - s_[row] * change) / lambda_[row] - s_[row];
+    dt_[row] = (targets_.above[row] + t_[row] * change) / nu_[row] - t_[row];
+  }
+  for (int j = 0; j < size_; ++j) {
+    dz_lower_[j] = (targets_.lower[j] - z_lower_[j] * dx_[j]) / to_lower_[j] - z_lower_[j];
+    dz_upper_[j] = (targets_.upper[j] + z_upper_[j] * dx_[j]) / to_upper_[j] - z_upper_[j];
+  }
+}
+
+double InteriorPoint::longest_step() const {
+  double limit = 1.0 / kBackOff;
+  limit = room(to_lower_, dx_, 1.0, limit);
+  limit = room(to_upper_, dx_, -1.0, limit);
+  limit = room(z_lower_, dz_lower_, 1.0, limit);
+  limit = room(z_upper_, dz_upper_, 1.0, limit);
+  limit = room(s_, ds_, 1.0, limit);
+  limit = room(t_, dt_, 1.0, limit);
+  limit = room(lambda_, dlambda_, 1.0, limit);
+  return room(nu_, dlambda_, -1.0, limit);
+}
+
+double InteriorPoint::gap_after(double step) const {
+  double sum = 0.0;
+  for (int j = 0; j < size_; ++j) {
+    sum += (z_lower_[j] + step * dz_lower_[j]) * (to_lower_[j] + step * dx_[j]);
+    sum += (z_upper_[j] + step * dz_upper_[j]) * (to_upper_[j] - step * dx_[j]);
+  }
+  for (int row = 0; row < rows_; ++row) {
+    sum += (lambda_[row] + step * dlambda_[row]) * (s_[row] + step * ds_[row]);
+    sum += (nu_[row] - step * dlambda_[row]) * (t_[row] + step * dt_[row]);
+  }
+  return sum;
+}
+
+void InteriorPoint::take(double step) {
+  for (int j = 0; j < size_; ++j) {
+    x_[j] += step * dx_[j];
+    to_lower_[j] += step * dx_[j];
+    to_upper_[j] -= step * dx_[j];
+    z_lower_[j] += step * dz_lower_[j];
+    z_upper_[j] += step * dz_upper_[j];
+  }
+  for (int row = 0; row < rows_; ++row) {
+    s_[row] += step * ds_[row];
+    t_[row] += step * dt_[row];
+    lambda_[row] += step * dlambda_[row];
+    nu_[row] -= step * dlambda_[row];
+  }
+}
+
+}  // namespace banded

@@ -1,0 +1,74 @@
+// Binding of the structured quadratic program.
+#include <cmath>
+
+#include "../arrays.hpp"
+#include "interior_point.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace banded;
+using arrays::Block, arrays::hand_over, arrays::Matrix, arrays::Vector;
+
+namespace {
+
+Stencils stencils(const Vector<double>& value, const Block<double>& jacobian, const Matrix<std::int64_t>& knots) {
+  return {static_cast<int>(jacobian.shape(0)), static_cast<int>(jacobian.shape(1)),
+          static_cast<int>(jacobian.shape(2)), value.data(), jacobian.data(), knots.data()};
+}
+
+Program* make_program(int joints, const Vector<bool>& moves) {
+  return new Program(joints, {moves.data(), moves.data() + moves.shape(0)});
+}
+
+// Step, promised improvement, outcome, iterations, multipliers of the rows.
+auto solve(Program& program, const Vector<double>& lower, const Vector<double>& upper, double regularisation,
+           double tolerance, int max_iterations) {
+  const auto& columns = program.columns();
+  std::vector<double> low(program.size()), high(program.size()), step(columns.size(), 0.0);
+  for (std::size_t variable = 0; variable < columns.size(); ++variable) {
+    if (columns[variable] < 0) continue;
+    low[columns[variable]] = lower(variable);
+    high[columns[variable]] = upper(variable);
+  }
+  Solution solution;
+  double promise = 0.0;
+  {
+    nb::gil_scoped_release release;
+    program.assemble(regularisation);
+    Options options;
+    options.tolerance = tolerance;
+    options.max_iterations = max_iterations;
+    solution = InteriorPoint(program, low.data(), high.data(), options).solve();
+    const std::vector<double> still(program.size(), 0.0);
+    promise = program.objective(still.data()) - program.objective(solution.x.data());
+    for (std::size_t variable = 0; variable < columns.size(); ++variable) {
+      if (columns[variable] >= 0) step[variable] = solution.x[columns[variable]];
+    }
+  }
+  const std::size_t variables = step.size(), rows = solution.multiplier.size();
+  return nb::make_tuple(hand_over(std::move(step), {variables}), promise, static_cast<int>(solution.outcome),
+                        solution.iterations, hand_over(std::move(solution.multiplier), {rows}));
+}
+
+}  // namespace
+
+NB_MODULE(banded, m) {
+  nb::class_<Program>(m, "Program")
+      .def(nb::new_(&make_program), "joints"_a, "moves"_a)
+      .def("add_squared",
+           [](Program& program, const Vector<double>& value, const Block<double>& jacobian,
+              const Matrix<std::int64_t>& knots, const Vector<double>& weight) {
+             program.add_squared(stencils(value, jacobian, knots), weight.data());
+           },
+           "value"_a, "jacobian"_a, "knots"_a, "weight"_a)
+      .def("add_excess",
+           [](Program& program, const Vector<double>& value, const Block<double>& jacobian,
+              const Matrix<std::int64_t>& knots, const Vector<double>& lower, const Vector<double>& upper,
+              const Vector<double>& penalty) {
+             program.add_excess(stencils(value, jacobian, knots), lower.data(), upper.data(), penalty.data());
+           },
+           "value"_a, "jacobian"_a, "knots"_a, "lower"_a, "upper"_a, "penalty"_a)
+      .def("solve", &solve, "lower"_a, "upper"_a, "regularisation"_a, "tolerance"_a, "max_iterations"_a)
+      .def_prop_ro("bandwidth", &Program::bandwidth)
+      .def_prop_ro("rows", [](const Program& program) { return program.rows.count(); });
+}
