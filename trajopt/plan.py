@@ -5,22 +5,24 @@ have typed.
 """
 
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import cycle, islice
 
 import numpy as np
 
+from trajopt import reasons
 from trajopt.arrays import Floats
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
 from trajopt.query.dynamics import DynamicsQuery
 from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
-from trajopt.seeds import goal_candidates, straight_line
+from trajopt.seeds import bumps, goal_candidates, straight_line
 from trajopt.solvers import Iteration, SolveResult, Sqp
-from trajopt.terms import Clearance, constrain
+from trajopt.terms import constrain
 from trajopt.terms.along import judged
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
@@ -31,7 +33,9 @@ from trajopt.verify import Certificate, Examination, Judge, Moment
 PATH_TOLERANCES = (5e-3, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
 GOALS_TRIED = 3
-"""Goal configurations that are planned to, nearest first, before giving up."""
+"""Goal configurations that are planned to, nearest first."""
+ATTEMPTS = 16
+"""First guesses that are tried before giving up."""
 
 Progress = Callable[[str, Iteration | None], None]
 """Called with the stage, and with the solver's step while it works."""
@@ -88,28 +92,48 @@ class _Planning:
             goals, refusal = self._goals()
         if refusal is not None:
             return refusal
-        last: Result | None = None
-        for goal in goals[:GOALS_TRIED]:
-            last = self._to(goal)
-            if last.status is Status.SOLVED:
-                break
-        assert last is not None
-        return last
+        return self._attempt(goals[:GOALS_TRIED])
 
-    def _to(self, goal: Floats) -> Result:
-        """Plan to one goal configuration."""
-        problem = self.problem
+    def _attempt(self, goals: Sequence[Floats]) -> Result:
+        """Plan from one first guess after the other; the result that came nearest if none succeeds."""
+        best: Result | None = None
+        for nlp, seed in islice(self._seeds(goals), ATTEMPTS):
+            result = self._from(nlp, seed)
+            if best is None or _rank(result) < _rank(best):
+                best = result
+            if best.status is Status.SOLVED:
+                break
+        assert best is not None
+        return best
+
+    def _seeds(self, goals: Sequence[Floats]) -> Iterator[tuple[KnotsNlp, Floats]]:
+        """Yield first guesses: the straight line to every goal, then bent ones in turn."""
+        bent: list[tuple[KnotsNlp, Iterator[Floats]]] = []
+        for goal in goals:
+            with self._stage("optimise"):
+                line = straight_line(self.problem.reduced.start_positions, goal, self.problem.knots)
+                nlp = transcribe(self.problem, line)
+                bent.append((nlp, bumps(line, nlp.scale, self.rng)))
+            yield nlp, line
+        for nlp, guesses in cycle(bent):
+            yield nlp, next(guesses)
+
+    def _from(self, nlp: KnotsNlp, seed: Floats) -> Result:
+        """Optimise from a first guess; time and judge what comes out."""
+        problem, before = self.problem, replace(nlp.counts)
         with self._stage("optimise"):
-            seed = straight_line(problem.reduced.start_positions, goal, problem.knots)
-            nlp = transcribe(problem, seed)
             solved = self.solver.solve(nlp, seed, progress=self._step)
             path = nlp.decode(solved.x)
         self._count(
-            distance_calls=nlp.counts.distances,
-            forward_kinematics=nlp.counts.forward_kinematics,
+            attempts=1,
+            distance_calls=nlp.counts.distances - before.distances,
+            bounds=nlp.counts.bounds - before.bounds,
+            forward_kinematics=nlp.counts.forward_kinematics - before.forward_kinematics,
             qp_solves=solved.qp_solves,
             qp_iterations=solved.qp_iterations,
         )
+        if not solved.feasible:
+            return self._result(Status.STUCK, reasons.stuck(problem, solved), path=path, solve=solved)
         result: Result | None = None
         for tolerance in PATH_TOLERANCES:
             with self._stage("retime"):
@@ -118,12 +142,13 @@ class _Planning:
                 return self._result(Status.NO_TIMING, timed.reason, path=path, solve=solved)
             with self._stage("verify"):
                 certificate = self._verify(timed)
-            status, message = _outcome(problem, solved, certificate)
+            status = Status.SOLVED if certificate.verified else Status.NOT_VERIFIED
+            message = reasons.not_verified(certificate)
             result = self._result(
                 status, message, path=path, solve=solved, timed=timed, certificate=certificate
             )
-            if status is not Status.NOT_VERIFIED:
-                return result
+            if certificate.verified:
+                break
         assert result is not None
         return result
 
@@ -198,17 +223,9 @@ class _Planning:
 
     def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:
         if seen.out_of_limits:
-            beyond = (
-                f"{item.joint} at {item.position:.4f} is outside [{item.lower:.4f}, {item.upper:.4f}]"
-                for item in seen.out_of_limits
-            )
-            return self._result(limits, "; ".join(beyond))
+            return self._result(limits, reasons.out_of_limits(seen))
         if seen.collisions:
-            inside = (
-                f"{item.first} is {max(-item.distance, 0.0) * 1000:.1f} mm inside {item.second}"
-                for item in seen.collisions[:3]
-            )
-            return self._result(collision, "; ".join(inside))
+            return self._result(collision, reasons.collisions(seen))
         return None
 
     def _broken(self, positions: Floats) -> str:
@@ -261,22 +278,7 @@ class _Planning:
         self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
 
 
-def _outcome(problem: Problem, solved: SolveResult, certificate: Certificate) -> tuple[Status, str]:
-    """Return how planning ended: the judge decides, the solver says why it got no further."""
-    if certificate.verified:
-        return Status.SOLVED, ""
-    if not solved.feasible:
-        return Status.STUCK, _blocking(problem, solved)
-    return Status.NOT_VERIFIED, "; ".join(f"{c.name}: {c.detail}" for c in certificate.failed)
-
-
-def _blocking(problem: Problem, solved: SolveResult) -> str:
-    """Say which constraint the solver could not satisfy, where, and by how much."""
-    worst = max(solved.at.constraints, key=lambda block: block.worst / block.tolerance)
-    row = int(np.argmax(worst.violation))
-    what = f"{worst.name} by {worst.worst:.3g}"
-    if worst.name == Clearance.name:
-        first, second = problem.reduced.owners(int(worst.rows.component[row]))
-        what = f"clearance of {first} from {second} by {1000 * worst.worst:.1f} mm"
-    where = f"{worst.rows.place[row] / (problem.knots - 1):.0%} of the way"
-    return f"{solved.status.value}; worst is {what} at {where}"
+def _rank(result: Result) -> tuple[bool, float]:
+    """Order results by how near they came: feasible paths first, then by what they violate."""
+    solved = result.solve
+    return result.status is not Status.SOLVED, np.inf if solved is None else solved.at.violation

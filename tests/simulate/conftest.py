@@ -60,7 +60,7 @@ def smooth(reduced: ReducedModel, start: Floats, end: Floats, duration: float) -
 
 def panda() -> Robot:
     """The Panda; skips the test where its files are not installed."""
-    loader = pytest.importorskip("robots.panda", reason="the robots folder is not importable")
+    loader = pytest.importorskip("trajopt_robots.panda")
     try:
         return loader.load()
     except MissingExtra as missing:

@@ -7,9 +7,9 @@ from tests.solvers.analytic import AnalyticNlp
 from trajopt.arrays import Floats
 from trajopt.nlp import Loss
 from trajopt.solvers import SolverStatus, Sqp
-from trajopt.solvers.subproblem import subproblem
+from trajopt.solvers.flat import subproblem
 
-SHARP = Sqp(relative_gain=1e-10, absolute_gain=1e-12, max_iterations=300)
+SHARP = Sqp(max_iterations=100, relative_gain=1e-10, absolute_gain=1e-12, max_iterations=300)
 WIDE = (np.full((1, 2), -10.0), np.full((1, 2), 10.0))
 
 
@@ -97,7 +97,7 @@ def test_the_model_is_the_merit_to_first_order() -> None:
     nlp = program(upper=1.0)
     x = np.array([[1.3, 0.4]])
     at = nlp.linearise(x, np.ones(1, dtype=np.int64))
-    model = subproblem(nlp, at, 7.0)
+    model = subproblem(nlp.lower < nlp.upper, at, 7.0)
     assert model.model(np.zeros(2)) == pytest.approx(7.0 * at.violation)
     step = 1e-6 * np.array([0.3, -0.8])
     moved = nlp.linearise(x + step, at.sampling)
@@ -105,7 +105,7 @@ def test_the_model_is_the_merit_to_first_order() -> None:
     assert model.model(step) - model.model(np.zeros(2)) == pytest.approx(actual, rel=1e-4)
 
 
-@pytest.mark.parametrize("name", ["piqp", "osqp", "proxqp"])
+@pytest.mark.parametrize("name", ["banded", "piqp", "osqp", "proxqp"])
 def test_backends_agree(name: str) -> None:
     result = Sqp(qp=name, relative_gain=1e-6).solve(program(upper=1.0), np.array([[-1.2, 1.0]]))
     assert result.x[0] == pytest.approx([0.7864, 0.6177], abs=5e-3)

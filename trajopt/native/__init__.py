@@ -3,6 +3,7 @@
 | core | room that calls it | what it does |
 |---|---|---|
 | `proximity` | `query` | kinematics of all samples, and the rows of all pairs that come near |
+| `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
 """
 
 from importlib.util import find_spec

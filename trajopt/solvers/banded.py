@@ -30,7 +30,7 @@ class BandedSteps:
         max_iterations: Limit of interior-point iterations.
     """
 
-    tolerance: float = 1e-4
+    tolerance: float = 1e-3
     max_iterations: int = 60
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> "BandedStep":

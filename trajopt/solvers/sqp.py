@@ -40,7 +40,8 @@ class Sqp:
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
         penalty_rounds: Rounds of growth at most.
-        max_iterations: QPs at most.
+        max_iterations: QPs at most; what is not feasible by then rarely will be, and another first
+            guess is the better use of the time.
         relative_gain: Converged when a step promises less than this share of the merit.
         absolute_gain: Or less than this.
         trust_region: First trust region, and its rule.
@@ -50,8 +51,8 @@ class Sqp:
     penalty: float = 5.0
     penalty_growth: float = 10.0
     penalty_rounds: int = 4
-    max_iterations: int = 100
-    relative_gain: float = 2e-3
+    max_iterations: int = 30
+    relative_gain: float = 5e-3
     absolute_gain: float = 1e-5
     trust_region: TrustRegion = field(default_factory=TrustRegion)
 
@@ -151,9 +152,7 @@ class _Run:
     def _step(self, program: StepProgram, at: Linearisation, region: TrustRegion) -> Step | None:
         """Return the best step within the trust region and the bounds."""
         box = region.radius * self.nlp.scale
-        return program.solve(
-            np.maximum(-box, self.nlp.lower - at.x), np.minimum(box, self.nlp.upper - at.x)
-        )
+        return program.solve(np.maximum(-box, self.nlp.lower - at.x), np.minimum(box, self.nlp.upper - at.x))
 
     def _resampled(self, at: Linearisation, fine: bool) -> Linearisation:
         """Sample anew where the motion now needs more samples than it was compared on."""

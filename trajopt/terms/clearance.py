@@ -12,7 +12,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 
-ACTIVATION = 0.04
+ACTIVATION = 0.03
 """Pairs get rows when nearer than their margin and this [m]; 3 to 4 cm is best."""
 
 

@@ -104,4 +104,4 @@ class Motion:
         count, dim = value.shape
         sample = np.repeat(np.arange(count, dtype=np.int64), dim)
         component = np.tile(np.arange(dim, dtype=np.int64), count)
-        return self.rows(sample, value.ravel(), jacobian.reshape(count * dim, -1), component)
+        return self.rows(sample, value.ravel(), jacobian.reshape(count * dim, jacobian.shape[-1]), component)

@@ -19,7 +19,7 @@ from trajopt.transcription.margins import tapered_margins
 
 SWEEP = 0.02
 """No body moves farther than this between two samples, in the end [m]."""
-COARSE_SAMPLES = 4
+COARSE_SAMPLES = 3
 """Samples per segment while the motion is not free yet."""
 MOST_SAMPLES = 40
 """Samples per segment at most."""

@@ -8,18 +8,16 @@
 #include <cstddef>
 #include <vector>
 
+#include "lanes.hpp"
+
 namespace banded {
 
-// Rows that are zero but for a run of entries each.
+// Rows that are zero but for a run of entries each, every run followed by zeros.
 struct Runs {
-  std::vector<int> first, start;  // column of the first entry, and where the entries begin in `values`
+  std::vector<int> first, start, length;  // column of the first entry, where the entries begin, how many
   std::vector<double> values;
 
   int count() const { return static_cast<int>(first.size()); }
-  int length(int row) const {
-    const int end = row + 1 < count() ? start[row + 1] : static_cast<int>(values.size());
-    return end - start[row];
-  }
   const double* run(int row) const { return values.data() + start[row]; }
 };
 
@@ -27,12 +25,16 @@ class Band {
  public:
   Band() = default;
   Band(int size, int bandwidth)
-      : size_(size), width_(bandwidth + 1), values_(static_cast<std::size_t>(size + bandwidth) * width_, 0.0) {}
+      : size_(size),
+        width_(bandwidth + 1),
+        stride_(padded(width_) + kLanes),
+        values_(static_cast<std::size_t>(size + width_ + 1) * stride_) {}
 
   int size() const { return size_; }
-  int width() const { return width_; }
-  double* column(int j) { return values_.data() + static_cast<std::size_t>(j) * width_; }
-  const double* column(int j) const { return values_.data() + static_cast<std::size_t>(j) * width_; }
+  double* column(int j) { return values_.data() + static_cast<std::size_t>(j) * stride_; }
+  const double* column(int j) const { return values_.data() + static_cast<std::size_t>(j) * stride_; }
+  // Numbers that vectors of this matrix must have room for.
+  int room() const { return size_ + padded(width_) + kLanes; }
 
   // Add the sum of weight_i row_i row_i'.
   void add_outers(const Runs& rows, const double* weight);
@@ -44,7 +46,7 @@ class Band {
   void solve(double* b) const;
 
  private:
-  int size_ = 0, width_ = 1;
+  int size_ = 0, width_ = 1, stride_ = 2 * kLanes;
   std::vector<double> values_;
 };
 

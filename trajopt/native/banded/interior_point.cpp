@@ -3,45 +3,37 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clones.hpp"
-
 namespace banded {
 
 namespace {
 
 constexpr double kBackOff = 0.995;  // of the longest step that keeps all slacks positive
 
-inline double dot(const double* a, const double* b, int length) {
+// Plain sums: vectors of variables or rows have no padding that could be trusted.
+double inner(const std::vector<double>& a, const std::vector<double>& b, int length) {
   double sum = 0.0;
   for (int k = 0; k < length; ++k) sum += a[k] * b[k];
   return sum;
 }
 
-// The longest step in [0, limit] that keeps value + step change positive.
-double room(const std::vector<double>& value, const std::vector<double>& change, double sign, double limit) {
-  for (std::size_t k = 0; k < value.size(); ++k) {
-    const double slope = sign * change[k];
-    if (slope < 0.0 && value[k] + limit * slope < 0.0) limit = -value[k] / slope;
-  }
-  return limit;
+FOR_SEVERAL_PROCESSORS
+double steepest_of(const std::vector<double>& value, const std::vector<double>& change, double sign, int length,
+                   double floor) {
+  return steepest(value.data(), change.data(), sign, length, floor);
 }
 
 // y += sum of factor_i row_i.
 FOR_SEVERAL_PROCESSORS
 void add_rows(const Runs& rows, const double* factor, double* y) {
   for (int row = 0; row < rows.count(); ++row) {
-    const double* __restrict run = rows.run(row);
-    double* __restrict at = y + rows.first[row];
-    const double scale = factor[row];
-    const int length = rows.length(row);
-    for (int k = 0; k < length; ++k) at[k] += scale * run[k];
+    add_scaled(factor[row], rows.run(row), y + rows.first[row], rows.length[row]);
   }
 }
 
 // y_i = row_i x.
 FOR_SEVERAL_PROCESSORS
 void multiply_rows(const Runs& rows, const double* x, double* y) {
-  for (int row = 0; row < rows.count(); ++row) y[row] = dot(rows.run(row), x + rows.first[row], rows.length(row));
+  for (int row = 0; row < rows.count(); ++row) y[row] = dot(rows.run(row), x + rows.first[row], rows.length[row]);
 }
 
 }  // namespace
@@ -55,7 +47,7 @@ InteriorPoint::InteriorPoint(const Program& program, const double* lower, const 
       rows_(program.rows.count()) {
   for (auto* vector : {&x_, &to_lower_, &to_upper_, &z_lower_, &z_upper_, &stationarity_, &product_, &dx_, &dz_lower_,
                        &dz_upper_, &targets_.lower, &targets_.upper}) {
-    vector->assign(size_, 0.0);
+    vector->assign(program.hessian.room(), 0.0);
   }
   for (auto* vector : {&excess_, &s_, &t_, &lambda_, &nu_, &weight_, &ds_, &dt_, &dlambda_, &targets_.below,
                        &targets_.above}) {
@@ -128,8 +120,8 @@ void InteriorPoint::residuals() {
 }
 
 double InteriorPoint::gap() const {
-  return dot(z_lower_.data(), to_lower_.data(), size_) + dot(z_upper_.data(), to_upper_.data(), size_) +
-         dot(lambda_.data(), s_.data(), rows_) + dot(nu_.data(), t_.data(), rows_);
+  return inner(z_lower_, to_lower_, size_) + inner(z_upper_, to_upper_, size_) + inner(lambda_, s_, rows_) +
+         inner(nu_, t_, rows_);
 }
 
 bool InteriorPoint::converged() const {
@@ -190,15 +182,15 @@ void InteriorPoint::direction() {
 }
 
 double InteriorPoint::longest_step() const {
-  double limit = 1.0 / kBackOff;
-  limit = room(to_lower_, dx_, 1.0, limit);
-  limit = room(to_upper_, dx_, -1.0, limit);
-  limit = room(z_lower_, dz_lower_, 1.0, limit);
-  limit = room(z_upper_, dz_upper_, 1.0, limit);
-  limit = room(s_, ds_, 1.0, limit);
-  limit = room(t_, dt_, 1.0, limit);
-  limit = room(lambda_, dlambda_, 1.0, limit);
-  return room(nu_, dlambda_, -1.0, limit);
+  double slope = kBackOff;  // of what vanishes first
+  slope = steepest_of(to_lower_, dx_, 1.0, size_, slope);
+  slope = steepest_of(to_upper_, dx_, -1.0, size_, slope);
+  slope = steepest_of(z_lower_, dz_lower_, 1.0, size_, slope);
+  slope = steepest_of(z_upper_, dz_upper_, 1.0, size_, slope);
+  slope = steepest_of(s_, ds_, 1.0, rows_, slope);
+  slope = steepest_of(t_, dt_, 1.0, rows_, slope);
+  slope = steepest_of(lambda_, dlambda_, 1.0, rows_, slope);
+  return 1.0 / steepest_of(nu_, dlambda_, -1.0, rows_, slope);
 }
 
 double InteriorPoint::gap_after(double step) const {

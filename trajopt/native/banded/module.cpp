@@ -39,7 +39,7 @@ auto solve(Program& program, const Vector<double>& lower, const Vector<double>& 
     options.tolerance = tolerance;
     options.max_iterations = max_iterations;
     solution = InteriorPoint(program, low.data(), high.data(), options).solve();
-    const std::vector<double> still(program.size(), 0.0);
+    const std::vector<double> still(program.hessian.room(), 0.0);
     promise = program.objective(still.data()) - program.objective(solution.x.data());
     for (std::size_t variable = 0; variable < columns.size(); ++variable) {
       if (columns[variable] >= 0) step[variable] = solution.x[columns[variable]];

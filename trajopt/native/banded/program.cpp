@@ -59,8 +59,9 @@ void Program::add_excess(const Stencils& stencils, const double* lower, const do
       rows.first.push_back(entries.empty() ? 0 : entries.front().column);
       rows.start.push_back(static_cast<int>(rows.values.size()));
       const std::size_t begin = rows.values.size();
-      if (entries.empty()) continue;
-      rows.values.resize(begin + entries.back().column - entries.front().column + 1, 0.0);
+      const int span = entries.empty() ? 0 : entries.back().column - entries.front().column + 1;
+      rows.length.push_back(span);
+      rows.values.resize(begin + padded(span) + kLanes, 0.0);
       for (const Entry& entry : entries) {
         rows.values[begin + entry.column - entries.front().column] += sign * entry.value;
       }
@@ -87,15 +88,12 @@ void Program::assemble(double regularisation) {
 }
 
 double Program::objective(const double* x) const {
-  std::vector<double> product(size_);
+  std::vector<double> product(hessian.room());
   hessian.multiply(x, product.data());
   double value = 0.0;
   for (int j = 0; j < size_; ++j) value += (0.5 * product[j] + gradient[j]) * x[j];
   for (int row = 0; row < rows.count(); ++row) {
-    const double* run = rows.run(row);
-    const double* at = x + rows.first[row];
-    double excess = -bound[row];
-    for (int k = 0; k < rows.length(row); ++k) excess += run[k] * at[k];
+    const double excess = dot(rows.run(row), x + rows.first[row], rows.length[row]) - bound[row];
     value += penalty[row] * std::max(0.0, excess);
   }
   return value;

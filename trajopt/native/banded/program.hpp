@@ -37,7 +37,7 @@ class Program {
   int bandwidth() const { return bandwidth_; }
   const std::vector<int>& columns() const { return column_; }
 
-  // 1/2 x'Hx + g'x + the penalised excess.
+  // 1/2 x'Hx + g'x + the penalised excess; x has room for `hessian.room()` numbers.
   double objective(const double* x) const;
 
   Band hessian;

@@ -1,9 +1,0 @@
-// Compile a function for several processors and choose at run time: a wheel must run everywhere, and the wide
-// registers of the last ten years halve the time of loops over bands.
-#pragma once
-
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
-#define FOR_SEVERAL_PROCESSORS __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define FOR_SEVERAL_PROCESSORS
-#endif
