@@ -9,7 +9,7 @@ from trajopt.nlp import Loss
 from trajopt.solvers import SolverStatus, Sqp
 from trajopt.solvers.flat import subproblem
 
-SHARP = Sqp(max_iterations=100, relative_gain=1e-10, absolute_gain=1e-12, max_iterations=300)
+SHARP = Sqp(relative_gain=1e-10, absolute_gain=1e-12, max_iterations=300)
 WIDE = (np.full((1, 2), -10.0), np.full((1, 2), 10.0))
 
 

@@ -25,12 +25,9 @@ class BandedSteps:
     """Steps by the native interior point method.
 
     Attributes:
-        tolerance: Of duality gap and stationarity, relative to the objective and the gradient. A
-            step need not be better: what it promises is checked against what it brings.
         max_iterations: Limit of interior-point iterations.
     """
 
-    tolerance: float = 1e-3
     max_iterations: int = 60
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> "BandedStep":
@@ -71,10 +68,10 @@ class BandedStep:
         """Name of the backend."""
         return NAME
 
-    def solve(self, lower: Floats, upper: Floats) -> Step | None:
+    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
         """Return the best step between bounds of shape (N, n); see `StepProgram`."""
         dx, promise, code, iterations, _ = self.core.solve(
-            lower.ravel(), upper.ravel(), REGULARISATION, self.solver.tolerance, self.solver.max_iterations
+            lower.ravel(), upper.ravel(), REGULARISATION, accuracy, self.solver.max_iterations
         )
         return Step(dx.reshape(lower.shape), promise, iterations) if code in SOLVED else None
 

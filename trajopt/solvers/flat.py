@@ -194,7 +194,7 @@ class FlatStep:
         """Name of the backend."""
         return self.solver.name
 
-    def solve(self, lower: Floats, upper: Floats) -> Step | None:
+    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
         """Return the best step between bounds of shape (N, n); see `StepProgram`."""
         free = self.model.free
         low, high = lower.ravel()[free], upper.ravel()[free]

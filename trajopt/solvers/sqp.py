@@ -21,6 +21,8 @@ WIDENED = 0.1
 """After a round, or on finer samples, the trust region is at least this wide."""
 FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_FINITE}
 """After these no other penalty weight is tried."""
+ACCURACY = 0.2
+"""How well a step's QP is solved, as a share of the gain that is worth a step."""
 QP_FAILURES = 3
 """Failures of the QP backend that smaller steps are tried after."""
 Progress = Callable[[Iteration], None]
@@ -125,14 +127,14 @@ class _Run:
             now = merit(at, penalty)
             if not np.isfinite(now):
                 return SolverStatus.NON_FINITE, at, region
-            step = self._step(program, at, region)
+            enough = max(self.options.relative_gain * now, self.options.absolute_gain)
+            step = self._step(program, at, region, ACCURACY * enough)
             if step is None:
                 self.failures += 1
                 if self.failures > QP_FAILURES:
                     return SolverStatus.QP_FAILED, at, region
                 region = replace(region, radius=region.radius * region.shrink)
                 continue
-            enough = max(self.options.relative_gain * now, self.options.absolute_gain)
             if step.promise < enough:
                 return SolverStatus.CONVERGED, at, region
             trial = self.nlp.linearise(at.x + step.dx, at.sampling)
@@ -149,10 +151,14 @@ class _Run:
                 return SolverStatus.TRUST_REGION_COLLAPSED, at, region
         return SolverStatus.MAX_ITERATIONS, at, region
 
-    def _step(self, program: StepProgram, at: Linearisation, region: TrustRegion) -> Step | None:
+    def _step(
+        self, program: StepProgram, at: Linearisation, region: TrustRegion, accuracy: float
+    ) -> Step | None:
         """Return the best step within the trust region and the bounds."""
         box = region.radius * self.nlp.scale
-        return program.solve(np.maximum(-box, self.nlp.lower - at.x), np.minimum(box, self.nlp.upper - at.x))
+        return program.solve(
+            np.maximum(-box, self.nlp.lower - at.x), np.minimum(box, self.nlp.upper - at.x), accuracy
+        )
 
     def _resampled(self, at: Linearisation, fine: bool) -> Linearisation:
         """Sample anew where the motion now needs more samples than it was compared on."""

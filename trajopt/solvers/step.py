@@ -35,8 +35,18 @@ class StepProgram(Protocol):
         """Name of the backend that solves it."""
         ...
 
-    def solve(self, lower: Floats, upper: Floats) -> Step | None:
-        """Return the best step between bounds of shape (N, n), or None where the backend failed."""
+    def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
+        """Return the best step between bounds.
+
+        Args:
+            lower: Of the knots' change, shape (N, n).
+            upper: Likewise.
+            accuracy: By how much the model's value may exceed its least one. General backends
+                solve to their own tolerance instead.
+
+        Returns:
+            The step, or None where the backend failed.
+        """
         ...
 
 

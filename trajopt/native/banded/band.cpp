@@ -5,6 +5,10 @@
 
 namespace banded {
 
+namespace {
+constexpr double kNothing = 1e-14;
+}
+
 FOR_SEVERAL_PROCESSORS
 void Band::add_outers(const Runs& rows, const double* weight) {
   for (int row = 0; row < rows.count(); ++row) {
@@ -29,16 +33,17 @@ void Band::multiply(const double* x, double* y) const {
 }
 
 FOR_SEVERAL_PROCESSORS
-bool Band::factorise() {
+void Band::factorise() {
+  std::vector<double> diagonal(size_);
+  for (int j = 0; j < size_; ++j) diagonal[j] = column(j)[0];
   for (int j = 0; j < size_; ++j) {
     double* entries = column(j);
-    if (!(entries[0] > 0.0)) return false;
+    if (!(entries[0] > kNothing * diagonal[j])) entries[0] = diagonal[j];
     const double inverse = 1.0 / std::sqrt(entries[0]);
     for (int k = 0; k < width_; ++k) entries[k] *= inverse;
     for (int k = 1; k < width_; ++k) add_scaled(-entries[k], entries + k, column(j + k), width_ - k);
     entries[0] = inverse;  // kept inverted: every solve divides by it twice
   }
-  return true;
 }
 
 FOR_SEVERAL_PROCESSORS

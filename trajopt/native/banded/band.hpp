@@ -40,8 +40,9 @@ class Band {
   void add_outers(const Runs& rows, const double* weight);
   // y = A x.
   void multiply(const double* x, double* y) const;
-  // Factorise in place, A = L L'; false if A is not positive definite.
-  bool factorise();
+  // Factorise in place, A = L L', for A that is positive definite but for rounding: a pivot that is nothing beside
+  // its diagonal entry is taken to be that entry, so that its variable stays where it is (as good as).
+  void factorise();
   // Solve L L' x = b in place; only after factorise().
   void solve(double* b) const;
 

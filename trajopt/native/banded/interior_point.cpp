@@ -60,11 +60,11 @@ Solution InteriorPoint::solve() {
   start();
   residuals();
   for (; solution.iterations < options_.max_iterations; ++solution.iterations) {
-    if (converged()) {
+    if (error_bound() <= options_.accuracy) {
       solution.outcome = Outcome::kSolved;
       break;
     }
-    if (!factorise()) break;
+    factorise();
     const double now = gap();
     const int products = 2 * (size_ + rows_);
     aim(0.0, false);
@@ -124,25 +124,22 @@ double InteriorPoint::gap() const {
          inner(nu_, t_, rows_);
 }
 
-bool InteriorPoint::converged() const {
-  double objective = 0.0, scale = 1.0, worst = 0.0;
-  for (int j = 0; j < size_; ++j) {
-    objective += (0.5 * product_[j] + program_.gradient[j]) * x_[j];
-    scale = std::max(scale, std::abs(program_.gradient[j]));
-    worst = std::max(worst, std::abs(stationarity_[j]));
-  }
-  for (int row = 0; row < rows_; ++row) objective += program_.penalty[row] * std::max(0.0, excess_[row]);
-  return gap() <= options_.tolerance * (1.0 + std::abs(objective)) && worst <= options_.tolerance * scale;
+// By how much the objective exceeds its least value, at most: the duality gap, and what is left of the gradient
+// times the way that any variable could still go.
+double InteriorPoint::error_bound() const {
+  double bound = gap();
+  for (int j = 0; j < size_; ++j) bound += std::abs(stationarity_[j]) * (upper_[j] - lower_[j]);
+  return bound;
 }
 
-bool InteriorPoint::factorise() {
+void InteriorPoint::factorise() {
   system_ = program_.hessian;
   for (int j = 0; j < size_; ++j) {
     system_.column(j)[0] += z_lower_[j] / to_lower_[j] + z_upper_[j] / to_upper_[j];
   }
   for (int row = 0; row < rows_; ++row) weight_[row] = 1.0 / (s_[row] / lambda_[row] + t_[row] / nu_[row]);
   system_.add_outers(program_.rows, weight_.data());
-  return system_.factorise();
+  system_.factorise();
 }
 
 void InteriorPoint::aim(double target, bool corrected) {

@@ -18,7 +18,7 @@ namespace banded {
 enum class Outcome { kSolved, kInaccurate, kFailed };
 
 struct Options {
-  double tolerance = 1e-4;  // of the duality gap and of stationarity, relative
+  double accuracy = 1e-6;   // by how much the objective may exceed its least value
   double start = 0.1;       // distance from the kinks that slacks and bounds start with, in their own unit
   int max_iterations = 60;
 };
@@ -45,8 +45,8 @@ class InteriorPoint {
   void start();
   void residuals();
   double gap() const;
-  bool converged() const;
-  bool factorise();
+  double error_bound() const;
+  void factorise();
   void direction();
   void aim(double target, bool corrected);
   double longest_step() const;

@@ -22,7 +22,7 @@ Program* make_program(int joints, const Vector<bool>& moves) {
 
 // Step, promised improvement, outcome, iterations, multipliers of the rows.
 auto solve(Program& program, const Vector<double>& lower, const Vector<double>& upper, double regularisation,
-           double tolerance, int max_iterations) {
+           double accuracy, int max_iterations) {
   const auto& columns = program.columns();
   std::vector<double> low(program.size()), high(program.size()), step(columns.size(), 0.0);
   for (std::size_t variable = 0; variable < columns.size(); ++variable) {
@@ -36,7 +36,7 @@ auto solve(Program& program, const Vector<double>& lower, const Vector<double>& 
     nb::gil_scoped_release release;
     program.assemble(regularisation);
     Options options;
-    options.tolerance = tolerance;
+    options.accuracy = accuracy;
     options.max_iterations = max_iterations;
     solution = InteriorPoint(program, low.data(), high.data(), options).solve();
     const std::vector<double> still(program.hessian.room(), 0.0);
@@ -68,7 +68,7 @@ NB_MODULE(banded, m) {
              program.add_excess(stencils(value, jacobian, knots), lower.data(), upper.data(), penalty.data());
            },
            "value"_a, "jacobian"_a, "knots"_a, "lower"_a, "upper"_a, "penalty"_a)
-      .def("solve", &solve, "lower"_a, "upper"_a, "regularisation"_a, "tolerance"_a, "max_iterations"_a)
+      .def("solve", &solve, "lower"_a, "upper"_a, "regularisation"_a, "accuracy"_a, "max_iterations"_a)
       .def_prop_ro("bandwidth", &Program::bandwidth)
       .def_prop_ro("rows", [](const Program& program) { return program.rows.count(); });
 }

@@ -53,7 +53,7 @@ void Program::add_excess(const Stencils& stencils, const double* lower, const do
     const auto& entries = entries_of(stencils, row);
     for (const double sign : {1.0, -1.0}) {
       const double limit = sign > 0.0 ? upper[row] : -lower[row];
-      if (!std::isfinite(limit)) continue;
+      if (!std::isfinite(limit) || weight[row] == 0.0) continue;
       bound.push_back(limit - sign * stencils.value[row]);
       penalty.push_back(weight[row]);
       rows.first.push_back(entries.empty() ? 0 : entries.front().column);

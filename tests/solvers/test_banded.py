@@ -1,0 +1,201 @@
+"""The structured QP against general solvers: recorded from planning, random, and degenerate."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import trajopt as to
+from tests.robots_for_tests import odd_arm
+from trajopt.arrays import Bools, Floats
+from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
+from trajopt.seeds import straight_line
+from trajopt.solvers import Sqp
+from trajopt.solvers.banded import BandedStep, BandedSteps
+from trajopt.solvers.choice import ByStructure
+from trajopt.solvers.flat import FlatSteps, Subproblem, subproblem
+from trajopt.transcription import transcribe
+
+ACCURACY = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A linearisation with everything that a step's QP depends on."""
+
+    moves: Bools
+    at: Linearisation
+    penalty: float
+    lower: Floats
+    upper: Floats
+
+    def model(self) -> Subproblem:
+        return subproblem(self.moves, self.at, self.penalty)
+
+
+def improvement(case: Case, dx: Floats) -> float:
+    """By how much a step lowers the model, by the sparse formula."""
+    model, step = case.model(), dx.ravel()[case.model().free]
+    return model.model(np.zeros_like(step)) - model.model(step)
+
+
+def check(case: Case, accuracy: float = ACCURACY) -> None:
+    step = BandedSteps().program(case.moves, case.at, case.penalty).solve(case.lower, case.upper, accuracy)
+    assert step is not None
+    assert (step.dx >= case.lower - 1e-12).all() and (step.dx <= case.upper + 1e-12).all()
+    assert (step.dx[~case.moves] == 0.0).all()
+    scale = 1.0 + abs(step.promise)
+    assert step.promise == pytest.approx(improvement(case, step.dx), abs=1e-9 * scale)
+    other = (
+        FlatSteps("piqp").program(case.moves, case.at, case.penalty).solve(case.lower, case.upper, accuracy)
+    )
+    assert other is not None
+    # PIQP stops at 1e-6 of its own residuals: it may be that far from the optimum on either side.
+    assert step.promise >= other.promise - accuracy - 1e-5 * scale
+    assert other.promise >= step.promise - 1e-3 * scale
+
+
+def random_case(rng: np.random.Generator, *, knots: int, joints: int, rows: int, stencil: int = 2) -> Case:
+    def rows_of(count: int, width: int) -> Rows:
+        first = rng.integers(0, knots - width + 1, count)
+        return Rows(
+            rng.normal(size=count),
+            rng.normal(size=(count, width, joints)) * (rng.random((count, width, joints)) < 0.7),
+            first[:, None] + np.arange(width),
+            np.arange(count),
+            first.astype(float),
+        )
+
+    costs = (
+        CostRows("squared", rows_of(2 * rows, 3), rng.uniform(0.0, 2.0, 2 * rows), Loss.SQUARED),
+        CostRows("absolute", rows_of(rows, 1), rng.uniform(0.0, 2.0, rows), Loss.ABSOLUTE),
+        CostRows("hinge", rows_of(rows, stencil), rng.uniform(0.0, 2.0, rows), Loss.HINGE),
+    )
+    low, width = rng.normal(size=rows), rng.uniform(0.0, 1.0, rows) * (rng.random(rows) < 0.7)
+    free = rng.random(rows) < 0.2
+    constraint = ConstraintRows(
+        "held", rows_of(rows, stencil), np.where(free, -np.inf, low), low + width, 1e-3
+    )
+    x = rng.normal(size=(knots, joints))
+    at = Linearisation(x, costs, (constraint,), np.ones(knots - 1, dtype=np.int64))
+    moves = np.ones((knots, joints), dtype=bool)
+    moves[0] = rng.random() < 0.3
+    lower = -rng.uniform(0.0, 1.0, x.shape) * (rng.random(x.shape) < 0.9)
+    return Case(moves, at, 10.0 ** rng.uniform(0, 3), lower, lower + rng.uniform(0.01, 1.0, x.shape))
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    seed=st.integers(0, 10**6), knots=st.integers(3, 12), joints=st.integers(1, 7), rows=st.integers(0, 30)
+)
+def test_random_programs(seed: int, knots: int, joints: int, rows: int) -> None:
+    case = random_case(np.random.default_rng(seed), knots=knots, joints=joints, rows=rows)
+    lower = np.where(case.moves, case.lower, 0.0)
+    check(Case(case.moves, case.at, case.penalty, lower, np.where(case.moves, case.upper, 0.0)))
+
+
+def test_recorded_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hundreds of QPs as planning meets them, loose steps taken so that the path is the usual one."""
+    cases: list[Case] = []
+    program, solve = BandedSteps.program, BandedStep.solve
+
+    def recording_program(
+        self: BandedSteps, moves: np.ndarray, at: Linearisation, penalty: float
+    ) -> BandedStep:
+        found = program(self, moves, at, penalty)
+        pending[id(found)] = (moves, at, penalty, found)
+        return found
+
+    def recording_solve(self: BandedStep, lower: Floats, upper: Floats, accuracy: float):
+        moves, at, penalty, _ = pending[id(self)]
+        cases.append(Case(moves, at, penalty, lower, upper))
+        return solve(self, lower, upper, accuracy)
+
+    pending: dict[int, tuple[Bools, Linearisation, float, BandedStep]] = {}
+    rng = np.random.default_rng(0)
+    robot = odd_arm(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(BandedSteps, "program", recording_program)
+        patch.setattr(BandedStep, "solve", recording_solve)
+        while len(cases) < 300:
+            scene = to.Scene(robot)
+            for count in range(8):
+                where = to.placement(rng.uniform(-0.9, 0.9, 3), rpy=rng.uniform(-3, 3, 3))
+                scene = scene.add(f"box{count}", to.Box(*rng.uniform(0.05, 0.3, 3)), where)
+            limits = robot.limits.take(robot.index(robot.group("all").joints))
+            lower, upper = np.maximum(limits.lower, -3.0), np.minimum(limits.upper, 3.0)
+            start, goal = rng.uniform(lower, upper, (2, 4))
+            names = robot.group("all").joints
+            problem = to.Problem(
+                scene=scene,
+                start=dict(zip(names, start, strict=True)),
+                goal=to.joint_positions(dict(zip(names, goal, strict=True))),
+            )
+            line = straight_line(start, goal, 24)
+            Sqp().solve(transcribe(problem, line), line)
+    for case in cases[:300]:
+        check(case, 1e-6)
+
+
+def one_row(jacobian: Floats, low: float, high: float, *, rows: int = 1, penalty: float = 10.0) -> Case:
+    knots, joints = jacobian.shape
+    block = Rows(
+        np.zeros(rows),
+        np.tile(jacobian, (rows, 1, 1)),
+        np.tile(np.arange(knots), (rows, 1)),
+        np.zeros(rows, dtype=np.int64),
+        np.zeros(rows),
+    )
+    held = ConstraintRows("held", block, np.full(rows, low), np.full(rows, high), 1e-3)
+    at = Linearisation(np.zeros((knots, joints)), (), (held,), np.ones(max(knots - 1, 1), dtype=np.int64))
+    wide = np.ones((knots, joints))
+    return Case(np.ones((knots, joints), dtype=bool), at, penalty, -wide, wide)
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        one_row(np.ones((2, 2)), 0.5, 0.5),
+        one_row(np.ones((2, 2)), 0.5, 0.5, rows=40),
+        one_row(np.zeros((2, 2)), 0.5, 1.0),
+        one_row(np.ones((2, 2)), -np.inf, np.inf),
+        one_row(np.ones((2, 2)), 50.0, np.inf, penalty=1e5),
+        one_row(1e-9 * np.ones((2, 2)), 0.5, 0.5),
+        one_row(np.ones((1, 1)), 0.3, 0.3, penalty=0.0),
+    ],
+    ids=[
+        "equality",
+        "forty times the same",
+        "no slope",
+        "no bound",
+        "out of reach",
+        "hardly a slope",
+        "no weight",
+    ],
+)
+def test_degenerate_programs(case: Case) -> None:
+    check(case)
+
+
+def test_no_room_at_all() -> None:
+    case = one_row(np.ones((2, 2)), 0.5, 0.5)
+    tight = Case(case.moves, case.at, case.penalty, np.zeros((2, 2)), np.full((2, 2), 1e-9))
+    check(tight)
+
+
+@pytest.mark.parametrize("joints", [1, 3])
+def test_band_is_chosen_where_rows_are_local_and_not_where_they_are_wide(joints: int) -> None:
+    rng = np.random.default_rng(1)
+    local = random_case(rng, knots=12, joints=joints, rows=6)
+    wide = random_case(rng, knots=12, joints=joints, rows=6, stencil=12)
+    steps = ByStructure()
+    assert steps.program(local.moves, local.at, 1.0).backend == "banded"
+    assert steps.program(wide.moves, wide.at, 1.0).backend == "piqp"
+    check(
+        Case(
+            wide.moves, wide.at, 5.0, np.where(wide.moves, wide.lower, 0), np.where(wide.moves, wide.upper, 0)
+        )
+    )
