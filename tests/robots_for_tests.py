@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from trajopt import Robot
+from trajopt import FrameAttachment, Robot, placement
 
 ODD_ARM = """<robot name="odd">
   <link name="base"><collision><origin xyz="0 0 0.05"/><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
@@ -31,3 +31,36 @@ def odd_arm(folder: Path) -> Robot:
     path = folder / "odd.urdf"
     path.write_text(ODD_ARM)
     return Robot.from_urdf(path)
+
+
+def _arm(side: str, y: float) -> str:
+    links = "".join(
+        f'<link name="{side}_{link}"><collision><origin xyz="0 0 0.1"/><geometry><box size="0.05 0.05 0.2"/>'
+        "</geometry></collision></link>"
+        for link in ("upper", "fore", "hand")
+    )
+    limit = '<limit lower="-2" upper="2" effort="10" velocity="1"/>'
+    return (
+        f'{links}<joint name="{side}_shoulder" type="revolute"><parent link="torso"/>'
+        f'<child link="{side}_upper"/><origin xyz="0 {y} 0.3"/><axis xyz="1 0 0"/>{limit}</joint>'
+        f'<joint name="{side}_elbow" type="revolute"><parent link="{side}_upper"/>'
+        f'<child link="{side}_fore"/><origin xyz="0 0 0.25"/><axis xyz="0 1 0"/>{limit}</joint>'
+        f'<joint name="{side}_wrist" type="fixed"><parent link="{side}_fore"/>'
+        f'<child link="{side}_hand"/><origin xyz="0 0 0.25"/></joint>'
+    )
+
+
+def two_arms(folder: Path) -> Robot:
+    """Write and load two arms of two joints on a torso: groups "left", "right" and "both"."""
+    body = '<link name="torso"><collision><geometry><box size="0.1 0.3 0.6"/></geometry></collision></link>'
+    (folder / "arms.urdf").write_text(
+        f'<robot name="two_arms">{body}{_arm("left", 0.2)}{_arm("right", -0.2)}</robot>'
+    )
+    groups = "".join(
+        f'<group name="{side}"><chain base_link="torso" tip_link="{side}_hand"/></group>'
+        for side in ("left", "right")
+    )
+    both = '<group name="both"><group name="left"/><group name="right"/></group>'
+    (folder / "arms.srdf").write_text(f'<robot name="two_arms">{groups}{both}</robot>')
+    tool = FrameAttachment("right_hand", placement((0.0, 0.0, 0.2), rpy=(0.1, 0.0, 0.0)))
+    return Robot.from_urdf(folder / "arms.urdf", srdf=folder / "arms.srdf", frames={"tool": tool})

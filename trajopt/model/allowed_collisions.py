@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import permutations
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,18 @@ class AllowedCollisions:
             return entry
         stated = [self.defaults[name] for name in (a, b) if name in self.defaults]
         return bool(stated) and all(stated)
+
+    def entries_of(self, name: str) -> Mapping[str, bool]:
+        """Return the entries of one name, by the other name of each."""
+        return self._by_name.get(name, {})
+
+    @cached_property
+    def _by_name(self) -> Mapping[str, Mapping[str, bool]]:
+        found: dict[str, dict[str, bool]] = {}
+        for pair, allowed in self.entries.items():
+            for one, other in permutations(pair, 2):
+                found.setdefault(one, {})[other] = allowed
+        return found
 
     def with_entry(self, a: str, b: str, allowed: bool) -> "AllowedCollisions":
         """Return the matrix with one entry set."""

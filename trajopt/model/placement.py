@@ -32,7 +32,11 @@ class Placement:
     def __mul__(self, other: Floats) -> Floats: ...
     def __mul__(self, other: "Placement | Floats") -> "Placement | Floats":
         """Compose with another placement, or place points of shape (..., 3)."""
+        if other is IDENTITY:
+            return self
         if isinstance(other, Placement):
+            if self is IDENTITY:
+                return other
             return Placement(
                 readonly(self.rotation @ other.rotation),
                 readonly(self.rotation @ other.translation + self.translation),
@@ -74,6 +78,10 @@ class Placement:
         rpy = Rotation.from_matrix(self.rotation).as_euler("xyz")
         roll, pitch, yaw = (round(float(value), 6) + 0.0 for value in rpy)
         return f"placement(xyz=({x}, {y}, {z}), rpy=({roll}, {pitch}, {yaw}))"
+
+
+IDENTITY = Placement()
+"""Where a frame is, seen from itself; it costs nothing to compose with."""
 
 
 def placement(

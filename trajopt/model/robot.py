@@ -1,11 +1,11 @@
 """Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pinocchio as pin
@@ -22,9 +22,13 @@ from trajopt.errors import (
 from trajopt.model.bodies import CollisionBody, MeshPolicy, robot_bodies
 from trajopt.model.groups import Group, resolve_groups
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
-from trajopt.model.placement import Placement
+from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.recent import Recent
 from trajopt.model.srdf import EndEffector, Srdf, read_srdf
 from trajopt.model.urdf import LinkGeometry, Mimic, read_urdf
+
+if TYPE_CHECKING:
+    from trajopt.model.reduced_robot import ReducedRobot
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,8 @@ class Robot:
         mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
         urdf_path: The file it came from.
         urdf_xml: Its text without collision and visual elements.
+        reductions: The robot with only one group's joints free, as asked for last: by the group and
+            where the other joints stand.
     """
 
     name: str
@@ -82,6 +88,11 @@ class Robot:
     mesh_notes: tuple[str, ...]
     urdf_path: Path
     urdf_xml: str
+    reductions: Recent[tuple[str, tuple[float, ...]], "ReducedRobot"] = field(
+        default_factory=lambda: Recent[tuple[str, tuple[float, ...]], "ReducedRobot"](8),
+        init=False,
+        repr=False,
+    )
 
     @staticmethod
     def from_urdf(
@@ -168,7 +179,7 @@ class Robot:
             return self.frames[name]
         if name not in self.links:
             raise FrameNotFound("frame", name, self.frame_names)
-        return FrameAttachment(name, Placement())
+        return FrameAttachment(name, IDENTITY)
 
     def group(self, name: str) -> Group:
         """Return a planning group.

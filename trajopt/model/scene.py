@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import TYPE_CHECKING
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import (
@@ -13,14 +13,18 @@ from trajopt.errors import (
     ShapeError,
 )
 from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
-from trajopt.model.bodies import CollisionBody, MeshPolicy, cover_mesh
+from trajopt.model.bodies import CollisionBody, MeshPolicy
 from trajopt.model.kinematics import link_placement
-from trajopt.model.mesh_file import Mesh
-from trajopt.model.placement import Placement
+from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.recent import Recent
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import FrameAttachment, Robot
-from trajopt.model.scene_object import Part, SceneObject
+from trajopt.model.scene_object import Part, SceneObject, covered_parts
 from trajopt.model.shapes import Shape
+
+if TYPE_CHECKING:
+    from trajopt.model.arrangement import Arrangement
+    from trajopt.model.reduced_robot import ReducedRobot
 
 DEFAULT_MARGIN = 0.01
 """Clearance that the optimiser keeps from everything, unless told otherwise [m]."""
@@ -40,6 +44,7 @@ class Scene:
         margin: Clearance that the optimiser keeps from everything [m].
         pair_margins: Clearance of single pairs of links and objects, where it differs [m].
         allowances: Contacts that are meant, for a time.
+        arrangements: Its bodies as asked for last, by the reduced robot they are fixed to.
     """
 
     robot: Robot
@@ -48,6 +53,9 @@ class Scene:
     margin: float = DEFAULT_MARGIN
     pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
     allowances: tuple[ContactAllowance, ...] = ()
+    arrangements: Recent["ReducedRobot", "Arrangement"] = field(
+        default_factory=lambda: Recent["ReducedRobot", "Arrangement"](4), init=False, repr=False
+    )
 
     def __post_init__(self) -> None:
         """Check the margin; start from the robot's disabled pairs when no matrix was given."""
@@ -87,22 +95,8 @@ class Scene:
         if not name or name == WORLD or name in self.robot.frame_names:
             raise ModelError(f"object id {name!r} is taken by a frame of the robot or is empty")
         self._check_frame(frame)
-        parts: list[Part] = []
-        notes: list[str] = []
-        given = [(shape, Placement())] if isinstance(shape, Shape) else list(shape)
-        for item in given:
-            if not _is_part(item):
-                raise ModelError(f"object {name!r}: give a shape, or pairs (shape, placement)")
-            part, where = item
-            if isinstance(part, Mesh):
-                cover = cover_mesh(part, meshes or MeshPolicy())
-                parts.extend((piece, where) for piece in cover.shapes)
-                notes.append(f"{name}: {cover.note}")
-            else:
-                parts.append((part, where))
-        added = SceneObject(
-            name, tuple(parts), placement or Placement(), frame, self._links(touch_links), tuple(notes)
-        )
+        parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
+        added = SceneObject(name, parts, placement or IDENTITY, frame, self._links(touch_links), notes)
         return replace(self, objects={**self.objects, name: added})
 
     def remove(self, name: str) -> "Scene":
@@ -265,7 +259,7 @@ class Scene:
             FrameNotFound: If the name is no frame.
         """
         if name == WORLD:
-            return FrameAttachment(WORLD, Placement())
+            return FrameAttachment(WORLD, IDENTITY)
         if name in self.objects:
             item = self.objects[name]
             holder = self.holder(item.frame)
@@ -323,14 +317,13 @@ class Scene:
         return replace(self, objects={**self.objects, item.name: item})
 
     def _check_frame(self, name: str) -> None:
-        known = (WORLD, *self.robot.frame_names, *self.objects)
-        if name not in known:
-            raise FrameNotFound("frame", name, known)
+        robot = self.robot
+        if name != WORLD and name not in self.objects and name not in robot.frame_names:
+            raise FrameNotFound("frame", name, (WORLD, *robot.frame_names, *self.objects))
 
     def _check_owner(self, name: str) -> None:
-        known = (*self.robot.links, *self.objects)
-        if name not in known:
-            raise FrameNotFound("link or object", name, known)
+        if name not in self.objects and name not in self.robot.links:
+            raise FrameNotFound("link or object", name, (*self.robot.links, *self.objects))
 
     def _links(self, names: Iterable[str]) -> frozenset[str]:
         links = frozenset(names)
@@ -338,9 +331,3 @@ class Scene:
             if link not in self.robot.links:
                 raise FrameNotFound("touch link", link, self.robot.links)
         return links
-
-
-def _is_part(item: object) -> bool:
-    """Say whether something is a shape with its placement: callers may have no type checks."""
-    pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
-    return len(pair) == 2 and isinstance(pair[0], Shape)

@@ -1,12 +1,33 @@
 """A thing in the scene: shapes in a frame that is placed somewhere."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import cast
 
-from trajopt.model.placement import Placement
+from trajopt.errors import ModelError
+from trajopt.model.bodies import MeshPolicy, cover_mesh
+from trajopt.model.fixed_body import Anchor, FixedBody
+from trajopt.model.mesh_file import Mesh
+from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.recent import Recent
 from trajopt.model.shapes import Shape
 
 Part = tuple[Shape, Placement]
 """A shape and its placement in the object's frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnchoredObject:
+    """A thing where it is fixed.
+
+    Attributes:
+        anchor: The joint that carries it, and where in it.
+        bodies: Its collision bodies there.
+    """
+
+    anchor: Anchor
+    bodies: tuple[FixedBody, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,3 +49,65 @@ class SceneObject:
     frame: str
     touch_links: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    _anchored: Recent[Anchor, AnchoredObject] = field(
+        default_factory=lambda: Recent[Anchor, AnchoredObject](2), init=False, repr=False
+    )
+
+    def anchored(self, frame: Anchor) -> AnchoredObject:
+        """Return the thing fixed to the joint that carries its frame.
+
+        The same answer is given again as long as that anchor is the same one: all scenes that share
+        the object share its bodies.
+
+        Args:
+            frame: Where `frame` is.
+        """
+        return self._anchored.get(frame, lambda: self._fixed(frame))
+
+    @cached_property
+    def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:
+        """What decides which bodies it must keep apart from: all but where it is in its frame."""
+        return (self.name, self.frame, len(self.parts), self.touch_links)
+
+    def _fixed(self, frame: Anchor) -> AnchoredObject:
+        anchor = Anchor(frame.joint, frame.placement * self.placement)
+        bodies = tuple(
+            FixedBody(f"{self.name}/{count}", self.name, anchor.joint, anchor.placement * where, shape)
+            for count, (shape, where) in enumerate(self.parts)
+        )
+        return AnchoredObject(anchor, bodies)
+
+
+def covered_parts(
+    name: str, shape: Shape | Sequence[Part], policy: MeshPolicy
+) -> tuple[tuple[Part, ...], tuple[str, ...]]:
+    """Return what an object is made of, its meshes covered by convex pieces, and notes on these.
+
+    Args:
+        name: The object's id.
+        shape: One shape in its origin, or several with placements in the object's frame.
+        policy: How meshes become convex.
+
+    Raises:
+        ModelError: If it is neither.
+    """
+    parts: list[Part] = []
+    notes: list[str] = []
+    given = [(shape, IDENTITY)] if isinstance(shape, Shape) else list(shape)
+    for item in given:
+        if not _is_part(item):
+            raise ModelError(f"object {name!r}: give a shape, or pairs (shape, placement)")
+        part, where = item
+        if isinstance(part, Mesh):
+            cover = cover_mesh(part, policy)
+            parts.extend((piece, where) for piece in cover.shapes)
+            notes.append(f"{name}: {cover.note}")
+        else:
+            parts.append((part, where))
+    return tuple(parts), tuple(notes)
+
+
+def _is_part(item: object) -> bool:
+    """Say whether something is a shape with its placement: callers may have no type checks."""
+    pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
+    return len(pair) == 2 and isinstance(pair[0], Shape)

@@ -1,0 +1,158 @@
+"""Pairs of bodies that must keep apart: a list that grows with the bodies, not with their square.
+
+Only what a joint carries, and the robot's own links, are held against everything. Two objects that
+stand in the world never move against each other, and are nobody's business.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints, readonly
+from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.model.fixed_body import FixedBody
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPairs:
+    """Pairs of bodies that must keep apart and can move against each other.
+
+    Attributes:
+        first: Index of the first body of each pair, shape (p,), read-only.
+        second: Index of the second, larger than the first, shape (p,), read-only.
+        margin: Clearance to keep, shape (p,) [m], read-only.
+        allowances: Allowances of meant contact, each with the index of its pair.
+        immobile: Owner pairs with a link or a carried object in them that cannot move against each
+            other and are left out.
+    """
+
+    first: Ints
+    second: Ints
+    margin: Floats
+    allowances: tuple[tuple[int, ContactAllowance], ...]
+    immobile: frozenset[frozenset[str]]
+
+
+@dataclass(frozen=True)
+class ContactRules:
+    """What a scene says of contact.
+
+    Attributes:
+        allowed: Pairs that may touch.
+        touch_links: Links that may touch an object, by object; those without any may be left out.
+        margin: Clearance to keep [m].
+        pair_margins: Clearance of single pairs, where it differs [m].
+        allowances: Contacts that are meant, for a time.
+    """
+
+    allowed: AllowedCollisions
+    touch_links: Mapping[str, frozenset[str]]
+    margin: float
+    pair_margins: Mapping[frozenset[str], float]
+    allowances: tuple[ContactAllowance, ...]
+
+
+def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: ContactRules) -> BodyPairs:
+    """List the pairs that must keep apart, ordered by their second body, then by the first.
+
+    Args:
+        bodies: All bodies; those of one owner are carried by the same joint.
+        links: Names of the robot's links: what does not move against them is noted as immobile.
+        rules: What the scene says of contact.
+    """
+    owners = _Owners(bodies, frozenset(links), rules)
+    part = owners.of_body
+    rows = np.flatnonzero(owners.row[part] >= 0)
+    own = owners.row[part[rows]]
+    apart = ~owners.fixed & ~owners.excused
+    # Between two owners that both have a row, each pair is met twice: it counts where it is in order.
+    once = (owners.row[part] < 0)[None, :] | (rows[:, None] < np.arange(len(bodies)))
+    at, other = np.nonzero(apart[own][:, part] & once)
+    one = rows[at]
+    first, second = np.minimum(one, other), np.maximum(one, other)
+    order = np.argsort(second * len(bodies) + first)
+    margin = owners.margin(rules)[own[at], part[other]][order]
+    first, second = first[order], second[order]
+    for array in (first, second):
+        array.flags.writeable = False
+    return BodyPairs(
+        first,
+        second,
+        readonly(margin),
+        owners.allowances(rules.allowances, part[first], part[second]),
+        owners.immobile(),
+    )
+
+
+class _Owners:
+    """Links and objects that own bodies; a row for each that is held against all of them.
+
+    Attributes:
+        names: Names of the owners, o of them.
+        of_body: Owner of each body.
+        row: Row of each owner, shape (o,); -1 for objects that stand in the world.
+        excused: Whether two owners may touch, shape (rows, o).
+        fixed: Whether they cannot move against each other, shape (rows, o).
+    """
+
+    def __init__(self, bodies: Sequence[FixedBody], links: frozenset[str], rules: ContactRules) -> None:
+        joints = {body.owner: body.joint for body in bodies}
+        self.names = tuple(joints)
+        self._index = {name: place for place, name in enumerate(self.names)}
+        self.of_body = np.array([self._index[body.owner] for body in bodies], dtype=np.int64)
+        joint = np.array(list(joints.values()), dtype=np.int64)
+        active = (joint != 0) | np.array([name in links for name in self.names], dtype=np.bool_)
+        self._of_row: Ints = np.flatnonzero(active)
+        self.row: Ints = np.where(active, np.cumsum(active) - 1, -1)
+        self.fixed: Bools = joint[self._of_row][:, None] == joint
+        self.excused = self._excused(rules)
+
+    def margin(self, rules: ContactRules) -> Floats:
+        """Return the clearance that owners must keep, shape (rows, o) [m]."""
+        margin = np.full(self.excused.shape, rules.margin)
+        for pair, value in rules.pair_margins.items():
+            for one, other in permutations(pair, 2):
+                self._enter(margin, one, other, value)
+        return margin
+
+    def allowances(
+        self, allowances: tuple[ContactAllowance, ...], first: Ints, second: Ints
+    ) -> tuple[tuple[int, ContactAllowance], ...]:
+        """Return the allowances of pairs of owners, shape (p,) both, each with the index of its pair."""
+        found: list[tuple[int, ContactAllowance]] = []
+        for item in allowances:
+            a, b = self._index.get(item.a, -1), self._index.get(item.b, -1)
+            meant = ((first == a) & (second == b)) | ((first == b) & (second == a))
+            found.extend((int(place), item) for place in np.flatnonzero(meant))
+        return tuple(sorted(found, key=lambda entry: entry[0]))
+
+    def immobile(self) -> frozenset[frozenset[str]]:
+        """Return the pairs that would have to keep apart, but cannot move against each other."""
+        rows, others = np.nonzero(self.fixed & ~self.excused)
+        mine, theirs = map(int, self._of_row[rows]), map(int, others)
+        names = self.names
+        return frozenset(frozenset((names[a], names[b])) for a, b in zip(mine, theirs, strict=True) if a != b)
+
+    def _excused(self, rules: ContactRules) -> Bools:
+        defaults = rules.allowed.defaults
+        stated = np.array([name in defaults for name in self.names], dtype=np.bool_)
+        granted = np.array([defaults.get(name, True) for name in self.names], dtype=np.bool_)
+        rows = self._of_row
+        excused = (stated[rows][:, None] | stated) & granted[rows][:, None] & granted
+        for name in [self.names[int(place)] for place in rows]:
+            for other, allowed in rules.allowed.entries_of(name).items():
+                self._enter(excused, name, other, allowed)
+                self._enter(excused, other, name, allowed)
+        for name, links in rules.touch_links.items():
+            for link in links:
+                self._enter(excused, name, link, True)
+                self._enter(excused, link, name, True)
+        return excused
+
+    def _enter(self, matrix: Bools | Floats, one: str, other: str, value: float) -> None:
+        """Enter a value for two names, if both own bodies and the first has a row."""
+        place, column = self._index.get(one), self._index.get(other)
+        if place is not None and column is not None and self.row[place] >= 0:
+            matrix[self.row[place], column] = value

@@ -1,0 +1,106 @@
+"""The robot's own part of a reduced model: the same for all scenes and starts with the same joints fixed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.arrays import Floats, readonly
+from trajopt.model.fixed_body import WORLD_ANCHOR, Anchor, FixedBody
+from trajopt.model.limits import JointLimits
+from trajopt.model.pairs import BodyPairs
+from trajopt.model.placement import Placement
+from trajopt.model.recent import Recent
+from trajopt.model.requirements import WORLD
+from trajopt.model.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedRobot:
+    """A robot with only one group's joints free.
+
+    Attributes:
+        model: Pinocchio's model of the free joints and of those that mimic them; never changed.
+        joint_names: The group's joints, n of them.
+        limits: Their limits.
+        expand: Matrix (model joints, n) that maps the group's positions to the model's.
+        offset: Offsets of mimicking joints, shape (model joints,).
+        anchors: Where links and tool frames are, by name, with the world.
+        bodies: Collision bodies of all links.
+        pairs: The pairs that the scenes seen last must keep apart, by what decides on them.
+    """
+
+    model: pin.Model
+    joint_names: tuple[str, ...]
+    limits: JointLimits
+    expand: Floats
+    offset: Floats
+    anchors: Mapping[str, Anchor]
+    bodies: tuple[FixedBody, ...]
+    pairs: Recent[object, BodyPairs] = field(
+        default_factory=lambda: Recent[object, BodyPairs](4), init=False, repr=False
+    )
+
+
+def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
+    """Fix every joint outside the group where it is at the start.
+
+    The robot remembers the answers it gave last: they depend on the joints that are fixed only.
+
+    Args:
+        robot: The robot.
+        group: Name of the planning group.
+        start: Positions of all joints, shape (number of joints,) [rad | m].
+
+    Raises:
+        GroupNotFound: If the robot has no such group.
+    """
+    joints = robot.group(group).joints
+    free = {*joints, *(name for name, mimic in robot.mimics.items() if mimic.source in joints)}
+    locked = [place for place, name in enumerate(robot.joint_names) if name not in free]
+    key = (group, tuple(start[locked].tolist()))
+    return robot.reductions.get(key, lambda: _reduced(robot, joints, locked, start))
+
+
+def _reduced(robot: Robot, joints: tuple[str, ...], locked: list[int], start: Floats) -> ReducedRobot:
+    fixed = [place + 1 for place in locked]  # pinocchio counts the universe as joint 0
+    model = pin.buildReducedModel(robot.model, fixed, robot.configuration(start))
+    names = tuple(model.names[1:])
+    expand, offset = np.zeros((len(names), len(joints))), np.zeros(len(names))
+    for row, name in enumerate(names):
+        if name in joints:
+            expand[row, joints.index(name)] = 1.0
+        else:
+            mimic = robot.mimics[name]
+            expand[row, joints.index(mimic.source)] = mimic.multiplier
+            offset[row] = mimic.offset
+    anchors = _anchors(model, robot)
+    return ReducedRobot(
+        model,
+        joints,
+        robot.limits.take(robot.index(joints)),
+        readonly(expand),
+        readonly(offset),
+        anchors,
+        tuple(
+            FixedBody(body.name, body.owner, at.joint, at.placement * body.placement, body.shape)
+            for body in robot.bodies
+            for at in (anchors[body.frame],)
+        ),
+    )
+
+
+def _anchors(model: pin.Model, robot: Robot) -> Mapping[str, Anchor]:
+    anchors = {WORLD: WORLD_ANCHOR}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            where = frame.placement
+            anchors[frame.name] = Anchor(
+                int(frame.parentJoint),
+                Placement(readonly(where.rotation.copy()), readonly(where.translation.copy())),
+            )
+    for name, frame in robot.frames.items():
+        link = anchors[frame.link]
+        anchors[name] = Anchor(link.joint, link.placement * frame.placement)
+    return anchors
