@@ -8,7 +8,7 @@ what comes after in `trajopt.simulate`, `trajopt.view`, `trajopt.moveit` and `tr
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
-from trajopt.model.bodies import MeshPolicy as MeshPolicy
+from trajopt.model.mesh_cover import MeshPolicy as MeshPolicy
 from trajopt.model.mesh_file import Mesh as Mesh
 from trajopt.model.mesh_file import load_mesh as load_mesh
 from trajopt.model.placement import Placement as Placement

@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PPoly
 
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import JointNotFound, ShapeError
@@ -141,9 +140,14 @@ class Trajectory:
         return readonly(_hermite(self))
 
     @cached_property
-    def _polynomials(self) -> tuple[PPoly, ...]:
-        first = PPoly(self.coefficients, self.times)
-        return (first, first.derivative(1), first.derivative(2), first.derivative(3))
+    def _derivatives(self) -> tuple[Floats, ...]:
+        """Coefficients of the positions and their first three derivatives."""
+        found = [self.coefficients]
+        for _ in range(3):
+            last = found[-1]
+            powers = np.arange(len(last) - 1, 0, -1)[:, None, None]
+            found.append(last[:-1] * powers if len(last) > 1 else np.zeros_like(last))
+        return tuple(found)
 
     def __call__(self, t: ArrayLike, order: int = 0) -> Floats:
         """Evaluate at times, which are clipped to the duration.
@@ -161,7 +165,13 @@ class Trajectory:
         if order not in (0, 1, 2, 3):
             raise ShapeError("order", f"must be 0 to 3, is {order}")
         moments = np.clip(np.asarray(t, dtype=float), 0.0, self.duration)
-        return np.asarray(self._polynomials[order](moments))
+        segment = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
+        since = (moments - self.times[segment])[..., None]
+        first, *others = self._derivatives[order]
+        value = first[segment]
+        for coefficient in others:
+            value = value * since + coefficient[segment]
+        return value
 
     def __repr__(self) -> str:
         """Say points, joints and duration."""

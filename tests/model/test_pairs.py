@@ -1,6 +1,5 @@
 """Pair lists against the plain double loop, on random scenes; and what scenes may share."""
 
-
 import numpy as np
 import pytest
 

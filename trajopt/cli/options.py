@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from trajopt.errors import FileFormatError
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot, load
 from trajopt.moveit import RequestFile, SceneFile, read_request, read_scene
 

@@ -4,28 +4,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from trajopt.model.convex import CoverMethod, convex_pieces
-from trajopt.model.mesh_file import Mesh, load_mesh
+from trajopt.model.mesh_cover import MeshPolicy, cover_file
 from trajopt.model.placement import Placement
-from trajopt.model.shapes import Shape, convex
+from trajopt.model.shapes import Shape
 from trajopt.model.urdf import LinkGeometry, MeshReference
-
-
-@dataclass(frozen=True)
-class MeshPolicy:
-    """How a collision mesh becomes what distances are measured to.
-
-    Attributes:
-        exact: Keep the triangles themselves (slower, and without depth of penetration) in place
-            of convex pieces that contain them.
-        hull_excess: A mesh becomes its convex hull where that adds at most this share of volume
-            and stands out of the mesh nowhere by more than twice the tolerance.
-        tolerance: Convex pieces stand out of the mesh by no more than this, as sampled [m].
-    """
-
-    exact: bool = False
-    hull_excess: float = 0.05
-    tolerance: float = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,30 +29,6 @@ class CollisionBody:
     shape: Shape
 
 
-@dataclass(frozen=True, eq=False)
-class Cover:
-    """The shapes that stand for a mesh.
-
-    Attributes:
-        shapes: One convex hull, several convex pieces, or the mesh itself.
-        note: What they are, in words.
-    """
-
-    shapes: tuple[Shape, ...]
-    note: str
-
-
-def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
-    """Return the shapes that stand for a mesh, and say which they are."""
-    if policy.exact:
-        return Cover((mesh,), f"exact mesh of {len(mesh.faces)} triangles")
-    cover = convex_pieces(mesh, hull_excess=policy.hull_excess, tolerance=policy.tolerance)
-    shapes = tuple(convex(piece) for piece in cover.pieces)
-    if cover.method is CoverMethod.HULL:
-        return Cover(shapes, "convex hull")
-    return Cover(shapes, f"{len(shapes)} convex pieces")
-
-
 def robot_bodies(
     collisions: Sequence[LinkGeometry], policy: MeshPolicy
 ) -> tuple[tuple[CollisionBody, ...], tuple[str, ...]]:
@@ -88,7 +46,7 @@ def robot_bodies(
     for element in collisions:
         shapes: tuple[Shape, ...]
         if isinstance(element.geometry, MeshReference):
-            cover = cover_mesh(load_mesh(element.geometry.path, element.geometry.scale), policy)
+            cover = cover_file(element.geometry.path, element.geometry.scale, policy)
             shapes = cover.shapes
             links_by_note.setdefault(cover.note, []).append(element.link)
         else:

@@ -6,28 +6,23 @@ together are merged. Triangles are clipped exactly at the planes, so every point
 the hull of its own piece by construction. What else was tried: docs/decisions/convex-pieces.md.
 """
 
-import hashlib
 import itertools
 import math
-import os
-import sys
-import tempfile
-import zipfile
 from dataclasses import dataclass
 from enum import Enum
-from pathlib import Path
 
 import numpy as np
-from scipy.spatial import ConvexHull, KDTree
 
 from trajopt.arrays import Bools, Floats, readonly
 from trajopt.errors import ShapeError
+from trajopt.model.array_cache import Arrays, cached_arrays
 from trajopt.model.mesh_file import Mesh, clipped, components
 
 THICKNESS = 1e-4
 """Least thickness of a piece [m]: to a flatter one as much is added, half on either side."""
+VERSION = 2
+"""Of the algorithm: part of the key of what is kept on disk."""
 
-_VERSION = 2  # of the algorithm: part of the key of the cache
 _SAMPLES = 60_000  # points in the hull of a mesh at which its distance is looked at
 _JUDGES = 1500  # of these, and of a piece's triangles, about so many tell which cuts are promising
 _SNAP = 1e-6  # corners this near a cutting plane count as in it, as a share of the mesh's size
@@ -133,14 +128,22 @@ def convex_pieces(
     if not (hull_excess >= 0.0 and tolerance > 0.0 and max_pieces >= 1):
         given = f"{hull_excess:g}, {tolerance:g}, {max_pieces}"
         raise ShapeError("hull_excess, tolerance, max_pieces", f"need >= 0, > 0, >= 1, are {given}")
-    options = np.array([_VERSION, _SAMPLES, THICKNESS, hull_excess, tolerance, max_pieces])
-    key = hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes() + options.tobytes())
-    file = _cache_folder() / f"convex-{key.hexdigest()}.npz"
-    cover = _read(file)
-    if cover is None:
+    options = np.array([VERSION, _SAMPLES, THICKNESS, hull_excess, tolerance, max_pieces])
+    key = (mesh.vertices.tobytes(), mesh.faces.tobytes(), options.tobytes())
+
+    def make() -> Arrays:
         cover = _cover(mesh, hull_excess, tolerance, max_pieces)
-        _write(file, cover)
-    return cover
+        return {
+            "points": np.concatenate(cover.pieces),
+            "ends": np.cumsum([len(piece) for piece in cover.pieces]),
+            "method": np.array(cover.method.value),
+            "figures": np.array([cover.excess, cover.reach]),
+        }
+
+    kept = cached_arrays("convex", key, ("points", "ends", "method", "figures"), make)
+    excess, reach = kept["figures"].tolist()
+    pieces = np.split(kept["points"], kept["ends"][:-1])
+    return ConvexCover(tuple(pieces), CoverMethod(str(kept["method"])), excess, reach)
 
 
 def _cover(mesh: Mesh, hull_excess: float, tolerance: float, max_pieces: int) -> ConvexCover:
@@ -164,6 +167,8 @@ def _cover(mesh: Mesh, hull_excess: float, tolerance: float, max_pieces: int) ->
 
 def _hull(points: Floats) -> _Hull:
     """Return the convex hull of points, shape (n, 3), thickened where it is flat."""
+    from scipy.spatial import ConvexHull
+
     centred = points - points.mean(axis=0)
     for axis in np.linalg.eigh(centred.T @ centred)[1].T:
         if np.ptp(points @ axis) < THICKNESS:
@@ -175,6 +180,8 @@ def _hull(points: Floats) -> _Hull:
 
 def _outside(mesh: Mesh, hull: _Hull, tolerance: float) -> tuple[_Samples, float]:
     """Return samples of the hull outside of the mesh, where things can get to, and the hull's excess."""
+    from scipy.spatial import KDTree
+
     points = _spread(hull)
     points = points[~mesh.contains(points, opening=tolerance)]
     samples = _Samples(points, mesh.distance(points))
@@ -191,6 +198,8 @@ def _outside(mesh: Mesh, hull: _Hull, tolerance: float) -> tuple[_Samples, float
 
 def _spread(hull: _Hull) -> Floats:
     """Return points evenly spread in the hull, shape (_SAMPLES, 3): the same ones at every run."""
+    from scipy.spatial import ConvexHull
+
     centre = hull.vertices.mean(axis=0)
     corners = hull.vertices[ConvexHull(hull.vertices).simplices]
     share = np.cumsum(np.abs(np.linalg.det(corners - centre)))
@@ -208,6 +217,8 @@ def _reachable(samples: _Samples, hull: _Hull) -> Bools:
     Each is the centre of a ball, of its depth, that is free of the mesh. Those whose ball stands out
     of the hull are reached, and from one centre to the next, if one of the two balls holds both.
     """
+    from scipy.spatial import KDTree
+
     points, depth = samples.points, samples.depth
     if not len(points):
         return np.zeros(0, dtype=np.bool_)
@@ -298,50 +309,3 @@ def _merged(hulls: list[_Hull], wrong: _Samples) -> list[_Hull]:
         for other in others:
             join(other, new)
     return list(kept.values())
-
-
-def _cache_folder() -> Path:
-    """Return $TRAJOPT_CACHE_DIR, or the platform's folder for what can be computed again."""
-    if chosen := os.environ.get("TRAJOPT_CACHE_DIR"):
-        return Path(chosen)
-    if sys.platform == "win32":
-        base = os.environ.get("LOCALAPPDATA") or "~/AppData/Local"
-    elif sys.platform == "darwin":
-        base = "~/Library/Caches"
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(os.path.expanduser(base)) / "trajopt"
-
-
-def _read(file: Path) -> ConvexCover | None:
-    """Return the cover kept in a file; None if there is none, or it is damaged."""
-    try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
-            points = np.asarray(kept["points"], dtype=np.float64).reshape(-1, 3)
-            ends = np.asarray(kept["ends"], dtype=np.int64)
-            method = CoverMethod(str(kept["method"]))
-            excess, reach = (float(value) for value in kept["figures"])
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
-        return None
-    return ConvexCover(tuple(np.split(points, ends[:-1])), method, excess, reach)
-
-
-def _write(file: Path, cover: ConvexCover) -> None:
-    """Keep a cover, or nothing where the folder cannot be written: that costs time, no more."""
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=file.parent, suffix=".tmp")
-    except OSError:
-        return
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez(
-                stream,
-                points=np.concatenate(cover.pieces),
-                ends=np.cumsum([len(piece) for piece in cover.pieces]),
-                method=np.array(cover.method.value),
-                figures=np.array([cover.excess, cover.reach]),
-            )
-        os.replace(name, file)
-    except OSError:
-        Path(name).unlink(missing_ok=True)

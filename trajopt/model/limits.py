@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import yaml
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import FileFormatError, JointNotFound
@@ -130,8 +129,11 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
     Raises:
         FileFormatError: If the file is missing, is no YAML, or has no such mapping.
     """
+    import yaml
+
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        document = yaml.safe_load(path.read_text())
+        document = yaml.load(path.read_text(), loader)
     except (OSError, yaml.YAMLError) as error:
         raise FileFormatError(str(path), str(error)) from error
     entries = (

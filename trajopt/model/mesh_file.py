@@ -11,8 +11,6 @@ from pathlib import Path
 import coal
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from trajopt.arrays import Bools, Floats, Ints, floats, readonly
 from trajopt.errors import MeshFileError, ShapeError
@@ -210,6 +208,9 @@ def clipped(triangles: Floats, plane: Floats, snap: float) -> tuple[Floats, Floa
 
 def components(size: int, a: Ints, b: Ints) -> Ints:
     """Number the connected components of `size` nodes that are linked a[i] - b[i]; shape (size,)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     links = coo_array((np.ones(len(a), dtype=np.int8), (a, b)), shape=(size, size))
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
 

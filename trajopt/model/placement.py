@@ -5,10 +5,10 @@ from typing import overload
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ShapeError
+from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,12 @@ class Placement:
     @property
     def quaternion(self) -> Floats:
         """Unit quaternion (x, y, z, w), shape (4,), w >= 0."""
-        return np.asarray(Rotation.from_matrix(self.rotation).as_quat(canonical=True))
+        return as_quaternion(self.rotation)
+
+    @property
+    def rpy(self) -> tuple[float, float, float]:
+        """Roll, pitch, yaw about the fixed axes x, y, z in this order [rad]."""
+        return as_rpy(self.rotation)
 
     @property
     def homogeneous(self) -> Floats:
@@ -75,8 +80,7 @@ class Placement:
     def __repr__(self) -> str:
         """Show position and roll-pitch-yaw."""
         x, y, z = (round(float(value), 6) + 0.0 for value in self.translation)
-        rpy = Rotation.from_matrix(self.rotation).as_euler("xyz")
-        roll, pitch, yaw = (round(float(value), 6) + 0.0 for value in rpy)
+        roll, pitch, yaw = (round(value, 6) + 0.0 for value in self.rpy)
         return f"placement(xyz=({x}, {y}, {z}), rpy=({roll}, {pitch}, {yaw}))"
 
 
@@ -111,15 +115,15 @@ def placement(
         raise ShapeError("orientation", "give one of rpy, quaternion and rotation, not several")
     matrix = np.eye(3)
     if rpy is not None:
-        matrix = Rotation.from_euler("xyz", floats("rpy", rpy, (3,))).as_matrix()
+        matrix = from_rpy(*floats("rpy", rpy, (3,)).tolist())
     elif quaternion is not None:
         parts = floats("quaternion", quaternion, (4,))
         length = float(np.linalg.norm(parts))
         if length < 1e-9:
             raise ShapeError("quaternion", "has no length, so it is no orientation")
-        matrix = Rotation.from_quat(parts / length).as_matrix()
+        matrix = from_quaternion(*(parts / length).tolist())
     elif rotation is not None:
         matrix = np.array(floats("rotation", rotation, (3, 3)))
         if np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-6 or np.linalg.det(matrix) < 0.0:
             raise ShapeError("rotation", "is not orthonormal and right-handed")
-    return Placement(readonly(np.ascontiguousarray(matrix)), translation)
+    return Placement(readonly(matrix), translation)

@@ -19,9 +19,10 @@ from trajopt.errors import (
     RobotNotFound,
     StateNotFound,
 )
-from trajopt.model.bodies import CollisionBody, MeshPolicy, robot_bodies
+from trajopt.model.bodies import CollisionBody, robot_bodies
 from trajopt.model.groups import Group, resolve_groups
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
+from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.recent import Recent
 from trajopt.model.srdf import EndEffector, Srdf, read_srdf

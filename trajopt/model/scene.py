@@ -13,8 +13,9 @@ from trajopt.errors import (
     ShapeError,
 )
 from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
-from trajopt.model.bodies import CollisionBody, MeshPolicy
+from trajopt.model.bodies import CollisionBody
 from trajopt.model.kinematics import link_placement
+from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.recent import Recent
 from trajopt.model.requirements import WORLD

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import cast
 
 from trajopt.errors import ModelError
-from trajopt.model.bodies import MeshPolicy, cover_mesh
 from trajopt.model.fixed_body import Anchor, FixedBody
+from trajopt.model.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.recent import Recent

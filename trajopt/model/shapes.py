@@ -9,7 +9,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull
 
 from trajopt.arrays import Floats, Ints, floats, number, readonly
 from trajopt.errors import ShapeError, SizeError
@@ -155,6 +154,8 @@ def convex(points: ArrayLike) -> Convex:
     Raises:
         ShapeError: If the points span no volume.
     """
+    from scipy.spatial import ConvexHull
+
     cloud = floats("points", points, (None, 3))
     if len(cloud) < 4 or np.linalg.matrix_rank(cloud - cloud[0], tol=1e-9) < 3:
         raise ShapeError("points", "lie in one plane, so their hull has no volume")

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, NameNotFound
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot

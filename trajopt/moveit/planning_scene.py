@@ -6,7 +6,7 @@ from pathlib import Path
 
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from math import hypot
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajopt.errors import ShapeError
 from trajopt.model.mesh_file import Mesh
@@ -115,6 +114,8 @@ def read_mesh(node: Node) -> Mesh:
 
 def read_plane(node: Node) -> Part:
     """Return the half-space a x + b y + c z + d <= 0 of a plane's coefficients [a, b, c, d]."""
+    from scipy.spatial.transform import Rotation
+
     coefficients = node.only(("coef",))["coef"].numbers()
     if len(coefficients) != 4:
         raise node["coef"].error(f"a plane has [a, b, c, d], not {len(coefficients)} numbers")

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
-import placo
-from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats
 from trajopt.model.kinematics import link_placement
@@ -129,6 +127,8 @@ class _PlacoSearch:
     """Placo's task-space inverse kinematics of one set of goals; all else is held."""
 
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement]) -> None:
+        import placo
+
         robot = reduced.scene.robot
         self._reduced = reduced
         urdf = _with_goal_frames(reduced, goals)
@@ -213,7 +213,7 @@ def _with_goal_frames(reduced: ReducedModel, goals: Sequence[Requirement]) -> st
             continue
         name, holder = GOAL_FRAME.format(count), reduced.scene.holder(goal.frame)
         offset = goal.offset if isinstance(goal, FramePlacement) else np.zeros(3)
-        rpy = Rotation.from_matrix(holder.placement.rotation).as_euler("xyz")
+        rpy = holder.placement.rpy
         ElementTree.SubElement(root, "link", name=name)
         joint = ElementTree.SubElement(root, "joint", name=f"{name}_joint", type="fixed")
         ElementTree.SubElement(joint, "parent", link=holder.link)
