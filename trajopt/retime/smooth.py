@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from trajopt.arrays import Floats
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 DEGREE = 3
 """Degree of the spline; the second derivative is continuous and piecewise linear."""
@@ -38,7 +41,9 @@ class SmoothPath:
         return float(self.knots[-1])
 
     @cached_property
-    def _splines(self) -> tuple[BSpline, ...]:
+    def _splines(self) -> "tuple[BSpline, ...]":
+        from scipy.interpolate import BSpline
+
         first = BSpline(full_knots(self.knots), self.control, DEGREE)
         return (first, first.derivative(1), first.derivative(2))
 
@@ -79,5 +84,7 @@ def greville(knots: Floats) -> Floats:
 
 def design(knots: Floats, s: Floats) -> Floats:
     """Weights of the control points at parameters s: shape (m, k + 2), dense."""
+    from scipy.interpolate import BSpline
+
     unit = BSpline(full_knots(knots), np.eye(len(knots) + DEGREE - 1), DEGREE)
     return unit(s)

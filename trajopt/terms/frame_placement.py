@@ -7,7 +7,6 @@ J_r^{-1} R^T w (Sola et al., A micro Lie theory, 2018, eq. 144); Euler angles ar
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
@@ -60,6 +59,8 @@ def _skew(vectors: Floats) -> Floats:
 
 def _rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
     """Return log R, shape (S, 3), and its rate by body-frame angular velocity, (S, 3, 3)."""
+    from scipy.spatial.transform import Rotation
+
     vector = Rotation.from_matrix(rotation).as_rotvec()
     angle = np.linalg.norm(vector, axis=1)
     small = angle < 1e-4

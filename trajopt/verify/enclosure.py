@@ -4,8 +4,6 @@ Distances to a mesh are distances to its triangles, so deep inside they are posi
 """
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.model.shapes import Convex, Mesh, Shape
@@ -15,6 +13,9 @@ def representatives(shape: Shape) -> Floats:
     """Return one point of each connected part of a shape's surface or inside, (p, 3) [m]."""
     match shape:
         case Mesh():
+            from scipy.sparse import coo_array
+            from scipy.sparse.csgraph import connected_components
+
             corners, merged = np.unique(shape.vertices, axis=0, return_inverse=True)
             faces = merged.reshape(-1)[shape.faces]
             links = coo_array(

@@ -8,7 +8,6 @@ angles change at a rate of at most |w| / cos(second angle). Second derivatives a
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats
 from trajopt.model.requirements import FramePlacement, RotationCoordinates
@@ -84,6 +83,8 @@ def _(requirement: FramePlacement, motion: Motion, when: When) -> tuple[Check, .
 def rotation_error(rotation: Floats, requirement: FramePlacement) -> Floats:
     """Return the rotation error in the requirement's coordinates, (c, 3, 3) -> (c, 3) [rad]."""
     if requirement.coordinates is RotationCoordinates.ROTATION_VECTOR:
+        from scipy.spatial.transform import Rotation
+
         return np.asarray(Rotation.from_matrix(rotation).as_rotvec())
     return euler_angles(rotation, requirement.rotation_tolerance)
 

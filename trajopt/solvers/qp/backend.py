@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from scipy.sparse import csc_matrix
 
 from trajopt.arrays import Floats
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 UNBOUNDED = 1e20
 """What backends that know no infinity are given in its place."""
@@ -27,9 +29,9 @@ class Qp:
         upper: Shape (n,); inf for none.
     """
 
-    P: csc_matrix
+    P: "csc_matrix"
     q: Floats
-    A: csc_matrix
+    A: "csc_matrix"
     l: Floats  # noqa: E741 (the field's letter)
     u: Floats
     lower: Floats
