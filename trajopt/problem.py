@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.metadata import entry_points
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ProblemNotFound
@@ -169,6 +168,8 @@ def named_problem(name: str) -> Problem:
     Raises:
         ProblemNotFound: If there is none of that name.
     """
+    from importlib.metadata import entry_points
+
     installed = {entry.name: entry for entry in entry_points(group="trajopt.problems")}
     if name not in installed:
         raise ProblemNotFound("installed problem", name, installed)

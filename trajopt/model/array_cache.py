@@ -3,8 +3,6 @@
 import hashlib
 import os
 import sys
-import tempfile
-import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -55,6 +53,8 @@ def cache_folder() -> Path:
 
 
 def _read(file: Path, names: Sequence[str]) -> Arrays | None:
+    import zipfile
+
     try:
         with file.open("rb") as stream, np.load(stream, allow_pickle=False) as kept:
             return {name: kept[name] for name in names}
@@ -63,6 +63,8 @@ def _read(file: Path, names: Sequence[str]) -> Arrays | None:
 
 
 def _write(file: Path, arrays: Arrays) -> None:
+    import tempfile
+
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=file.parent, suffix=".tmp")

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -69,8 +68,7 @@ class Robot:
         mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
         urdf_path: The file it came from.
         urdf_xml: Its text without collision and visual elements.
-        reductions: The robot with only one group's joints free, as asked for last: by the group and
-            where the other joints stand.
+        reductions: With only a group's joints free, as asked for last; by where the others stand.
     """
 
     name: str
@@ -90,9 +88,7 @@ class Robot:
     urdf_path: Path
     urdf_xml: str
     reductions: Recent[tuple[str, tuple[float, ...]], "ReducedRobot"] = field(
-        default_factory=lambda: Recent[tuple[str, tuple[float, ...]], "ReducedRobot"](8),
-        init=False,
-        repr=False,
+        default_factory=lambda: Recent(8), init=False, repr=False
     )
 
     @staticmethod
@@ -296,6 +292,8 @@ def load(
         RobotNotFound: If it is neither an installed name nor a file.
         ModelError: If options for a path come with a name.
     """
+    from importlib.metadata import entry_points
+
     installed = {entry.name: entry for entry in entry_points(group="trajopt.robots")}
     if str(robot) in installed:
         if srdf or limits or package_dirs or meshes:
