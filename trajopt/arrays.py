@@ -1,6 +1,7 @@
 """Read-only float arrays with checked shapes: what every value of trajopt is made of."""
 
 from collections.abc import Sequence
+from math import isfinite
 from typing import TypeAlias
 
 import numpy as np
@@ -45,12 +46,13 @@ def floats(
     except (TypeError, ValueError) as error:
         raise ShapeError(name, f"not numbers: {value!r}") from error
     expected = tuple(shape)
-    if array.ndim != len(expected) or any(
-        want is not None and want != have for want, have in zip(expected, array.shape, strict=True)
+    if array.ndim != len(expected) or (
+        array.shape != expected
+        and any(want not in (None, have) for want, have in zip(expected, array.shape, strict=True))
     ):
         wanted = "(" + ", ".join("any" if n is None else str(n) for n in expected) + ")"
         raise ShapeError(name, f"needs shape {wanted}, has {array.shape}")
-    if np.isnan(array).any() or (not infinite and np.isinf(array).any()):
+    if not np.isfinite(array).all() and (not infinite or np.isnan(array).any()):
         raise ShapeError(name, f"holds a number that is not finite: {array.tolist()}")
     return readonly(array)
 
@@ -61,4 +63,6 @@ def number(name: str, value: float, *, infinite: bool = False) -> float:
     Raises:
         ShapeError: If it is not a number, or not finite.
     """
+    if type(value) is float and isfinite(value):
+        return value
     return float(floats(name, value, (), infinite=infinite))

@@ -19,6 +19,7 @@ from trajopt.errors import (
     StateNotFound,
 )
 from trajopt.model.bodies import CollisionBody, robot_bodies
+from trajopt.model.described import adjacent_links, described_limits
 from trajopt.model.groups import Group, resolve_groups
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.mesh_cover import MeshPolicy
@@ -141,12 +142,12 @@ class Robot:
             name=name or description.name,
             model=model,
             joint_names=joint_names,
-            limits=with_stated(_described_limits(model), stated),
+            limits=with_stated(described_limits(model), stated),
             groups=groups,
             states=semantics.states,
             end_effectors=semantics.end_effectors,
             passive_joints=semantics.passive_joints,
-            disabled_pairs=semantics.disabled_pairs | _adjacent_links(model, links),
+            disabled_pairs=semantics.disabled_pairs | adjacent_links(model, links),
             mimics=description.mimics,
             frames=dict(frames or {}),
             bodies=bodies,
@@ -160,6 +161,11 @@ class Robot:
     def links(self) -> tuple[str, ...]:
         """Names of all links, root first."""
         return tuple(frame.name for frame in self.model.frames if frame.type == pin.FrameType.BODY)
+
+    @cached_property
+    def fixed_joints(self) -> frozenset[str]:
+        """Names of the joints that cannot move, which are not in `joint_names`."""
+        return frozenset(f.name for f in self.model.frames if f.type == pin.FrameType.FIXED_JOINT)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -302,47 +308,3 @@ def load(
     if not Path(robot).is_file():
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     return Robot.from_urdf(robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes)
-
-
-def _described_limits(model: pin.Model) -> JointLimits:
-    """Read what the URDF states: position, velocity, effort; acceleration is nan, jerk inf."""
-    count = model.njoints - 1
-    lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
-    for place, joint in enumerate(list(model.joints)[1:]):
-        if joint.nq == 1:
-            lower[place] = model.lowerPositionLimit[joint.idx_q]
-            upper[place] = model.upperPositionLimit[joint.idx_q]
-    effort = np.array(model.effortLimit)
-    effort[effort <= 0.0] = np.inf
-    return JointLimits(
-        tuple(model.names[1:]),
-        lower,
-        upper,
-        np.array(model.velocityLimit),
-        np.full(count, np.nan),
-        np.full(count, np.inf),
-        effort,
-    )
-
-
-def _adjacent_links(model: pin.Model, links: tuple[str, ...]) -> frozenset[frozenset[str]]:
-    """Pair the links joined by one joint, or fixed to each other: contact there is construction."""
-    by_joint: dict[int, list[str]] = {}
-    for frame in model.frames:
-        if frame.type == pin.FrameType.BODY:
-            by_joint.setdefault(int(frame.parentJoint), []).append(frame.name)
-    parent_link = {
-        frame.name: model.frames[frame.parentFrame].name
-        for frame in model.frames
-        if frame.type in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
-    }
-    pairs: set[frozenset[str]] = set()
-    for frame in model.frames:
-        if frame.type == pin.FrameType.BODY:
-            joint_frame = model.frames[frame.parentFrame].name
-            parent = parent_link.get(joint_frame)
-            if parent in links:
-                pairs.add(frozenset((frame.name, parent)))
-    for names in by_joint.values():
-        pairs.update(frozenset((a, b)) for a in names for b in names if a < b)
-    return frozenset(pairs)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from trajopt.errors import ModelError, NameNotFound, ObjectNotFound
-from trajopt.model.placement import Placement
+from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.model.scene_object import Part
@@ -52,9 +52,9 @@ def read_object(node: Node, reading: Reading) -> ObjectMessage:
     node.only(OBJECT_FIELDS)
     parts = read_parts(node, reading.notes)
     where = read_placement(node["pose"], reading.notes)
-    if len(parts) == 1 and where == Placement():
+    if len(parts) == 1 and where == IDENTITY:
         shape, where = parts[0]
-        parts = ((shape, Placement()),)
+        parts = ((shape, IDENTITY),)
     names, poses = node["subframe_names"].elements(), node["subframe_poses"].elements()
     if len(names) != len(poses):
         raise node["subframe_names"].error(f"{len(names)} names, but {len(poses)} poses")
@@ -148,7 +148,7 @@ def add(
         raise
     except ModelError as error:
         raise message.node.error(str(error)) from error
-    return with_subframes(message, Placement(), scene)
+    return with_subframes(message, IDENTITY, scene)
 
 
 def append(message: ObjectMessage, placement: Placement, scene: Scene, reading: Reading) -> Scene:
@@ -182,6 +182,8 @@ def with_subframes(message: ObjectMessage, placement: Placement, scene: Scene) -
 
 def without(scene: Scene, name: str) -> Scene:
     """Return the scene without an object and the frames on it, if it is there."""
+    if name not in scene.objects:
+        return scene
     kept = {
         key: item
         for key, item in scene.objects.items()

@@ -2,7 +2,7 @@
 
 from math import hypot, inf
 
-from trajopt.model.placement import Placement, placement
+from trajopt.model.placement import IDENTITY, Placement, placement
 from trajopt.moveit.document import Node
 
 
@@ -37,6 +37,8 @@ def read_placement(node: Node, notes: list[str]) -> Placement:
         node: The pose; identity where it is missing.
         notes: Receives a sentence for every quaternion that was not of unit length.
     """
+    if node.missing:
+        return IDENTITY
     transform = node.has("translation") or node.has("rotation")
     where, how = ("translation", "rotation") if transform else ("position", "orientation")
     node.only((where, how))

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 import numpy as np
-import pinocchio as pin
 
 from trajopt.arrays import Floats
 from trajopt.errors import JointNotFound
@@ -42,11 +41,10 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
     names, values = state["name"].elements(), state["position"].elements()
     if len(names) != len(values):
         raise state.error(f"{len(names)} names, but {len(values)} positions")
-    fixed = {frame.name for frame in robot.model.frames if frame.type == pin.FrameType.FIXED_JOINT}
     positions: dict[str, float] = {}
     for name, value in zip(names, values, strict=True):
         joint, position = name.text(), value.number()
-        if joint in fixed:
+        if joint in robot.fixed_joints:
             if abs(position) > FIXED_JOINT_TOLERANCE:
                 raise value.error(f"joint {joint!r} is fixed and cannot be at {position:g}")
             continue

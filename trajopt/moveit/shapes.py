@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.errors import ShapeError
 from trajopt.model.mesh_file import Mesh
-from trajopt.model.placement import Placement, placement
+from trajopt.model.placement import IDENTITY, placement
 from trajopt.model.scene_object import Part
 from trajopt.model.shapes import Box, Cone, Cylinder, Plane, Shape, Sphere
 from trajopt.moveit.document import Node
@@ -39,8 +39,8 @@ def read_parts(node: Node, notes: list[str]) -> tuple[Part, ...]:
         return read_plane(element)
 
     return (
-        *_posed(node, "primitives", "primitive_poses", lambda e: (read_primitive(e), Placement()), notes),
-        *_posed(node, "meshes", "mesh_poses", lambda e: (read_mesh(e), Placement()), notes),
+        *_posed(node, "primitives", "primitive_poses", lambda e: (read_primitive(e), IDENTITY), notes),
+        *_posed(node, "meshes", "mesh_poses", lambda e: (read_mesh(e), IDENTITY), notes),
         *_posed(node, "planes", "plane_poses", plane, notes),
     )
 
@@ -50,7 +50,7 @@ def _posed(node: Node, shapes: str, poses: str, read: Callable[[Node], Part], no
     if len(places) > len(elements):
         raise node[poses].error(f"{len(places)} poses for {len(elements)} {shapes}")
     where = [read_placement(place, notes) for place in places]
-    where += [Placement()] * (len(elements) - len(places))
+    where += [IDENTITY] * (len(elements) - len(places))
     parts = [read(element) for element in elements]
     return [(shape, outer * inner) for (shape, inner), outer in zip(parts, where, strict=True)]
 
