@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from trajopt.arrays import Bools, Floats, Ints, floats, readonly
 from trajopt.errors import MeshFileError, ShapeError
+from trajopt.model.derived import Derived
 
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(Derived):
     """Triangles, in the frame and unit of their file.
 
     On construction coincident vertices are merged; faces without area, and vertices that no face

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Ints, floats, number, readonly
 from trajopt.errors import ShapeError, SizeError
+from trajopt.model.derived import Derived
 from trajopt.model.mesh_file import Mesh
 
 LARGEST_SIZE = 50.0
@@ -28,7 +29,7 @@ def _length(name: str, value: float) -> float:
 
 
 @dataclass(frozen=True)
-class Box:
+class Box(Derived):
     """Box about its centre, with edges along its axes.
 
     Attributes:
@@ -48,7 +49,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Derived):
     """Sphere about its centre.
 
     Attributes:
@@ -63,7 +64,7 @@ class Sphere:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Derived):
     """Solid cylinder about its centre, axis along z.
 
     Attributes:
@@ -81,7 +82,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
-class Capsule:
+class Capsule(Derived):
     """Cylinder with a half sphere at each end, about its centre, axis along z.
 
     Attributes:
@@ -99,7 +100,7 @@ class Capsule:
 
 
 @dataclass(frozen=True)
-class Cone:
+class Cone(Derived):
     """Solid cone, axis along z: base at -length/2, tip at +length/2.
 
     Attributes:
@@ -117,12 +118,12 @@ class Cone:
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Derived):
     """Everything below the plane z = 0 of its own frame is solid (a half-space)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Convex:
+class Convex(Derived):
     """Convex hull of points.
 
     Build one with `convex(points)`.

@@ -24,7 +24,11 @@ def _triangles(faces: NDArray[np.integer]) -> coal.StdVec_Triangle:
 
 
 def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
-    """Make Coal's geometry of a shape, in the shape's own frame."""
+    """Return Coal's geometry of a shape, in the shape's own frame; made once for each shape."""
+    return shape.derived(_geometry)
+
+
+def _geometry(shape: Shape) -> coal.CollisionGeometry:
     match shape:
         case Box():
             geometry = coal.Box(shape.x, shape.y, shape.z)
