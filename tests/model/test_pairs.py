@@ -52,6 +52,10 @@ def check_pairs(reduced: ReducedModel) -> None:
     assert pairs.immobile == immobile(reduced)
 
 
+def placements(reduced: ReducedModel) -> list[to.Placement]:
+    return [body.placement for body in reduced.bodies]
+
+
 def random_scene(arms: to.Robot, rng: np.random.Generator) -> to.Scene:
     scene, links, names = to.Scene(arms), arms.links, [f"thing{i}" for i in range(12)]
     for i, name in enumerate(names):
@@ -126,7 +130,9 @@ def test_scenes_share_what_an_edit_leaves(arms: to.Robot) -> None:
     before = reduce_model(scene, "left", at)
     again = reduce_model(scene, "left", arms.positions({"left_elbow": 0.3}))
     assert (again.model, again.bodies, again.pairs) == (before.model, before.bodies, before.pairs)
+    assert again.derived(placements) is before.derived(placements)
     after = reduce_model(scene.move("one", to.placement((1, 2, 3))), "left", at)
+    assert after.derived(placements) is not before.derived(placements)
     assert after.model is before.model and after.pairs is before.pairs
     same = [a is b for a, b in zip(after.bodies, before.bodies, strict=True)]
     assert same == [*(True for _ in arms.bodies), False, False, True]
