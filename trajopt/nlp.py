@@ -6,6 +6,7 @@ may use the block structure or flatten it into a sparse matrix as it likes.
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -56,7 +57,7 @@ class CostRows:
     weight: Floats
     loss: Loss
 
-    @property
+    @cached_property
     def cost(self) -> float:
         """The cost's value."""
         value = self.rows.value
@@ -84,13 +85,13 @@ class ConstraintRows:
     upper: Floats
     tolerance: float
 
-    @property
+    @cached_property
     def violation(self) -> Floats:
         """How far each row is outside its bounds, shape (m,), >= 0."""
         value = self.rows.value
         return np.maximum(0.0, np.maximum(self.lower - value, value - self.upper))
 
-    @property
+    @cached_property
     def worst(self) -> float:
         """Largest violation; 0 without rows."""
         return float(self.violation.max(initial=0.0))
@@ -112,12 +113,12 @@ class Linearisation:
     constraints: tuple[ConstraintRows, ...]
     sampling: Ints
 
-    @property
+    @cached_property
     def cost(self) -> float:
         """Sum of all costs."""
         return sum(block.cost for block in self.costs)
 
-    @property
+    @cached_property
     def violation(self) -> float:
         """Sum of all violations (the L1 norm)."""
         return float(sum(block.violation.sum() for block in self.constraints))

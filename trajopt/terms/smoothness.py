@@ -5,28 +5,33 @@ v_t = q_{t+1} - q_t, a_t = q_{t+2} - 2 q_{t+1} + q_t, j_t = q_{t+3} - 3 q_{t+2} 
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from math import comb
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Ints, readonly
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 
 
 def _differences(knots: Floats, order: int) -> Rows:
-    count, joints = knots.shape
+    value = np.diff(knots, n=order, axis=0) if len(knots) > order else np.empty((0, knots.shape[1]))
+    return Rows(value.ravel(), *_stencils(*knots.shape, order))
+
+
+@lru_cache(maxsize=32)
+def _stencils(count: int, joints: int, order: int) -> tuple[Floats, Ints, Ints, Floats]:
+    """Return Jacobian, knots, component and place of all differences: the same at every point."""
     windows = max(count - order, 0)
     binomial = np.array([(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)])
-    value = np.diff(knots, n=order, axis=0) if windows else np.empty((0, joints))
     block = binomial[None, :, None] * np.eye(joints)[:, None, :]
     first = np.repeat(np.arange(windows, dtype=np.int64), joints)
-    return Rows(
-        value.ravel(),
-        np.tile(block, (windows, 1, 1)),
-        first[:, None] + np.arange(order + 1),
-        np.tile(np.arange(joints, dtype=np.int64), windows),
-        first.astype(np.float64) + order / 2,
+    return (
+        readonly(np.tile(block, (windows, 1, 1))),
+        readonly(first[:, None] + np.arange(order + 1)),
+        readonly(np.tile(np.arange(joints, dtype=np.int64), windows)),
+        readonly(first.astype(np.float64) + order / 2),
     )
 
 

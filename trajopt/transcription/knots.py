@@ -1,6 +1,7 @@
 """Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -74,12 +75,18 @@ class KnotsNlp:
         """Return the path through the knots."""
         return Path(self.problem.reduced.joint_names, readonly(np.array(x)))
 
+    @cached_property
+    def _moves(self) -> Bools:
+        """Whether anything of each knot may change, shape (N,)."""
+        return (self.lower < self.upper).any(axis=1)
+
     def _bounded(self, item: Constraint, motion: Motion) -> ConstraintRows:
         rows = _in_window(item.residual, motion, item.window)
         lower, upper = item.bounds(rows)
-        fixed = (self.lower == self.upper).all(axis=1)
-        touched = (np.abs(rows.jacobian).max(axis=2, initial=0.0) > 0.0) & ~fixed[rows.knots]
+        touched = rows.jacobian.any(axis=2) & self._moves[rows.knots]
         keep = touched.any(axis=1) & (np.isfinite(lower) | np.isfinite(upper))
+        if keep.all():
+            return ConstraintRows(item.residual.name, rows, lower, upper, item.tolerance)
         return ConstraintRows(item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance)
 
 

@@ -55,12 +55,22 @@ inline double outside_squared(const Body& box, const Place& at, const Vector3& c
   return (local.cwiseAbs() - box.half).cwiseMax(0.0).squaredNorm();
 }
 
-// Distance of two bodies, at least: each one's sphere against the other's box. Squares are compared first, for
-// far bodies need no more than to be known as far.
-inline double lower_bound(const Body& a, const Place& at_a, const Body& b, const Place& at_b) {
+// Distance of a box to the other's box as it is wrapped along the first one's axes, squared.
+inline double apart_squared(const Body& box, const Place& at, const Body& other, const Place& at_other) {
+  const Matrix3 turned = at.rotation.transpose() * at_other.rotation;
+  const Vector3 local = at.rotation.transpose() * (at_other.centre - at.centre);
+  return (local.cwiseAbs() - box.half - turned.cwiseAbs() * other.half).cwiseMax(0.0).squaredNorm();
+}
+
+// Distance of two bodies, at least: each one's sphere against the other's box, and where that leaves them within
+// reach, each one's box wrapped along the other's axes.
+inline double lower_bound(const Body& a, const Place& at_a, const Body& b, const Place& at_b, double reach) {
   const double first = std::sqrt(outside_squared(a, at_a, at_b.centre)) - b.radius;
   const double second = std::sqrt(outside_squared(b, at_b, at_a.centre)) - a.radius;
-  return std::max(first, second);
+  const double spheres = std::max(first, second);
+  if (spheres > reach) return spheres;
+  const double boxes = std::sqrt(std::max(apart_squared(a, at_a, b, at_b), apart_squared(b, at_b, a, at_a)));
+  return boxes > 0.0 ? std::max(spheres, boxes) : spheres;
 }
 
 }  // namespace proximity

@@ -121,7 +121,7 @@ void Tracker::along_obstacles(Neighbours& list, int mover, int begin, int end) {
     for (int sample = begin; sample < end; ++sample, ++clear) {
       const double sum = moved(sample, mover);
       if (*clear - sum > reach) continue;
-      double distance = lower_bound(body, places_[sample * movers_ + mover], other, still);
+      double distance = lower_bound(body, places_[sample * movers_ + mover], other, still, reach);
       ++work.bounds;
       if (distance <= reach) distance = measure(pair, sample);
       *clear = distance + sum;
@@ -137,7 +137,7 @@ void Tracker::between_movers(int sample) {
     const auto [first, second] = cell_.pairs[pair];
     const double sum = moved(sample, cell_.mover_of[first]) + moved(sample, cell_.mover_of[second]);
     if (*clear - sum > reach_[pair]) continue;
-    double distance = lower_bound(cell_.bodies[first], at(sample, first), cell_.bodies[second], at(sample, second));
+    double distance = lower_bound(cell_.bodies[first], at(sample, first), cell_.bodies[second], at(sample, second), reach_[pair]);
     ++work.bounds;
     if (distance <= reach_[pair]) distance = measure(pair, sample);
     *clear = distance + sum;
