@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all check bench clean
+.PHONY: demo test test-all check bench bench-peers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -28,6 +28,10 @@ bench: $(STAMP)
 	-OMP_NUM_THREADS=1 $(BIN)/trajopt bench --robot panda --data $(DATA)/panda --json out/bench_panda.json
 	-OMP_NUM_THREADS=1 $(BIN)/trajopt bench --robot $(DATA)/ur5/robot/ur5.urdf --srdf $(DATA)/ur5/robot/ur5.srdf \
 	  --data $(DATA)/ur5 --json out/bench_ur5.json
+
+# Side by side with other planners, each in an environment of its own below out/peers; on one core, about 20 minutes.
+bench-peers: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python benchmarks/peers/compare.py --data $(DATA)/panda --page benchmarks/README.md
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(not ((3, 11) <= sys.version_info[:2] <= (3, 13)))' \
