@@ -33,9 +33,9 @@ SPREADS = {
 COLUMNS = """
 * *claimed*: the planner says that it has a solution. *path free*: the path, as a polyline, is proven to touch
   nothing anywhere on it, with no margin, and joins start and goal; in brackets: or touches by less than 1 mm.
-  *motion free*: so is the timed motion. *limits proven*: position, velocity and acceleration limits hold at all
-  times. *within 2 %*: they hold but for 2 %, accelerations as a mean over 5 ms (toppra keeps them at grid points
-  only; a cubic through samples overshoots where the acceleration jumps). All are shares of all problems.
+  *motion free*: so is the timed motion. *limits proven*: position, velocity and acceleration limits hold at
+  all times. *within 2 %*: they hold but for 2 %, accelerations as a mean over 5 ms (toppra keeps them at grid
+  points only; a cubic through samples overshoots where the acceleration jumps). Shares are of all problems.
 * *CPU*: process time, median / p90 over all problems, failures included; *set-up* is making the scene and
   comes on top. The first problem is solved once before, unmeasured.
 * *motion time*: duration over trajopt's, median over the problems (their number in brackets) of which both
@@ -146,15 +146,14 @@ def section(document: Record) -> str:
     which = f"the first {document['limit']} of each of {len(document['sets'])} sets"
     if left_out:
         which += f", without {', '.join(left_out)} (start or goal beyond a limit or in collision)"
-    notes = (
-        f"* **{planner['label']}**{_pins(planner)}: {planner['note']}" for planner in document["planners"]
-    )
+    planners = document["planners"]
+    notes = (f"* **{planner['label']}**{_pins(planner)}: {planner['note']}" for planner in planners)
     return "\n".join(
         (
             f"{document['problems']} problems: {which}. {document['date']}; one run, one core, one process",
             f"at a time; at most {document['time_limit']:g} s a problem.",
             "",
-            tables(document["planners"]),
+            tables(planners),
             COLUMNS,
             *notes,
         )
