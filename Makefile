@@ -29,9 +29,11 @@ bench: $(STAMP)
 	-OMP_NUM_THREADS=1 $(BIN)/trajopt bench --robot $(DATA)/ur5/robot/ur5.urdf --srdf $(DATA)/ur5/robot/ur5.srdf \
 	  --data $(DATA)/ur5 --json out/bench_ur5.json
 
-# Side by side with other planners, each in an environment of its own below out/peers; on one core, about 20 minutes.
+# Side by side with other planners, each in an environment of its own below out/peers; about 20 minutes of one
+# core. OPTIONS: those of benchmarks/peers/compare.py, such as --limit 2.
 bench-peers: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python benchmarks/peers/compare.py --data $(DATA)/panda --page benchmarks/README.md
+	OMP_NUM_THREADS=1 $(BIN)/python benchmarks/peers/compare.py --data $(DATA)/panda \
+	  --page benchmarks/README.md $(OPTIONS)
 
 $(VENV)/bin/python:
 	$(PYTHON) -c 'import sys; sys.exit(not ((3, 11) <= sys.version_info[:2] <= (3, 13)))' \

@@ -52,7 +52,7 @@ PEERS = (
         "ompl",
         ("ompl.geometric", "pinocchio", "toppra"),
         "`simplifySolution` to its end; a callback in Python into Pinocchio's broad phase and Coal; toppra "
-        "on a cubic spline, through denser points of the path where it would touch.",
+        "at 600 points on a cubic spline, through denser points of the path where it would touch.",
         "0.02",
     ),
     Peer(
@@ -81,7 +81,7 @@ PEERS = (
         "tesseract",
         ("tesseract_robotics.tesseract_motion_planners_trajopt", "toppra"),
         "21 points from the straight line, OSQP, continuous collision cost (margin 5 mm) and constraint "
-        "(margin 0); toppra on a cubic spline through the points.",
+        "(margin 0), as in its car seat example; toppra on a cubic spline as for OMPL.",
     ),
 )
 

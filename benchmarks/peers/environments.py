@@ -78,11 +78,13 @@ def run(
         One result for each problem.
     """
     count = len(json.loads(problems.read_text())["problems"])
-    results.unlink(missing_ok=True)
+    log_file = results.with_suffix(".log")
+    for file in (results, log_file):
+        file.unlink(missing_ok=True)
     done = 0
     while done < count:
         command = [python, HERE / f"{peer.worker}_worker.py", problems, results, str(done), peer.variant]
-        with results.with_suffix(".log").open("a") as log:
+        with log_file.open("a") as log:
             process = subprocess.Popen(command, stdout=log, stderr=log, cwd=HERE, env=_environment())
             reason = _watch(process, results, time_limit + GRACE)
         done = _lines(results)

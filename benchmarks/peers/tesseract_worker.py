@@ -1,13 +1,19 @@
 """Tesseract's TrajOpt (sco) with OSQP and continuous collision checks, from the straight line."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tesseract_robotics import tesseract_command_language as language
 from tesseract_robotics import tesseract_motion_planners_trajopt as trajopt
-from tesseract_robotics.tesseract_collision import CollisionEvaluatorType
+from tesseract_robotics.tesseract_collision import (
+    CollisionEvaluatorType,
+    ContactRequest,
+    ContactResultMap,
+    ContactTestType,
+)
 from tesseract_robotics.tesseract_common import (
     AllowedCollisionMatrix,
     FilesystemPath,
@@ -32,6 +38,7 @@ NAMESPACE = "TrajOptMotionPlannerTask"
 PROFILE = "DEFAULT"
 STEPS = 20
 LONGEST_SEGMENT = 0.1
+TESTED = 0.02
 CONTACTS = """contact_manager_plugins:
   search_libraries: [tesseract_collision_bullet_factories]
   discrete_plugins:
@@ -76,8 +83,23 @@ class Tesseract:
         path, path_cpu = cpu(self._path, scene, problem)
         if isinstance(path, str):
             return Planned(False, path_cpu=path_cpu, message=path)
-        motion, timing_cpu = cpu(time_path, self.robot, path)
+        motion, timing_cpu = cpu(time_path, self.robot, path, self._checker(scene), TESTED)
         return Planned(True, path.tolist(), motion, path_cpu, timing_cpu)
+
+    def _checker(self, scene: Environment) -> Callable[[np.ndarray], bool]:
+        """Return what says whether a configuration is free."""
+        group = scene.getJointGroup(self.robot["group"])
+        manager = scene.getDiscreteContactManager()
+        manager.setActiveCollisionObjects(group.getActiveLinkNames())
+        manager.setDefaultCollisionMargin(0.0)
+
+        def free(q: np.ndarray) -> bool:
+            manager.setCollisionObjectsTransform(group.calcFwdKin(q))
+            found = ContactResultMap()
+            manager.contactTest(found, ContactRequest(ContactTestType.FIRST))
+            return found.empty()
+
+        return free
 
     def _path(self, scene: Environment, problem: dict[str, Any]) -> np.ndarray | str:
         request = PlannerRequest()
