@@ -36,7 +36,7 @@ PEERS = (
         "roboplan",
         ("roboplan.rrt", "roboplan.toppra"),
         "C++; largest connection 1.0 rad, edges tested every 0.02 rad, 100 rounds of shortcutting; timing by "
-        "its own TOPP-RA with rounded corners (0.1, 0.03 and 0.01 rad, the shortest motion is kept), sampled "
+        "its own TOPP-RA with rounded corners (by 0.1, 0.03 and 0.01 rad; the shortest is kept), sampled "
         "every 5 ms.",
         "0.02",
     ),

@@ -40,7 +40,8 @@ COLUMNS = """
   comes on top. The first problem is solved once before, unmeasured.
 * *motion time*: duration over trajopt's, median over the problems (their number in brackets) of which both
   motions are free. *path rad*: length in joint space, median over free paths. *clearance*: of what is free,
-  least / median. *acceleration*: largest mean over 5 ms as a multiple of the limit, median / most."""
+  least / median. *acceleration*: largest mean over 5 ms as a multiple of the limit, median / most. trajopt's
+  motions also keep the torque limits, which the others are not given."""
 
 
 def summary(records: Sequence[Record], reference: Sequence[Record]) -> Record:

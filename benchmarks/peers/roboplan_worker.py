@@ -13,6 +13,7 @@ CONNECTION = 1.0
 NODES = 10_000
 SAMPLE_TIME = 0.005
 BLENDS = (0.1, 0.03, 0.01)
+NEARLY = 0.02
 
 
 class Roboplan:
@@ -77,24 +78,32 @@ class Roboplan:
         )
         return core.PathShortcutter(scene, shortening).shortcut(path)
 
-    def _motion(self, scene: core.Scene, path: core.JointPath) -> Motion:
-        """Time the path with its corners rounded, and keep the shortest of the motions."""
-        timing = toppra.PathParameterizerTOPPRA(scene, self.group)
-        motions = [
-            timing.generate(
-                path,
-                toppra.TOPPRAOptions(
-                    dt=SAMPLE_TIME,
-                    mode=toppra.SplineFittingMode.LinearBlend,
-                    max_adaptive_step_size=self.step,
-                    max_blend_deviation=deviation,
-                ),
-            )
-            for deviation in BLENDS
-        ]
-        timed = min(motions, key=lambda motion: motion.times[-1])
+    def _motion(self, scene: core.Scene, path: core.JointPath) -> Motion | None:
+        """Time the path, its corners rounded more and less; keep the shortest motion inside its limits."""
+        motions = [timed for timed in (self._rounded(scene, path, size) for size in BLENDS) if timed]
+        if not motions:
+            return None
+        timed = min(motions, key=lambda motion: (self._excess(motion) > NEARLY, motion.times[-1]))
         positions, velocities = (np.array(rows).tolist() for rows in (timed.positions, timed.velocities))
         return Motion(list(timed.times), positions, velocities)
+
+    def _rounded(
+        self, scene: core.Scene, path: core.JointPath, deviation: float
+    ) -> core.JointTrajectory | None:
+        options = toppra.TOPPRAOptions(
+            dt=SAMPLE_TIME,
+            mode=toppra.SplineFittingMode.LinearBlend,
+            max_adaptive_step_size=self.step,
+            max_blend_deviation=deviation,
+        )
+        try:
+            return toppra.PathParameterizerTOPPRA(scene, self.group).generate(path, options)
+        except RuntimeError:
+            return None
+
+    def _excess(self, motion: core.JointTrajectory) -> float:
+        """Return the share by which the accelerations that a motion states are too large."""
+        return float((np.abs(motion.accelerations) / self.robot["acceleration"]).max()) - 1.0
 
 
 work(Roboplan)
