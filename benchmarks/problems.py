@@ -1,0 +1,126 @@
+"""Problems that grow in one direction at a time: knots, boxes, faces of a mesh, joints."""
+
+from pathlib import Path
+
+import numpy as np
+
+import trajopt as to
+from trajopt.arrays import Floats
+from trajopt.query import query_of
+
+START = {
+    "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,
+    "panda_joint5": 0.0, "panda_joint6": 2.3, "panda_joint7": 0.8,
+}  # fmt: skip
+GOAL = {**START, "panda_joint1": 0.8, "panda_joint2": 0.5, "panda_joint4": -1.8}
+FREE_SPACE = 0.15
+"""Further boxes keep this far from the way that the arm takes without them [m]."""
+
+
+def past_pillar(robot: to.Robot, *, knots: int = 24, boxes: int = 2) -> to.Problem:
+    """A Panda swings around a pillar on a table, among further boxes that leave its way free.
+
+    Args:
+        robot: The Panda.
+        knots: Knots of the path.
+        boxes: Obstacles in all; the first two are the table and the pillar.
+    """
+    scene = (
+        to.Scene(robot)
+        .add("table", to.Box(1.2, 1.6, 0.04), to.placement((0.5, 0.0, -0.06)))
+        .add("pillar", to.Box(0.08, 0.08, 0.5), to.placement((0.55, 0.0, 0.2)))
+    )
+    problem = to.Problem(
+        scene=scene, group="panda_arm", start=START, goal=to.joint_positions(GOAL), knots=knots
+    )
+    if boxes <= 2:
+        return problem
+    path = to.plan(problem).require().path
+    way = np.concatenate([_between(*ends) for ends in zip(path.knots, path.knots[1:], strict=False)])
+    for count, where in enumerate(_places_beside(scene, problem, way, boxes - 2)):
+        scene = scene.add(f"box{count}", to.Box(0.08, 0.06, 0.1), where)
+    return to.Problem(scene=scene, group="panda_arm", start=START, goal=to.joint_positions(GOAL), knots=knots)
+
+
+def _between(first: Floats, last: Floats) -> Floats:
+    return np.linspace(first, last, 6)
+
+
+def _places_beside(scene: to.Scene, problem: to.Problem, way: Floats, count: int) -> list[to.Placement]:
+    """Draw places in the room around the arm that its way leaves free, the same ones in every run."""
+    rng = np.random.default_rng(0)
+    places: list[to.Placement] = []
+    while len(places) < count:
+        batch = [
+            to.placement(rng.uniform((-2.5, -2.5, -0.5), (2.5, 2.5, 2.5)), rpy=rng.uniform(-3.0, 3.0, 3))
+            for _ in range(200)
+        ]
+        trial = to.Scene(scene.robot)
+        for index, where in enumerate(batch):
+            trial = trial.add(f"trial{index}", to.Box(0.08, 0.06, 0.1), where)
+        reduced = to.Problem(scene=trial, group="panda_arm", start=START, goal=problem.goal).reduced
+        found = query_of(reduced).near(way, np.full(len(reduced.pairs.margin), FREE_SPACE))
+        taken = {name for pair in np.unique(found.pair) for name in reduced.owners(int(pair))}
+        places.extend(where for index, where in enumerate(batch) if f"trial{index}" not in taken)
+    return places[:count]
+
+
+def over_waves(robot: to.Robot, faces: int) -> to.Problem:
+    """A Panda swings over a rippled sheet, one exact triangle mesh, around a pillar.
+
+    Args:
+        robot: The Panda.
+        faces: Triangles of the sheet, about; its form is the same whatever their number.
+    """
+    side = max(int(np.sqrt(faces / 2)), 2)
+    x, y = np.meshgrid(np.linspace(0.2, 1.0, side + 1), np.linspace(-0.8, 0.8, side + 1), indexing="ij")
+    z = 0.02 * np.sin(14.0 * x) * np.sin(11.0 * y) - 0.05
+    corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
+    right, up = corner + side + 1, corner + 1
+    triangles = np.concatenate(
+        (np.stack((corner, right, up), axis=1), np.stack((right, right + 1, up), axis=1))
+    )
+    sheet = to.Mesh(np.stack((x, y, z), axis=2).reshape(-1, 3), triangles.astype(np.int32))
+    scene = (
+        to.Scene(robot)
+        .add("sheet", sheet, to.placement())
+        .add("pillar", to.Box(0.08, 0.08, 0.5), to.placement((0.55, 0.0, 0.25)))
+    )
+    return to.Problem(scene=scene, group="panda_arm", start=START, goal=to.joint_positions(GOAL))
+
+
+def arms(folder: Path, joints: int) -> to.Problem:
+    """One arm of up to seven joints, or two arms of half as many each, past a post.
+
+    Args:
+        folder: Where the description is written.
+        joints: Joints in all, 2 to 14; even beyond seven.
+    """
+    sides = [("one", 0.0, joints)] if joints <= 7 else [("one", -0.5, joints // 2), ("two", 0.5, joints // 2)]
+    text = '<robot name="arms"><link name="base"/>' + "".join(_arm(*side) for side in sides) + "</robot>"
+    path = folder / f"arms{joints}.urdf"
+    path.write_text(text)
+    robot = to.Robot.from_urdf(path)
+    scene = to.Scene(robot)
+    for name, y, _ in sides:
+        scene = scene.add(f"post_{name}", to.Cylinder(0.05, 0.2), to.placement((0.55, y, 0.0)))
+    first = [name for name in robot.joint_names if name.endswith("_0")]
+    start = {name: -0.9 if name in first else 0.05 for name in robot.joint_names}
+    goal = {name: 0.9 if name in first else 0.1 for name in robot.joint_names}
+    return to.Problem(scene=scene, start=start, goal=to.joint_positions(goal))
+
+
+def _arm(name: str, y: float, joints: int) -> str:
+    length = 1.0 / joints
+    parts: list[str] = []
+    parent, origin = "base", f'<origin xyz="0 {y} 0"/>'
+    for index in range(joints):
+        link, axis = f"{name}_link{index}", "0 0 1" if index % 2 == 0 else "0 1 0"
+        parts.append(
+            f'<link name="{link}"><collision><origin xyz="{length / 2} 0 0"/><geometry>'
+            f'<box size="{0.8 * length} 0.05 0.05"/></geometry></collision></link>'
+            f'<joint name="{name}_{index}" type="revolute"><parent link="{parent}"/><child link="{link}"/>{origin}'
+            f'<axis xyz="{axis}"/><limit lower="-2.8" upper="2.8" effort="50" velocity="2"/></joint>'
+        )
+        parent, origin = link, f'<origin xyz="{length} 0 0"/>'
+    return "".join(parts)
