@@ -41,6 +41,9 @@ ONLY_IN = {
 }
 """Packages that only some rooms may import."""
 
+CORES = {"reachability": "retime"}
+"""Native cores and the one room that may call each."""
+
 
 def modules() -> list[Path]:
     return sorted(
@@ -76,6 +79,8 @@ def test_imports_downward(path: Path) -> None:
             assert other in LAYERS, f"{path.name} imports {name}, a room without a layer"
             assert other == mine or LAYERS[other] <= LAYERS[mine], f"{mine} imports upward: {name}"
             assert other not in FORBIDDEN.get(mine, set()), f"{mine} must not know {other}: {name}"
+            if other == "native" and len(parts) > 2:
+                assert mine == CORES.get(parts[2], mine), f"the core {parts[2]} is not for {mine}"
         assert mine in ONLY_IN.get(parts[0], {mine}), f"{parts[0]} is not for {mine}"
         assert parts[0] not in {"robots", "problems", "trajopt_robots", "trajopt_problems"}, name
 

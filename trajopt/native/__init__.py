@@ -4,6 +4,7 @@
 |---|---|---|
 | `proximity` | `query` | kinematics of all samples, and the rows of all pairs that come near |
 | `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
+| `reachability` | `retime` | the passes over a grid that give the fastest profile |
 """
 
 from importlib.util import find_spec

@@ -8,6 +8,9 @@ half-planes of a grid point hold the origin, and both passes always succeed.
 
 Source: Pham and Pham, IEEE T-RO 34(3), 2018, algorithm 1 (TOPP-RA). Here the two linear programs of
 each grid point are reduced beforehand, for all at once, to the least of some straight lines.
+
+This is the body in plain Python of the native core `reachability`, and its oracle: see
+`trajopt.retime.passes`.
 """
 
 from dataclasses import dataclass
@@ -57,7 +60,9 @@ def fastest(stages: Stages, room: Floats, bound: Floats) -> Floats:
     """
     above = _bounds(room, stages.held, stages.onward, upper=True)
     onward = _bounds(room, stages.onward, stages.held, upper=True)
-    summit = _summit(above, _bounds(room, stages.held, stages.onward, upper=False), bound[1:])
+    summit = _summit(
+        above, _bounds(room, stages.held, stages.onward, upper=False), _ahead(stages, room, bound)
+    )
     controllable = _backward(above, summit, bound)
     count = len(bound)
     control = [0.0] * count
@@ -73,6 +78,13 @@ def _bounds(room: Floats, factor: Floats, other: Floats, *, upper: bool) -> _Lin
     used = factor > 0.0 if upper else factor < 0.0
     safe = np.where(used, factor, 1.0)
     return _Lines(np.where(used, room / safe, FAR if upper else -FAR), np.where(used, other / safe, 0.0))
+
+
+def _ahead(stages: Stages, room: Floats, bound: Floats) -> Floats:
+    """Bound of the value after each grid point, by the half-planes that bound it alone too."""
+    alone = (stages.held == 0.0) & (stages.onward > 0.0)
+    most = np.where(alone, room / np.where(alone, stages.onward, 1.0), FAR)
+    return np.minimum(bound[1:], most.min(axis=1))
 
 
 def _backward(above: _Lines, summit: Floats, bound: Floats) -> list[float]:

@@ -1,0 +1,88 @@
+"""The native core against its body in plain Python."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from trajopt.arrays import Floats
+from trajopt.retime import passes, reachability
+from trajopt.retime.stages import Rows, Stages, rooms, stages
+
+needs_native = pytest.mark.skipif(not passes.NATIVE, reason="installed without native cores")
+
+
+def compare(table: Stages, room: Floats, bound: Floats) -> Floats:
+    """Return what the core finds, after comparing it with the oracle."""
+    found, expected = passes.fastest(table, room, bound), reachability.fastest(table, room, bound)
+    assert found.shape == bound.shape and found[0] == found[-1] == 0.0
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-12 * float(expected.max()))
+    return found
+
+
+def random_rows(rng: np.random.Generator, count: int, columns: int) -> tuple[Floats, Rows]:
+    s = np.concatenate(((0.0,), np.cumsum(10.0 ** rng.uniform(-3.0, -1.0, count - 1))))
+    waves = rng.normal(size=(2, 3, columns)) * 10.0 ** rng.uniform(-1.0, 1.0, columns)
+    phase = np.arange(1, 4)[None, :] * s[:, None]
+    return s, Rows(np.cos(phase) @ waves[0], np.sin(phase) @ waves[1], 0.3 * np.sin(phase) @ waves[0])
+
+
+@needs_native
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from(("smooth", "rough", "still", "equal", "weak", "stop")))
+def test_it_finds_what_plain_python_finds(seed: int, kind: str) -> None:
+    rng = np.random.default_rng(seed)
+    count, columns = int(rng.integers(2, 80)), int(rng.integers(1, 15))
+    s, rows = random_rows(rng, count, columns)
+    limit = np.tile(np.abs(rows.c).max(axis=0) + rng.uniform(0.1, 1.0, columns), (count, 1))
+    bound = rng.uniform(0.2, 2.0, count + 1)
+    match kind:
+        case "rough":
+            rows = Rows(rng.normal(size=rows.a.shape), rng.normal(size=rows.a.shape), rows.c)
+        case "still":  # joints that stand still, in places or everywhere
+            gone = (rng.random((1, columns)) < 0.5) | (rng.random((count, columns)) < 0.2)
+            rows = Rows(*(np.where(gone, 0.0, part) for part in (rows.a, rows.b, rows.c)))
+            bound[rng.random(count + 1) < 0.3] = 1e4
+        case "equal":  # half-planes that bound the value after a grid point, or before it, alone
+            step = 2.0 * np.diff(np.concatenate((s[:1], (s[:-1] + s[1:]) / 2.0, s[-1:])))[:, None]
+            sign = rng.choice((-1.0, 1.0), rows.a.shape)
+            rows = Rows(rows.a, sign * rows.a / step, rows.c)
+        case "weak":  # limits below what rest needs: `rooms` leaves a trifle
+            limit = 0.5 * limit * rng.random(limit.shape)
+        case "stop":  # stations at which the path must nearly stand
+            bound[rng.random(count + 1) < 0.3] = 1e-12
+        case _:
+            pass
+    compare(stages(s, rows), rooms(rows, limit), bound)
+
+
+@needs_native
+def test_nothing_moves_where_nothing_may() -> None:
+    s, rows = random_rows(np.random.default_rng(1), 20, 3)
+    found = compare(stages(s, rows), rooms(rows, np.abs(rows.c) + 1.0), np.zeros(21))
+    assert (found == 0.0).all()
+
+
+@needs_native
+def test_no_row_leaves_the_bound() -> None:
+    empty = np.zeros((4, 0))
+    found = passes.fastest(Stages(empty, empty), empty, np.arange(1.0, 6.0))
+    np.testing.assert_array_equal(found, [0.0, 2.0, 3.0, 4.0, 0.0])
+
+
+@needs_native
+def test_shapes_that_do_not_match_are_refused() -> None:
+    table = Stages(np.ones((4, 2)), np.ones((4, 2)))
+    with pytest.raises(ValueError, match="one shape"):
+        passes.fastest(table, np.ones((4, 3)), np.ones(5))
+    with pytest.raises(ValueError, match="bound"):
+        passes.fastest(table, np.ones((4, 2)), np.ones(4))
+
+
+def test_plain_python_takes_over_where_there_is_no_core(monkeypatch: pytest.MonkeyPatch) -> None:
+    s, rows = random_rows(np.random.default_rng(2), 20, 3)
+    table, room, bound = stages(s, rows), rooms(rows, np.abs(rows.c) + 1.0), np.ones(21)
+    monkeypatch.setattr(passes, "_COMPILED", None)
+    np.testing.assert_array_equal(
+        passes.fastest(table, room, bound), reachability.fastest(table, room, bound)
+    )
