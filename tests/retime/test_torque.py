@@ -18,17 +18,17 @@ def pendulum(q: Floats, v: Floats, a: Floats) -> Floats:
 
 def two_links(q: Floats, v: Floats, a: Floats) -> Floats:
     """A planar arm: unit links with unit masses at their ends, gravity along -y, q = 0 along x."""
-    c2, s2, g = np.cos(q[1]), np.sin(q[1]), 9.81
-    first = (3.0 + 2.0 * c2) * a[0] + (1.0 + c2) * a[1] - s2 * (2.0 * v[0] * v[1] + v[1] ** 2)
-    second = (1.0 + c2) * a[0] + a[1] + s2 * v[0] ** 2
-    outer = g * np.cos(q[0] + q[1])
-    return np.array((first + 2.0 * g * np.cos(q[0]) + outer, second + outer))
+    (q0, q1), (v0, v1), (a0, a1) = q.T, v.T, a.T
+    c2, s2, g = np.cos(q1), np.sin(q1), 9.81
+    first = (3.0 + 2.0 * c2) * a0 + (1.0 + c2) * a1 - s2 * (2.0 * v0 * v1 + v1**2)
+    second = (1.0 + c2) * a0 + a1 + s2 * v0**2
+    outer = g * np.cos(q0 + q1)
+    return np.stack((first + 2.0 * g * np.cos(q0) + outer, second + outer), axis=1)
 
 
 def torques(trajectory: Trajectory, dynamics: InverseDynamics, each: int = 20) -> Floats:
     t = moments(trajectory, each)
-    states = zip(trajectory(t), trajectory(t, 1), trajectory(t, 2), strict=True)
-    return np.array([dynamics(q, v, a) for q, v, a in states])
+    return dynamics(trajectory(t), trajectory(t, 1), trajectory(t, 2))
 
 
 def test_a_pendulum_uses_the_torque_that_it_has() -> None:

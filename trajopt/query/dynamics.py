@@ -1,5 +1,6 @@
 """Joint torques of a reduced model."""
 
+import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
@@ -20,19 +21,16 @@ class DynamicsQuery:
         Mimicking joints hand their torque to the joint they follow (virtual work).
 
         Args:
-            positions: The group's, shape (n,) [rad | m].
-            velocities: Shape (n,) [rad/s | m/s].
-            accelerations: Shape (n,) [rad/s^2 | m/s^2].
+            positions: The group's at S moments, shape (S, n) [rad | m].
+            velocities: Shape (S, n) [rad/s | m/s].
+            accelerations: Shape (S, n) [rad/s^2 | m/s^2].
 
         Returns:
-            Shape (n,) [Nm | N]. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5.
+            Shape (S, n) [Nm | N]. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5.
         """
-        reduced = self._reduced
-        full = pin.rnea(
-            reduced.model,
-            self._data,
-            reduced.configuration(positions),
-            reduced.expand @ velocities,
-            reduced.expand @ accelerations,
-        )
-        return reduced.expand.T @ full
+        reduced, model, data = self._reduced, self._reduced.model, self._data
+        v, a = velocities @ reduced.expand.T, accelerations @ reduced.expand.T
+        full = np.empty_like(v)
+        for row, position in enumerate(positions):
+            full[row] = pin.rnea(model, data, reduced.configuration(position), v[row], a[row])
+        return full @ reduced.expand

@@ -10,7 +10,7 @@ from trajopt.retime.passes import fastest
 from trajopt.retime.profile import Profile, from_control
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.stages import Rows, Stages, rooms, squared_speed_bound, stages, stations
-from trajopt.retime.torque import TorqueLimits, torque_rows
+from trajopt.retime.torque_along import TorqueAlong
 from trajopt.trajectory import Trajectory
 
 
@@ -52,21 +52,21 @@ class Course:
     bounds: Bounds
 
 
-def course(path: SmoothPath, s: Floats, limits: JointLimits, torque: TorqueLimits | None) -> Course:
+def course(path: SmoothPath, s: Floats, limits: JointLimits, torque: TorqueAlong | None) -> Course:
     """Evaluate a path and its limits on a grid.
 
     Args:
         path: The smooth path.
         s: Grid, from 0 to the length of the path, shape (k,).
         limits: Velocity and acceleration limits of its joints.
-        torque: Torque limits, if there are any.
+        torque: Of that path, if there are torque limits.
     """
     q, dq, ddq = path(s), path(s, 1), path(s, 2)
     rows, limit = Rows(dq, ddq, np.zeros_like(dq)), limits.acceleration
     if torque is not None:
-        more = torque_rows(torque, q, dq, ddq)
+        more = torque(s)
         rows = Rows(*(np.hstack(pair) for pair in ((dq, more.a), (ddq, more.b), (rows.c, more.c))))
-        limit = np.concatenate((limit, torque.limit))
+        limit = np.concatenate((limit, torque.limits.limit))
     slope = path(stations(s), 1)
     bounds = Bounds(np.tile(limits.velocity, (len(slope), 1)), np.tile(limit, (len(s), 1)))
     return Course(s, q, dq, ddq, slope, rows, stages(s, rows), bounds)

@@ -36,7 +36,7 @@ def retime(
         path: A polyline; it may have repeated knots, or go nowhere at all.
         limits: Limits of its joints; slower motions are asked for by `JointLimits.scaled`.
             Jerk limits are not used.
-        inverse_dynamics: Torques of the joints at a position, velocity and acceleration; without
+        inverse_dynamics: Torques of the joints at positions, velocities and accelerations; without
             it effort limits are not used. Joints with infinite effort limits have none.
         deviation: Bound on how far any body point moves between a position of the smooth path and
             one of the polyline [m]; without it, the largest joint difference counts [rad | m].

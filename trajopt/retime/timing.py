@@ -14,6 +14,7 @@ from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.straying import straying
 from trajopt.retime.stretch import hold, slowed
 from trajopt.retime.torque import TorqueLimits
+from trajopt.retime.torque_along import TorqueAlong, torque_along
 from trajopt.trajectory import Trajectory
 
 STRICT = 1.0 - 1e-9
@@ -70,12 +71,14 @@ class _PathTimer:
         path: The smooth path, of positive length.
         limits: Velocity and acceleration limits of its joints.
         torque: Torque limits, if there are any.
+        along: The torque along the path, if there are torque limits.
         options: Number of points and of passes.
     """
 
     path: SmoothPath
     limits: JointLimits
     torque: TorqueLimits | None
+    along: TorqueAlong | None
     options: RetimeOptions
 
     def run(self) -> Timing | RetimeFailure:
@@ -98,7 +101,7 @@ class _PathTimer:
         return Timing(held, best.course.s, first.trajectory.duration, passes)
 
     def _course(self, s: Floats) -> Course:
-        return course(self.path, s, self.limits, self.torque)
+        return course(self.path, s, self.limits, self.along)
 
     def _attempt(self, on: Course, bounds: Bounds) -> _Attempt:
         profile = fastest_profile(on, bounds)
@@ -148,4 +151,5 @@ def time_path(
     velocity, acceleration = limits.velocity * STRICT, limits.acceleration * STRICT
     limits = replace(limits, velocity=readonly(velocity), acceleration=readonly(acceleration))
     torque = None if torque is None else replace(torque, limit=torque.limit * STRICT)
-    return _PathTimer(path, limits, torque, options).run()
+    along = None if torque is None else torque_along(path, torque)
+    return _PathTimer(path, limits, torque, along, options).run()

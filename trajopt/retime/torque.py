@@ -1,4 +1,4 @@
-"""The torque that a motion needs, along the path and along a trajectory."""
+"""The torque that a trajectory needs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -7,14 +7,15 @@ from typing import TypeAlias
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.retime.stages import Rows
 from trajopt.trajectory import Trajectory
 
 InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
-"""Position, velocity and acceleration of the joints, (n,) each -> their torques (n,) [Nm | N]."""
+"""Positions, velocities and accelerations of the joints, (S, n) each -> their torques (S, n) [Nm | N]."""
 
 PARTS = np.array([0.2, 0.4, 0.6, 0.8])
-"""Where within each piece of a trajectory the torque is evaluated, beside its ends."""
+"""Where within a piece of a trajectory the torque is evaluated, beside its ends, if it is near a limit."""
+CLEAR = 0.8
+"""Part of a limit below which three samples of a piece are enough."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,44 +34,38 @@ class TorqueLimits:
 
     def at(self, q: Floats, v: Floats, a: Floats) -> Floats:
         """Torques of the limited joints at some points, (k, n) each -> (k, m) [Nm | N]."""
-        torque = np.empty((len(q), len(self.joints)))
-        for row in range(len(q)):
-            torque[row] = self.inverse_dynamics(q[row], v[row], a[row])[self.joints]
-        return torque
-
-
-def torque_rows(torque: TorqueLimits, q: Floats, dq: Floats, ddq: Floats) -> Rows:
-    """Write the torque along a path as a u + b x + c, u and x the acceleration and squared speed.
-
-    With v = q' ds/dt and a = q' u + q'' x the equation of motion M(q) a + C(q, v) v + g(q) gives
-    a = M q', b = M q'' + C(q, q') q', c = g. Torque that is not of this form (friction) is not seen
-    here, but is when the trajectory is checked.
-
-    Args:
-        torque: The limited joints.
-        q: Positions at the grid points, shape (k, n).
-        dq: dq/ds there.
-        ddq: d²q/ds² there.
-    """
-    still = np.zeros_like(q)
-    c = torque.at(q, still, still)
-    return Rows(torque.at(q, still, dq) - c, torque.at(q, dq, ddq) - c, c)
+        return self.inverse_dynamics(q, v, a)[:, self.joints]
 
 
 def torque_range(torque: TorqueLimits, trajectory: Trajectory) -> tuple[Floats, Floats]:
-    """Least and largest torque in each piece of a trajectory.
+    """Bound the torque in each piece of a trajectory.
 
-    It is evaluated at the points and four times between. The parabola through three samples rises
-    above them by at most an eighth of their second difference; twice as much is added.
+    It is evaluated at the points and half-way between. Parabolas through three even samples rise
+    above them by an eighth of the second difference; where eight times as much stays clear of the
+    limits, that is the bound. Else four samples between the points and twice what a parabola can add.
 
     Returns:
-        Two arrays (k - 1, m) [Nm | N].
+        Least and largest torque, shape (k - 1, m) each [Nm | N].
     """
-    times, count = trajectory.times, len(trajectory.times) - 1
-    between = (times[:-1, None] + np.diff(times)[:, None] * PARTS).ravel()
-    moments = np.concatenate((times, between))
-    sampled = torque.at(trajectory(moments), trajectory(moments, 1), trajectory(moments, 2))
-    ends, inner = sampled[: count + 1], sampled[count + 1 :].reshape(count, len(PARTS), -1)
-    values = np.concatenate((ends[:-1, None], inner, ends[1:, None]), axis=1)
-    crest = np.abs(np.diff(values, 2, axis=1)).max(axis=1) / 4.0
-    return values.min(axis=1) - crest, values.max(axis=1) + crest
+    times = trajectory.times
+    count, middle = len(times) - 1, (times[:-1] + times[1:]) / 2.0
+    sampled = _sampled(torque, trajectory, np.concatenate((times, middle)))
+    ends = np.stack((sampled[:count], sampled[1 : count + 1]))
+    low, high = _within(np.stack((ends[0], sampled[count + 1 :], ends[1])), supplement=1.0)
+    near = np.nonzero((np.maximum(high, -low) > CLEAR * torque.limit).any(axis=1))[0]
+    if len(near):
+        between = times[near] + np.diff(times)[near] * PARTS[:, None]
+        inner = _sampled(torque, trajectory, between.ravel()).reshape(len(PARTS), len(near), -1)
+        values = np.concatenate((ends[:1, near], inner, ends[1:, near]))
+        low[near], high[near] = _within(values, supplement=0.25)
+    return low, high
+
+
+def _sampled(torque: TorqueLimits, trajectory: Trajectory, moments: Floats) -> Floats:
+    return torque.at(trajectory(moments), trajectory(moments, 1), trajectory(moments, 2))
+
+
+def _within(values: Floats, *, supplement: float) -> tuple[Floats, Floats]:
+    """Bound what even samples (along the first axis) are of: beyond them by a part of the second difference."""
+    crest = supplement * np.abs(np.diff(values, 2, axis=0)).max(axis=0)
+    return values.min(axis=0) - crest, values.max(axis=0) + crest
