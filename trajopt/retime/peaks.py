@@ -20,8 +20,8 @@ class Peaks:
 
     Attributes:
         speed: Largest absolute velocities, shape (k - 1, n) [rad/s | m/s].
-        low: Least accelerations, then least torques, shape (k - 1, n + m).
-        high: Largest accelerations, then largest torques, shape (k - 1, n + m).
+        low: Least accelerations, then least torques if they were measured, shape (k - 1, n + m).
+        high: Largest accelerations, then largest torques if they were measured, shape (k - 1, n + m).
     """
 
     speed: Floats
@@ -29,13 +29,17 @@ class Peaks:
     high: Floats
 
 
-def peaks(trajectory: Trajectory, torque: TorqueLimits | None) -> Peaks:
-    """Measure a trajectory: velocity and acceleration exactly, torque at samples with a supplement."""
-    low, high = acceleration_range(trajectory)
-    if torque is not None:
-        least, largest = torque_range(torque, trajectory)
-        low, high = np.hstack((low, least)), np.hstack((high, largest))
-    return Peaks(speed_peaks(trajectory), low, high)
+def motion_peaks(trajectory: Trajectory) -> Peaks:
+    """Measure velocity and acceleration, exactly."""
+    return Peaks(speed_peaks(trajectory), *acceleration_range(trajectory))
+
+
+def with_torque(motion: Peaks, trajectory: Trajectory, torque: TorqueLimits | None) -> Peaks:
+    """Measure the torque too, at samples with a supplement."""
+    if torque is None:
+        return motion
+    least, largest = torque_range(torque, trajectory)
+    return Peaks(motion.speed, np.hstack((motion.low, least)), np.hstack((motion.high, largest)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +71,9 @@ def slowdown(course: Course, peaks: Peaks) -> Slowdown:
     """
     velocity = course.bounds.velocity[0]
     speed = peaks.speed / np.where(velocity > 0.0, velocity, 1.0)
-    limit, still = course.bounds.rows[0], (course.rows.c[:-1] + course.rows.c[1:]) / 2.0
+    measured = peaks.low.shape[1]
+    limit, c = course.bounds.rows[0, :measured], course.rows.c[:, :measured]
+    still = (c[:-1] + c[1:]) / 2.0
     least = 1e-9 * limit
     square = np.maximum(
         (peaks.high - still) / np.maximum(limit - still, least),

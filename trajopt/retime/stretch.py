@@ -1,7 +1,7 @@
 """The last step: one uniform stretch of time, so that every limit holds truly."""
 
 from trajopt.retime.course import Course
-from trajopt.retime.peaks import Slowdown, peaks, slowdown
+from trajopt.retime.peaks import Slowdown, motion_peaks, slowdown, with_torque
 from trajopt.retime.torque import TorqueLimits
 from trajopt.trajectory import Trajectory
 
@@ -33,7 +33,7 @@ def hold(
             return trajectory
         # Each next stretch goes a little beyond, more and more: it must not end in rounding errors.
         trajectory = slowed(trajectory, needed.factor * (1.0 + 1e-12 * 8.0**attempt))
-        needed = slowdown(course, peaks(trajectory, torque))
+        needed = slowdown(course, with_torque(motion_peaks(trajectory), trajectory, torque))
     return trajectory if needed.factor <= 1.0 + ROUNDING else needed
 
 

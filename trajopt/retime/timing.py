@@ -7,7 +7,7 @@ from trajopt.model.limits import JointLimits
 from trajopt.retime.course import Bounds, Course, course, fastest_profile, trajectory
 from trajopt.retime.grid import even_grid, finer_grid, first_grid, turned
 from trajopt.retime.options import RetimeOptions
-from trajopt.retime.peaks import Peaks, Slowdown, peaks, slowdown, tightened
+from trajopt.retime.peaks import Peaks, Slowdown, motion_peaks, slowdown, tightened, with_torque
 from trajopt.retime.refusal import exceeded, unholdable
 from trajopt.retime.result import RetimeFailure
 from trajopt.retime.smooth import SmoothPath
@@ -52,6 +52,7 @@ class _Attempt:
 
     course: Course
     bounds: Bounds
+    duration_at_points: float
     trajectory: Trajectory
     peaks: Peaks
     slowdown: Slowdown
@@ -98,7 +99,7 @@ class _PathTimer:
         held = hold(best.course, best.trajectory, best.slowdown, self.torque)
         if isinstance(held, Slowdown):
             return exceeded(best.course, held, self.limits, self.torque)
-        return Timing(held, best.course.s, first.trajectory.duration, passes)
+        return Timing(held, best.course.s, first.duration_at_points, passes)
 
     def _course(self, s: Floats) -> Course:
         return course(self.path, s, self.limits, self.along)
@@ -109,9 +110,16 @@ class _PathTimer:
         strayed = straying(self.path, profile, moved)
         if moved.duration < self.options.shortest:
             moved = slowed(moved, self.options.shortest / moved.duration)
-        measured = peaks(moved, self.torque)
+        duration, motion = moved.duration, motion_peaks(moved)
+        factor = slowdown(on, motion).factor
+        if 1.0 < factor <= 1.0 + self.options.remainder:
+            # Only a stretch is left to do: then the torque need not be measured before it and after.
+            moved = slowed(moved, factor * (1.0 + 1e-12))
+            motion = motion_peaks(moved)
+        measured = with_torque(motion, moved, self.torque)
         needed = slowdown(on, measured)
-        return _Attempt(on, bounds, moved, measured, needed, (needed.factors > COARSE) | (strayed > STRAY))
+        coarse = (needed.factors > COARSE) | (strayed > STRAY)
+        return _Attempt(on, bounds, duration, moved, measured, needed, coarse)
 
     def _improved(self, attempt: _Attempt) -> tuple[_Attempt, int]:
         """Remove what a trajectory exceeds between its points.

@@ -66,6 +66,6 @@ def _sampled(torque: TorqueLimits, trajectory: Trajectory, moments: Floats) -> F
 
 
 def _within(values: Floats, *, supplement: float) -> tuple[Floats, Floats]:
-    """Bound what even samples (along the first axis) are of: beyond them by a part of the second difference."""
+    """Bound what has these even samples (first axis): beyond them by a part of the second difference."""
     crest = supplement * np.abs(np.diff(values, 2, axis=0)).max(axis=0)
     return values.min(axis=0) - crest, values.max(axis=0) + crest
