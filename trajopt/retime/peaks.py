@@ -98,7 +98,9 @@ def tightened(course: Course, bounds: Bounds, peaks: Peaks) -> Bounds:
     for shift in range(3):  # the stations before, within and after each piece
         part = stations[shift : shift + len(over)]
         np.maximum(part, over, out=part)
-    excess = np.maximum(np.maximum(peaks.high, -peaks.low) - limit, 0.0)
+    measured = peaks.low.shape[1]
+    excess = np.zeros((len(over), len(limit)))
+    excess[:, :measured] = np.maximum(np.maximum(peaks.high, -peaks.low) - limit[:measured], 0.0)
     beside = np.vstack((excess[:1], np.maximum(excess[:-1], excess[1:]), excess[-1:]))
     still = np.abs(course.rows.c)
     floor = still + LEAST_ROOM * (limit - still)

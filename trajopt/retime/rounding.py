@@ -21,9 +21,12 @@ DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions (S, n) on the smooth path and on the polyline -> how far any body moves (S,) [m]."""
 
 SAMPLES = 8
-"""Samples per piece of the spline at which its distance from the polyline is measured."""
+"""Even number of samples per piece of the spline at which its distance from the polyline is measured."""
 BETWEEN = 0.98
 """Part of the tolerance that samples may use: the arcs between them are that much higher at most."""
+DOMINATED = 0.5
+"""Samples whose neighbours both stay below this part of the largest are not measured: they do not exceed the
+largest, for a piece leaves the polyline by a cubic (Lagrange's weights of four even samples tell)."""
 NEGLIGIBLE = 1e-9
 """Joint differences up to this are not worth asking the bound about [rad | m]."""
 SHRINK = 0.1
@@ -87,13 +90,34 @@ def smooth(
 
 
 def _measure(on_path: Floats, on_line: Floats, deviation: DeviationBound | None) -> Floats:
+    """Measure the distance of samples; every other one only where it can be the largest.
+
+    Args:
+        on_path: Samples of the smooth path, shape (S, n), S even.
+        on_line: The same of the polyline.
+        deviation: What measures; the largest joint difference if None.
+
+    Returns:
+        Shape (S,); where not measured, the larger of the neighbours.
+    """
     apart = np.abs(on_path - on_line).max(axis=1)
-    if deviation is not None:
-        off = apart > NEGLIGIBLE
-        apart[off] = deviation(on_path[off], on_line[off]) if off.any() else 0.0
-        if not np.isfinite(apart).all():
+    if deviation is None:
+        return apart
+    far, asked = np.zeros(len(apart)), apart > NEGLIGIBLE
+    first = np.arange(len(apart)) % 2 == 0
+    _ask(deviation, on_path, on_line, asked & first, far)
+    after = np.append(far[2::2], 0.0)
+    far[1::2] = np.where(asked[1::2], np.maximum(far[::2], after), 0.0)
+    _ask(deviation, on_path, on_line, asked & ~first & (far >= DOMINATED * far.max()), far)
+    return far
+
+
+def _ask(deviation: DeviationBound, on_path: Floats, on_line: Floats, asked: Bools, far: Floats) -> None:
+    """Measure some samples, in place."""
+    if asked.any():
+        far[asked] = deviation(on_path[asked], on_line[asked])
+        if not np.isfinite(far).all():
             raise ShapeError("deviation", "returned a number that is not finite")
-    return apart
 
 
 def _spline_knots(line: Polyline, rounded: Bools, reach: Floats) -> tuple[Floats, Ints]:

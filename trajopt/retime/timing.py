@@ -94,7 +94,7 @@ class _PathTimer:
         failure = unholdable(fine, self.limits, self.torque)
         if failure is not None:
             return failure
-        first = self._attempt(fine, fine.bounds)
+        first = self._attempt(fine, fine.bounds, refinable=True)
         best, passes = self._improved(first)
         held = hold(best.course, best.trajectory, best.slowdown, self.torque)
         if isinstance(held, Slowdown):
@@ -104,21 +104,24 @@ class _PathTimer:
     def _course(self, s: Floats) -> Course:
         return course(self.path, s, self.limits, self.along)
 
-    def _attempt(self, on: Course, bounds: Bounds) -> _Attempt:
+    def _attempt(self, on: Course, bounds: Bounds, *, refinable: bool) -> _Attempt:
         profile = fastest_profile(on, bounds)
         moved = trajectory(on, profile, self.limits.joint_names)
         strayed = straying(self.path, profile, moved)
         if moved.duration < self.options.shortest:
             moved = slowed(moved, self.options.shortest / moved.duration)
-        duration, motion = moved.duration, motion_peaks(moved)
-        factor = slowdown(on, motion).factor
-        if 1.0 < factor <= 1.0 + self.options.remainder:
-            # Only a stretch is left to do: then the torque need not be measured before it and after.
-            moved = slowed(moved, factor * (1.0 + 1e-12))
-            motion = motion_peaks(moved)
-        measured = with_torque(motion, moved, self.torque)
+        duration, measured = moved.duration, motion_peaks(moved)
         needed = slowdown(on, measured)
+        if 1.0 < needed.factor <= 1.0 + self.options.remainder:
+            # Only a stretch is left to do: then the torque need not be measured before it and after.
+            moved = slowed(moved, needed.factor * (1.0 + 1e-12))
+            measured = motion_peaks(moved)
+            needed = slowdown(on, measured)
         coarse = (needed.factors > COARSE) | (strayed > STRAY)
+        if self.torque is not None and not (refinable and coarse.any()):
+            measured = with_torque(measured, moved, self.torque)
+            needed = slowdown(on, measured)
+            coarse |= needed.factors > COARSE
         return _Attempt(on, bounds, duration, moved, measured, needed, coarse)
 
     def _improved(self, attempt: _Attempt) -> tuple[_Attempt, int]:
@@ -135,10 +138,10 @@ class _PathTimer:
             if attempt.coarse.any() and refined < REFINEMENTS:
                 refined += 1
                 finer = self._course(finer_grid(attempt.course.s, attempt.coarse))
-                attempt = self._attempt(finer, finer.bounds)
+                attempt = self._attempt(finer, finer.bounds, refinable=refined < REFINEMENTS)
             elif attempt.slowdown.factor > 1.0 + self.options.remainder:
                 bounds = tightened(attempt.course, attempt.bounds, attempt.peaks)
-                attempt = self._attempt(attempt.course, bounds)
+                attempt = self._attempt(attempt.course, bounds, refinable=refined < REFINEMENTS)
             else:
                 break
             best, passes = attempt if attempt.merit < best.merit else best, passes + 1
