@@ -48,7 +48,19 @@ class Timing:
 
 @dataclass(frozen=True, eq=False)
 class _Attempt:
-    """A trajectory that holds some bounds at its points, and what it uses of the limits."""
+    """A trajectory that holds some bounds at its points, and what it uses of the limits.
+
+    Attributes:
+        course: The path on the grid.
+        bounds: The bounds that hold at the points.
+        duration_at_points: Duration of the profile [s].
+        trajectory: The profile's, perhaps a little slower.
+        peaks: What was measured of the trajectory.
+        slowdown: How much slower it must be run.
+        coarse: Which pieces are too long.
+        measured: Whether the torque was measured, if it has limits; it costs most, and is not where
+            the motion alone asks for another pass.
+    """
 
     course: Course
     bounds: Bounds
@@ -57,11 +69,13 @@ class _Attempt:
     peaks: Peaks
     slowdown: Slowdown
     coarse: Bools
+    measured: bool
 
     @property
-    def merit(self) -> tuple[bool, float]:
-        """Whether pieces are too long, and the duration when slowed down to hold all limits."""
-        return bool(self.coarse.any()), self.trajectory.duration * max(1.0, self.slowdown.factor)
+    def merit(self) -> tuple[bool, bool, float]:
+        """Pieces too long, torque unknown, and the duration when slowed down to hold all limits."""
+        duration = self.trajectory.duration * max(1.0, self.slowdown.factor)
+        return bool(self.coarse.any()), not self.measured, duration
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,19 +124,20 @@ class _PathTimer:
         strayed = straying(self.path, profile, moved)
         if moved.duration < self.options.shortest:
             moved = slowed(moved, self.options.shortest / moved.duration)
-        duration, measured = moved.duration, motion_peaks(moved)
-        needed = slowdown(on, measured)
-        if 1.0 < needed.factor <= 1.0 + self.options.remainder:
+        duration, used = moved.duration, motion_peaks(moved)
+        needed, most = slowdown(on, used), 1.0 + self.options.remainder
+        if 1.0 < needed.factor <= most:
             # Only a stretch is left to do: then the torque need not be measured before it and after.
             moved = slowed(moved, needed.factor * (1.0 + 1e-12))
-            measured = motion_peaks(moved)
-            needed = slowdown(on, measured)
+            used = motion_peaks(moved)
+            needed = slowdown(on, used)
         coarse = (needed.factors > COARSE) | (strayed > STRAY)
-        if self.torque is not None and not (refinable and coarse.any()):
-            measured = with_torque(measured, moved, self.torque)
-            needed = slowdown(on, measured)
+        again = needed.factor > most or (refinable and bool(coarse.any()))
+        if self.torque is not None and not again:
+            used = with_torque(used, moved, self.torque)
+            needed = slowdown(on, used)
             coarse |= needed.factors > COARSE
-        return _Attempt(on, bounds, duration, moved, measured, needed, coarse)
+        return _Attempt(on, bounds, duration, moved, used, needed, coarse, self.torque is None or not again)
 
     def _improved(self, attempt: _Attempt) -> tuple[_Attempt, int]:
         """Remove what a trajectory exceeds between its points.
