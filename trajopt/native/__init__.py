@@ -4,7 +4,7 @@
 |---|---|---|
 | `proximity` | `query` | kinematics of all samples, and the rows of all pairs that come near |
 | `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
-| `reachability` | `retime` | the passes over a grid that give the fastest profile |
+| `reachability` | `retime` | the passes that give the fastest profile, and the extremes of quintics |
 """
 
 from importlib.util import find_spec

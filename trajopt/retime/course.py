@@ -6,7 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
-from trajopt.retime.passes import fastest
+from trajopt.retime.cores import fastest
 from trajopt.retime.profile import Profile, from_control
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.stages import Rows, Stages, rooms, squared_speed_bound, stages, stations

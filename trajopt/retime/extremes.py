@@ -1,4 +1,8 @@
-"""Exact extremes of the velocity and acceleration of quintic pieces."""
+"""Exact extremes of the velocity and acceleration of quintic pieces.
+
+This is the body in plain Python of a part of the native core `reachability`, and its oracle: see
+`trajopt.retime.cores`.
+"""
 
 from typing import Any
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.retime.cores import motion_extremes
 from trajopt.retime.course import Bounds, Course
-from trajopt.retime.extremes import acceleration_range, speed_peaks
 from trajopt.retime.torque import TorqueLimits, torque_range
 from trajopt.trajectory import Trajectory
 
@@ -31,7 +31,7 @@ class Peaks:
 
 def motion_peaks(trajectory: Trajectory) -> Peaks:
     """Measure velocity and acceleration, exactly."""
-    return Peaks(speed_peaks(trajectory), *acceleration_range(trajectory))
+    return Peaks(*motion_extremes(trajectory))
 
 
 def with_torque(motion: Peaks, trajectory: Trajectory, torque: TorqueLimits | None) -> Peaks:

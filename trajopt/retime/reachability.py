@@ -10,7 +10,7 @@ Source: Pham and Pham, IEEE T-RO 34(3), 2018, algorithm 1 (TOPP-RA). Here the tw
 each grid point are reduced beforehand, for all at once, to the least of some straight lines.
 
 This is the body in plain Python of the native core `reachability`, and its oracle: see
-`trajopt.retime.passes`.
+`trajopt.retime.cores`.
 """
 
 from dataclasses import dataclass

@@ -1,164 +1,62 @@
-// The fastest profile on a grid: one pass backward, one forward.
-//
-// A profile is given by control values y of the squared path speed at stations, 0 at the first and the last.
-// Between stations i and i + 1 lies grid point i with its half-planes
-//
-//     onward * y[i + 1] + held * y[i] <= room,    room > 0.
-//
-// Backward: the largest y[i], below its bound, from which some controllable y[i + 1] can be reached: a linear
-// program in two variables. Seen over y[i + 1], the half-planes with held > 0 are a roof on y[i] (concave),
-// those with held < 0 a floor (convex) that lies below the roof at 0. So the program is solved in two searches
-// along the roof that take one line at a time and end exactly. Forward: the largest y[i + 1] that stays
-// controllable.
-//
-// Source: Pham and Pham, IEEE T-RO 34(3), 2018, algorithm 1 (TOPP-RA).
-// The body in plain Python, and the oracle of this one, is trajopt/retime/reachability.py.
-#include <algorithm>
-#include <cmath>
+// What retiming does for every grid point and piece, on plain arrays: see passes.hpp and extremes.hpp.
 #include <cstddef>
-#include <limits>
 #include <stdexcept>
 #include <vector>
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include "extremes.hpp"
+#include "passes.hpp"
+
 namespace nb = nanobind;
 
 namespace {
 
-using Table = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Column = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Control = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using Table = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Coefficients = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Array = nb::ndarray<nb::numpy, double>;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kRounds = 200;       // a search takes each line once at most; rounding may make it turn in place
-constexpr double kTrifle = 1e-13;  // part of a value that is no progress but rounding
+Array handed(std::vector<double>&& values, std::initializer_list<std::size_t> shape) {
+  auto* kept = new std::vector<double>(std::move(values));
+  nb::capsule owner(kept, [](void* made) noexcept { delete static_cast<std::vector<double>*>(made); });
+  return Array(kept->data(), shape, owner);
+}
 
-struct Line {
-  double value;  // at the argument asked for
-  double slope;
-};
-
-// The half-planes of one grid point.
-struct Stage {
-  const double* onward;
-  const double* held;
-  const double* room;
-  std::size_t count;
-
-  // The lowest line above y[i], at y[i + 1] = after.
-  Line roof(double after) const {
-    Line lowest{kInfinity, 0.0};
-    for (std::size_t j = 0; j < count; ++j) {
-      if (held[j] <= 0.0) continue;
-      const double value = (room[j] - onward[j] * after) / held[j];
-      if (value < lowest.value) lowest = {value, -onward[j] / held[j]};
-    }
-    return lowest;
-  }
-
-  // The highest line below y[i], at y[i + 1] = after.
-  Line floor(double after) const {
-    Line highest{-kInfinity, 0.0};
-    for (std::size_t j = 0; j < count; ++j) {
-      if (held[j] >= 0.0) continue;
-      const double value = (room[j] - onward[j] * after) / held[j];
-      if (value > highest.value) highest = {value, -onward[j] / held[j]};
-    }
-    return highest;
-  }
-
-  // Largest y[i + 1] reached from y[i] = before.
-  double reached(double before) const {
-    double least = kInfinity;
-    for (std::size_t j = 0; j < count; ++j)
-      if (onward[j] > 0.0) least = std::min(least, (room[j] - held[j] * before) / onward[j]);
-    return least;
-  }
-
-  // Largest y[i + 1], at most `after`, over which roof and floor leave a gap: Newton's method from the right.
-  double feasible(double after) const {
-    for (std::size_t j = 0; j < count; ++j)
-      if (held[j] == 0.0 && onward[j] > 0.0) after = std::min(after, room[j] / onward[j]);
-    for (int round = 0; round < kRounds; ++round) {
-      const Line above = roof(after), below = floor(after);
-      const double gap = above.value - below.value, closing = below.slope - above.slope;
-      if (!(gap < 0.0 && closing > 0.0)) break;
-      const double next = std::max(after + gap / closing, 0.0);
-      if (!(next < after * (1.0 - kTrifle))) break;
-      after = next;
-    }
-    return after;
-  }
-
-  // Highest point of the roof over [0, after]: where a rising and a falling line cross below all others.
-  double summit(double after) const {
-    double left = 0.0, right = after;
-    Line rise = roof(left), fall = roof(right);
-    if (rise.slope <= 0.0) return fall.slope < 0.0 ? left : right;
-    if (fall.slope >= 0.0) return right;
-    for (int round = 0; round < kRounds; ++round) {
-      const double apart = fall.value - fall.slope * right - rise.value + rise.slope * left;
-      const double at = std::clamp(apart / (rise.slope - fall.slope), left, right);
-      const Line there = roof(at);
-      const double expected = rise.value + rise.slope * (at - left);
-      if (there.slope == 0.0 || there.value >= expected - kTrifle * std::abs(there.value)) return at;
-      if (there.slope > 0.0) {
-        left = at, rise = there;
-      } else {
-        right = at, fall = there;
-      }
-    }
-    return left;
-  }
-};
-
-class Profile {
- public:
-  Profile(const Table& onward, const Table& held, const Table& room, const Column& bound)
-      : onward_(onward.data()), held_(held.data()), room_(room.data()), bound_(bound.data()),
-        points_(onward.shape(0)), rows_(onward.shape(1)) {}
-
-  std::vector<double> fastest() const {
-    std::vector<double> control(points_ + 1, 0.0);
-    for (std::size_t i = points_; i-- > 0;) {
-      const Stage stage = at(i);
-      const double after = stage.summit(stage.feasible(control[i + 1]));
-      control[i] = std::max(0.0, std::min(stage.roof(after).value, bound_[i]));
-    }
-    control[0] = 0.0;
-    for (std::size_t i = 0; i < points_; ++i)
-      control[i + 1] = std::max(0.0, std::min(at(i).reached(control[i]), control[i + 1]));
-    return control;
-  }
-
- private:
-  Stage at(std::size_t i) const {
-    return {onward_ + i * rows_, held_ + i * rows_, room_ + i * rows_, rows_};
-  }
-
-  const double *onward_, *held_, *room_, *bound_;
-  std::size_t points_, rows_;
-};
-
-Control fastest(const Table& onward, const Table& held, const Table& room, const Column& bound) {
+Array fastest(const Table& onward, const Table& held, const Table& room, const Column& bound) {
+  const std::size_t points = onward.shape(0), rows = onward.shape(1);
   for (const Table* other : {&held, &room})
-    if (other->shape(0) != onward.shape(0) || other->shape(1) != onward.shape(1))
+    if (other->shape(0) != points || other->shape(1) != rows)
       throw std::invalid_argument("onward, held and room must have one shape");
-  if (bound.shape(0) != onward.shape(0) + 1)
-    throw std::invalid_argument("bound must have a row more than room");
-  auto* control = new std::vector<double>;
-  nb::capsule owner(control, [](void* made) noexcept { delete static_cast<std::vector<double>*>(made); });
+  if (bound.shape(0) != points + 1) throw std::invalid_argument("bound must have a row more than room");
+  std::vector<double> control;
   {
     nb::gil_scoped_release released;
-    *control = Profile(onward, held, room, bound).fastest();
+    control = passes::fastest({onward.data(), held.data(), room.data(), bound.data(), points, rows});
   }
-  return Control(control->data(), {control->size()}, owner);
+  return handed(std::move(control), {points + 1});
+}
+
+nb::tuple motion_extremes(const Coefficients& coefficients, const Column& widths) {
+  const std::size_t pieces = coefficients.shape(1), joints = coefficients.shape(2), count = pieces * joints;
+  if (coefficients.shape(0) != 6 || widths.shape(0) != pieces)
+    throw std::invalid_argument("coefficients must be (6, pieces, joints), widths (pieces,)");
+  std::vector<double> speed(count), low(count), high(count);
+  {
+    nb::gil_scoped_release released;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto found = extremes::of_piece(coefficients.data() + i, count, widths.data()[i / joints]);
+      speed[i] = found.speed, low[i] = found.low, high[i] = found.high;
+    }
+  }
+  return nb::make_tuple(handed(std::move(speed), {pieces, joints}), handed(std::move(low), {pieces, joints}),
+                        handed(std::move(high), {pieces, joints}));
 }
 
 }  // namespace
 
 NB_MODULE(reachability, m) {
   m.def("fastest", &fastest, nb::arg("onward"), nb::arg("held"), nb::arg("room"), nb::arg("bound"));
+  m.def("motion_extremes", &motion_extremes, nb::arg("coefficients"), nb::arg("widths"));
 }

@@ -5,16 +5,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.retime.retime_cases import make_limits, make_path
 from trajopt.arrays import Floats
-from trajopt.retime import passes, reachability
+from trajopt.retime import Retimed, cores, extremes, reachability, retime
 from trajopt.retime.stages import Rows, Stages, rooms, stages
+from trajopt.trajectory import Trajectory
 
-needs_native = pytest.mark.skipif(not passes.NATIVE, reason="installed without native cores")
+needs_native = pytest.mark.skipif(not cores.NATIVE, reason="installed without native cores")
 
 
 def compare(table: Stages, room: Floats, bound: Floats) -> Floats:
     """Return what the core finds, after comparing it with the oracle."""
-    found, expected = passes.fastest(table, room, bound), reachability.fastest(table, room, bound)
+    found, expected = cores.fastest(table, room, bound), reachability.fastest(table, room, bound)
     assert found.shape == bound.shape and found[0] == found[-1] == 0.0
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-12 * float(expected.max()))
     return found
@@ -66,7 +68,7 @@ def test_nothing_moves_where_nothing_may() -> None:
 @needs_native
 def test_no_row_leaves_the_bound() -> None:
     empty = np.zeros((4, 0))
-    found = passes.fastest(Stages(empty, empty), empty, np.arange(1.0, 6.0))
+    found = cores.fastest(Stages(empty, empty), empty, np.arange(1.0, 6.0))
     np.testing.assert_array_equal(found, [0.0, 2.0, 3.0, 4.0, 0.0])
 
 
@@ -74,15 +76,56 @@ def test_no_row_leaves_the_bound() -> None:
 def test_shapes_that_do_not_match_are_refused() -> None:
     table = Stages(np.ones((4, 2)), np.ones((4, 2)))
     with pytest.raises(ValueError, match="one shape"):
-        passes.fastest(table, np.ones((4, 3)), np.ones(5))
+        cores.fastest(table, np.ones((4, 3)), np.ones(5))
     with pytest.raises(ValueError, match="bound"):
-        passes.fastest(table, np.ones((4, 2)), np.ones(4))
+        cores.fastest(table, np.ones((4, 2)), np.ones(4))
+
+
+@needs_native
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from(("random", "still", "touching", "tiny", "straight")))
+def test_extremes_are_those_of_plain_python(seed: int, kind: str) -> None:
+    rng = np.random.default_rng(seed)
+    points, joints = int(rng.integers(2, 40)), int(rng.integers(1, 8))
+    times = np.concatenate(((0.0,), np.cumsum(10.0 ** rng.uniform(-3.0, 0.5, points - 1))))
+    q, v, a = rng.normal(size=(3, points, joints)) * 10.0 ** rng.uniform(-2.0, 2.0, (3, 1, 1))
+    match kind:
+        case "still":  # from rest to rest, in places and joints that do not move
+            v, a = (np.where(rng.random(part.shape) < 0.5, 0.0, part) for part in (v, a))
+            q[:, 0], v[:, 0], a[:, 0] = 0.3, 0.0, 0.0
+        case "touching":  # the acceleration is zero at points
+            a = np.zeros_like(a)
+        case "tiny":
+            q, v, a = q * 1e-9, v * 1e-9, a * 1e-9
+        case "straight":  # constant acceleration
+            a[:] = a[0]
+            v = v[0] + a * times[:, None]
+            q = q[0] + v[0] * times[:, None] + a * times[:, None] ** 2 / 2.0
+        case _:
+            pass
+    trajectory = Trajectory(tuple(f"joint{i}" for i in range(joints)), times, q, v, a)
+    speed, low, high = cores.motion_extremes(trajectory)
+    least, largest = extremes.acceleration_range(trajectory)
+    size = 1e-9 * np.maximum(np.abs(least), np.abs(largest)) + 1e-300
+    assert (np.abs(low - least) <= size).all() and (np.abs(high - largest) <= size).all()
+    np.testing.assert_allclose(speed, extremes.speed_peaks(trajectory), rtol=1e-6, atol=1e-300)
+
+
+@needs_native
+def test_coefficients_that_are_not_quintic_are_refused() -> None:
+    from trajopt.native.reachability import motion_extremes
+
+    with pytest.raises(ValueError, match="coefficients"):
+        motion_extremes(np.ones((4, 3, 2)), np.ones(3))
+    with pytest.raises(ValueError, match="coefficients"):
+        motion_extremes(np.ones((6, 3, 2)), np.ones(2))
 
 
 def test_plain_python_takes_over_where_there_is_no_core(monkeypatch: pytest.MonkeyPatch) -> None:
-    s, rows = random_rows(np.random.default_rng(2), 20, 3)
-    table, room, bound = stages(s, rows), rooms(rows, np.abs(rows.c) + 1.0), np.ones(21)
-    monkeypatch.setattr(passes, "_COMPILED", None)
-    np.testing.assert_array_equal(
-        passes.fastest(table, room, bound), reachability.fastest(table, room, bound)
-    )
+    limits = make_limits(7)
+    path = make_path(np.random.default_rng(2).uniform(-1.0, 1.0, (6, 7)))
+    fast = retime(path, limits)
+    monkeypatch.setattr(cores, "NATIVE", False)
+    plain = retime(path, limits)
+    assert isinstance(fast, Retimed) and isinstance(plain, Retimed)
+    np.testing.assert_allclose(fast.trajectory.duration, plain.trajectory.duration, rtol=1e-6)

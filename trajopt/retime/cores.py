@@ -1,0 +1,48 @@
+"""What retiming does at every grid point and piece: compiled where installed so, else in plain Python."""
+
+from importlib.util import find_spec
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.retime import extremes, reachability
+from trajopt.retime.stages import Stages
+from trajopt.trajectory import Trajectory
+
+_SPEC = find_spec("trajopt.native.reachability")
+NATIVE = _SPEC is not None and _SPEC.origin is not None  # the folder with its sources alone has no origin
+"""Whether the native core is in use; an installation without a compiler leaves it out."""
+
+
+def fastest(stages: Stages, room: Floats, bound: Floats) -> Floats:
+    """Find the pointwise largest control values of a profile from rest to rest.
+
+    Args:
+        stages: Half-planes at the k grid points.
+        room: Their right-hand sides, positive, shape (k, 4 m).
+        bound: Bound at the stations, positive, shape (k + 1,).
+
+    Returns:
+        Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.
+    """
+    if not NATIVE:
+        return reachability.fastest(stages, room, bound)
+    from trajopt.native import reachability as core
+
+    return core.fastest(stages.onward, stages.held, room, bound)
+
+
+def motion_extremes(trajectory: Trajectory) -> tuple[Floats, Floats, Floats]:
+    """Find the largest absolute velocity, least and largest acceleration in each piece.
+
+    Args:
+        trajectory: Quintic, of k points and n joints.
+
+    Returns:
+        Three arrays (k - 1, n).
+    """
+    if not NATIVE:
+        return extremes.speed_peaks(trajectory), *extremes.acceleration_range(trajectory)
+    from trajopt.native import reachability as core
+
+    return core.motion_extremes(trajectory.coefficients, np.diff(trajectory.times))
