@@ -18,4 +18,5 @@ def installed(core: str) -> bool:
     Args:
         core: Name of the core.
     """
-    return find_spec(f"trajopt.native.{core}") is not None
+    spec = find_spec(f"trajopt.native.{core}")
+    return spec is not None and spec.origin is not None  # the folder of its sources alone has no origin

@@ -5,6 +5,7 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.robot import configuration
 
 
 class DynamicsQuery:
@@ -29,8 +30,10 @@ class DynamicsQuery:
             Shape (S, n) [Nm | N]. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5.
         """
         reduced, model, data = self._reduced, self._reduced.model, self._data
-        v, a = velocities @ reduced.expand.T, accelerations @ reduced.expand.T
-        full = np.empty_like(v)
-        for row, position in enumerate(positions):
-            full[row] = pin.rnea(model, data, reduced.configuration(position), v[row], a[row])
-        return full @ reduced.expand
+        expand = reduced.expand.T
+        q = positions @ expand + reduced.offset
+        if model.nq != model.nv:
+            q = np.array([configuration(model, row) for row in q])
+        v, a = velocities @ expand, accelerations @ expand
+        full = np.array([pin.rnea(model, data, *row) for row in zip(q, v, a, strict=True)])
+        return full.reshape(v.shape) @ reduced.expand

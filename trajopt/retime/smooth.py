@@ -41,11 +41,18 @@ class SmoothPath:
         return float(self.knots[-1])
 
     @cached_property
-    def _splines(self) -> "tuple[BSpline, ...]":
+    def _position(self) -> "BSpline":
         from scipy.interpolate import BSpline
 
-        first = BSpline(full_knots(self.knots), self.control, DEGREE)
-        return (first, first.derivative(1), first.derivative(2))
+        return BSpline(full_knots(self.knots), self.control, DEGREE)
+
+    @cached_property
+    def _slope(self) -> "BSpline":
+        return self._position.derivative(1)
+
+    @cached_property
+    def _curvature(self) -> "BSpline":
+        return self._slope.derivative(1)
 
     def __call__(self, s: Floats, order: int = 0) -> Floats:
         """Evaluate the path or a derivative with respect to s.
@@ -57,10 +64,9 @@ class SmoothPath:
         Returns:
             Shape (m, n), joint units per s^order.
         """
-        value = self._splines[order](s)
         if order > 0:
-            return value
-        position = self.origin + value
+            return (self._slope if order == 1 else self._curvature)(s)
+        position = self.origin + self._position(s)
         position[s >= self.length] = self.goal  # not off by the last bit
         return position
 

@@ -5,6 +5,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.retime.profile import Profile
 from trajopt.retime.smooth import SmoothPath
+from trajopt.retime.states import within
 from trajopt.trajectory import Trajectory
 
 AHEAD = 0.01
@@ -30,7 +31,7 @@ def straying(path: SmoothPath, profile: Profile, trajectory: Trajectory) -> Floa
     # The path parameter half-way, by the quintic with the same ends.
     s = (profile.s[:-1] + profile.s[1:]) / 2.0
     s = s + 5.0 / 32.0 * h * (speed[:-1] - speed[1:]) + h**2 / 64.0 * (profile.u[:-1] + profile.u[1:])
-    reached = trajectory(times[:-1] + h / 2.0)
+    reached = within(trajectory, 0.5).q
     away, tangent = reached - path(s), path(s, 1)
     square = (tangent**2).sum(axis=1)
     moving = square > 0.0

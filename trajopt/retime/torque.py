@@ -7,12 +7,13 @@ from typing import TypeAlias
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.retime.states import at_points, within
 from trajopt.trajectory import Trajectory
 
 InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
 """Positions, velocities and accelerations of the joints, (S, n) each -> their torques (S, n) [Nm | N]."""
 
-PARTS = np.array([0.2, 0.4, 0.6, 0.8])
+PARTS = (0.2, 0.4, 0.6, 0.8)
 """Where within a piece of a trajectory the torque is evaluated, beside its ends, if it is near a limit."""
 CLEAR = 0.8
 """Part of a limit below which three samples of a piece are enough."""
@@ -47,25 +48,19 @@ def torque_range(torque: TorqueLimits, trajectory: Trajectory) -> tuple[Floats, 
     Returns:
         Least and largest torque, shape (k - 1, m) each [Nm | N].
     """
-    times = trajectory.times
-    count, middle = len(times) - 1, (times[:-1] + times[1:]) / 2.0
-    sampled = _sampled(torque, trajectory, np.concatenate((times, middle)))
-    ends = np.stack((sampled[:count], sampled[1 : count + 1]))
-    low, high = _within(np.stack((ends[0], sampled[count + 1 :], ends[1])), supplement=1.0)
+    ends, middle = at_points(trajectory), within(trajectory, 0.5)
+    sampled = torque.at(*(np.concatenate(pair) for pair in zip(ends, middle, strict=True)))
+    count = len(middle.q)
+    left, right = sampled[:count], sampled[1 : count + 1]
+    low, high = _bounded(np.stack((left, sampled[count + 1 :], right)), supplement=1.0)
     near = np.nonzero((np.maximum(high, -low) > CLEAR * torque.limit).any(axis=1))[0]
     if len(near):
-        between = times[near] + np.diff(times)[near] * PARTS[:, None]
-        inner = _sampled(torque, trajectory, between.ravel()).reshape(len(PARTS), len(near), -1)
-        values = np.concatenate((ends[:1, near], inner, ends[1:, near]))
-        low[near], high[near] = _within(values, supplement=0.25)
+        inner = [torque.at(*within(trajectory, part, near)) for part in PARTS]
+        low[near], high[near] = _bounded(np.stack((left[near], *inner, right[near])), supplement=0.25)
     return low, high
 
 
-def _sampled(torque: TorqueLimits, trajectory: Trajectory, moments: Floats) -> Floats:
-    return torque.at(trajectory(moments), trajectory(moments, 1), trajectory(moments, 2))
-
-
-def _within(values: Floats, *, supplement: float) -> tuple[Floats, Floats]:
+def _bounded(values: Floats, *, supplement: float) -> tuple[Floats, Floats]:
     """Bound what has these even samples (first axis): beyond them by a part of the second difference."""
     crest = supplement * np.abs(np.diff(values, 2, axis=0)).max(axis=0)
     return values.min(axis=0) - crest, values.max(axis=0) + crest

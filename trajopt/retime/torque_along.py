@@ -15,7 +15,7 @@ from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.stages import Rows
 from trajopt.retime.torque import TorqueLimits
 
-REACH = 0.4
+REACH = 0.8
 """How far the joints move in one panel at most, all added up [rad | m]."""
 MOST_PANELS = 500.0
 """Panels of very long paths are longer, so that there are about as many."""
