@@ -8,15 +8,16 @@ from hypothesis import strategies as st
 from tests.retime.retime_cases import make_limits, make_path
 from trajopt.arrays import Floats
 from trajopt.retime import Retimed, cores, extremes, reachability, retime
-from trajopt.retime.stages import Rows, Stages, rooms, stages
+from trajopt.retime.stages import Rows, rooms, stages, stations
 from trajopt.trajectory import Trajectory
 
 needs_native = pytest.mark.skipif(not cores.NATIVE, reason="installed without native cores")
 
 
-def compare(table: Stages, room: Floats, bound: Floats) -> Floats:
+def compare(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
     """Return what the core finds, after comparing it with the oracle."""
-    found, expected = cores.fastest(table, room, bound), reachability.fastest(table, room, bound)
+    found = cores.fastest(s, rows, limit, bound)
+    expected = reachability.fastest(stages(s, rows), rooms(rows, limit), bound)
     assert found.shape == bound.shape and found[0] == found[-1] == 0.0
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-12 * float(expected.max()))
     return found
@@ -46,7 +47,7 @@ def test_it_finds_what_plain_python_finds(seed: int, kind: str) -> None:
             rows = Rows(*(np.where(gone, 0.0, part) for part in (rows.a, rows.b, rows.c)))
             bound[rng.random(count + 1) < 0.3] = 1e4
         case "equal":  # half-planes that bound the value after a grid point, or before it, alone
-            step = 2.0 * np.diff(np.concatenate((s[:1], (s[:-1] + s[1:]) / 2.0, s[-1:])))[:, None]
+            step = 2.0 * np.diff(stations(s))[:, None]
             sign = rng.choice((-1.0, 1.0), rows.a.shape)
             rows = Rows(rows.a, sign * rows.a / step, rows.c)
         case "weak":  # limits below what rest needs: `rooms` leaves a trifle
@@ -55,30 +56,31 @@ def test_it_finds_what_plain_python_finds(seed: int, kind: str) -> None:
             bound[rng.random(count + 1) < 0.3] = 1e-12
         case _:
             pass
-    compare(stages(s, rows), rooms(rows, limit), bound)
+    compare(s, rows, limit, bound)
 
 
 @needs_native
 def test_nothing_moves_where_nothing_may() -> None:
     s, rows = random_rows(np.random.default_rng(1), 20, 3)
-    found = compare(stages(s, rows), rooms(rows, np.abs(rows.c) + 1.0), np.zeros(21))
+    found = compare(s, rows, np.abs(rows.c) + 1.0, np.zeros(21))
     assert (found == 0.0).all()
 
 
 @needs_native
 def test_no_row_leaves_the_bound() -> None:
     empty = np.zeros((4, 0))
-    found = cores.fastest(Stages(empty, empty), empty, np.arange(1.0, 6.0))
+    found = cores.fastest(np.arange(4.0), Rows(empty, empty, empty), empty, np.arange(1.0, 6.0))
     np.testing.assert_array_equal(found, [0.0, 2.0, 3.0, 4.0, 0.0])
 
 
 @needs_native
 def test_shapes_that_do_not_match_are_refused() -> None:
-    table = Stages(np.ones((4, 2)), np.ones((4, 2)))
+    s, table = np.arange(4.0), np.ones((4, 2))
+    rows = Rows(table, table, table)
     with pytest.raises(ValueError, match="one shape"):
-        cores.fastest(table, np.ones((4, 3)), np.ones(5))
+        cores.fastest(s, rows, np.ones((4, 3)), np.ones(5))
     with pytest.raises(ValueError, match="bound"):
-        cores.fastest(table, np.ones((4, 2)), np.ones(4))
+        cores.fastest(s, rows, table, np.ones(4))
 
 
 @needs_native

@@ -2,14 +2,16 @@
 
 from trajopt.arrays import Floats
 
-def fastest(onward: Floats, held: Floats, room: Floats, bound: Floats) -> Floats:
+def fastest(distance: Floats, a: Floats, b: Floats, c: Floats, limit: Floats, bound: Floats) -> Floats:
     """Find the pointwise largest control values of a profile from rest to rest.
 
     Args:
-        onward: Factors of the control value after each of k grid points, shape (k, m).
-        held: Factors of the control value before it, shape (k, m).
-        room: Right-hand sides of the half-planes, positive, shape (k, m).
-        bound: Bound at the stations, positive, shape (k + 1,).
+        distance: Between the stations beside each of k grid points, shape (k,).
+        a: Factors of the path acceleration in the limited quantities, shape (k, m).
+        b: Factors of the squared path speed, shape (k, m).
+        c: What remains of them at rest, shape (k, m).
+        limit: Their limits, shape (k, m).
+        bound: Bound at the stations, shape (k + 1,).
 
     Returns:
         Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.

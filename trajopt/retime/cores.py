@@ -6,7 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.retime import extremes, reachability
-from trajopt.retime.stages import Stages
+from trajopt.retime.stages import Rows, rooms, stages, stations
 from trajopt.trajectory import Trajectory
 
 _SPEC = find_spec("trajopt.native.reachability")
@@ -14,22 +14,23 @@ NATIVE = _SPEC is not None and _SPEC.origin is not None  # the folder with its s
 """Whether the native core is in use; an installation without a compiler leaves it out."""
 
 
-def fastest(stages: Stages, room: Floats, bound: Floats) -> Floats:
+def fastest(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
     """Find the pointwise largest control values of a profile from rest to rest.
 
     Args:
-        stages: Half-planes at the k grid points.
-        room: Their right-hand sides, positive, shape (k, 4 m).
+        s: Grid, increasing, shape (k,).
+        rows: The limited quantities at the grid points, m of them.
+        limit: Their limits, shape (k, m).
         bound: Bound at the stations, positive, shape (k + 1,).
 
     Returns:
         Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.
     """
     if not NATIVE:
-        return reachability.fastest(stages, room, bound)
+        return reachability.fastest(stages(s, rows), rooms(rows, limit), bound)
     from trajopt.native import reachability as core
 
-    return core.fastest(stages.onward, stages.held, room, bound)
+    return core.fastest(np.diff(stations(s)), rows.a, rows.b, rows.c, limit, bound)
 
 
 def motion_extremes(trajectory: Trajectory) -> tuple[Floats, Floats, Floats]:

@@ -9,7 +9,7 @@ from trajopt.model.limits import JointLimits
 from trajopt.retime.cores import fastest
 from trajopt.retime.profile import Profile, from_control
 from trajopt.retime.smooth import SmoothPath
-from trajopt.retime.stages import Rows, Stages, rooms, squared_speed_bound, stages, stations
+from trajopt.retime.stages import Rows, squared_speed_bound, stations
 from trajopt.retime.torque_along import TorqueAlong
 from trajopt.trajectory import Trajectory
 
@@ -38,7 +38,6 @@ class Course:
         ddq: d²q/ds² there, shape (k, n).
         slope: dq/ds at the stations, shape (k + 1, n).
         rows: The n accelerations, then the m limited torques.
-        stages: The same as half-planes.
         bounds: The limits, the same at all points.
     """
 
@@ -48,7 +47,6 @@ class Course:
     ddq: Floats
     slope: Floats
     rows: Rows
-    stages: Stages
     bounds: Bounds
 
 
@@ -69,13 +67,13 @@ def course(path: SmoothPath, s: Floats, limits: JointLimits, torque: TorqueAlong
         limit = np.concatenate((limit, torque.limits.limit))
     slope = path(stations(s), 1)
     bounds = Bounds(np.tile(limits.velocity, (len(slope), 1)), np.tile(limit, (len(s), 1)))
-    return Course(s, q, dq, ddq, slope, rows, stages(s, rows), bounds)
+    return Course(s, q, dq, ddq, slope, rows, bounds)
 
 
 def fastest_profile(course: Course, bounds: Bounds) -> Profile:
     """Find the fastest profile from rest to rest within limits that hold at the grid points."""
     bound = squared_speed_bound(course.slope, bounds.velocity)
-    return from_control(course.s, fastest(course.stages, rooms(course.rows, bounds.rows), bound))
+    return from_control(course.s, fastest(course.s, course.rows, bounds.rows, bound))
 
 
 def trajectory(course: Course, profile: Profile, joint_names: tuple[str, ...]) -> Trajectory:

@@ -1,6 +1,8 @@
 // What retiming does for every grid point and piece, on plain arrays: see passes.hpp and extremes.hpp.
 #include <cstddef>
+#include <initializer_list>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <nanobind/nanobind.h>
@@ -24,16 +26,19 @@ Array handed(std::vector<double>&& values, std::initializer_list<std::size_t> sh
   return Array(kept->data(), shape, owner);
 }
 
-Array fastest(const Table& onward, const Table& held, const Table& room, const Column& bound) {
-  const std::size_t points = onward.shape(0), rows = onward.shape(1);
-  for (const Table* other : {&held, &room})
-    if (other->shape(0) != points || other->shape(1) != rows)
-      throw std::invalid_argument("onward, held and room must have one shape");
-  if (bound.shape(0) != points + 1) throw std::invalid_argument("bound must have a row more than room");
+Array fastest(const Column& distance, const Table& a, const Table& b, const Table& c, const Table& limit,
+              const Column& bound) {
+  const std::size_t points = a.shape(0), columns = a.shape(1);
+  for (const Table* other : {&b, &c, &limit})
+    if (other->shape(0) != points || other->shape(1) != columns)
+      throw std::invalid_argument("a, b, c and limit must have one shape");
+  if (distance.shape(0) != points || bound.shape(0) != points + 1)
+    throw std::invalid_argument("distance must have as many rows as a, bound one more");
   std::vector<double> control;
   {
     nb::gil_scoped_release released;
-    control = passes::fastest({onward.data(), held.data(), room.data(), bound.data(), points, rows});
+    control = passes::fastest({distance.data(), a.data(), b.data(), c.data(), limit.data(), bound.data(), points,
+                               columns});
   }
   return handed(std::move(control), {points + 1});
 }
@@ -57,6 +62,7 @@ nb::tuple motion_extremes(const Coefficients& coefficients, const Column& widths
 }  // namespace
 
 NB_MODULE(reachability, m) {
-  m.def("fastest", &fastest, nb::arg("onward"), nb::arg("held"), nb::arg("room"), nb::arg("bound"));
+  m.def("fastest", &fastest, nb::arg("distance"), nb::arg("a"), nb::arg("b"), nb::arg("c"), nb::arg("limit"),
+        nb::arg("bound"));
   m.def("motion_extremes", &motion_extremes, nb::arg("coefficients"), nb::arg("widths"));
 }
