@@ -94,3 +94,20 @@ def test_a_still_joint_has_derivatives_of_exactly_zero() -> None:
     s = np.linspace(0.0, curve.length, 500)
     assert (curve(s)[:, 0] == 0.3).all()
     assert (curve(s, 1)[:, 0] == 0.0).all() and (curve(s, 2)[:, 0] == 0.0).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(polylines())
+def test_samples_that_are_not_measured_are_not_the_largest(case: tuple[Path, JointLimits]) -> None:
+    path, limits = case
+    line = polyline(path.knots, limits.velocity)
+    if line.length == 0.0:
+        return
+
+    def bound(a: Floats, b: Floats) -> Floats:
+        return np.linalg.norm(a - b, axis=1)
+
+    found = smooth(line, lower=limits.lower, upper=limits.upper, deviation=bound, tolerance=2e-3)
+    knots = found.path.knots
+    s = (knots[:-1, None] + np.diff(knots)[:, None] * np.arange(8) / 8).ravel()
+    assert bound(found.path(s), line.origin + line(s)).max() <= found.deviation * (1.0 + 1e-9) + 1e-8

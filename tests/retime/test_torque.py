@@ -3,9 +3,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.retime.retime_cases import largest_use, make_limits, make_path, moments
+from tests.retime.retime_cases import largest_use, make_limits, make_path, moments, smooth_path
 from trajopt.arrays import Floats
-from trajopt.retime import InverseDynamics, Retimed, RetimeFailure, retime
+from trajopt.retime import InverseDynamics, Retimed, RetimeFailure, RetimeOptions, retime
+from trajopt.retime.states import within
+from trajopt.retime.torque import TorqueLimits, torque_range
+from trajopt.retime.torque_along import torque_along
 from trajopt.trajectory import Trajectory
 
 INERTIA, WEIGHT = 0.4, 6.0
@@ -121,3 +124,54 @@ def test_unlimited_joints_need_no_torque() -> None:
         raise AssertionError("no joint has an effort limit")
 
     assert isinstance(retime(path, free, inverse_dynamics=never), Retimed)
+
+
+@pytest.mark.parametrize("passes", [1, 2, 8])
+def test_torque_limits_hold_whatever_the_number_of_passes(passes: int) -> None:
+    corners = make_path([[-0.5, 0.3], [0.8, -0.4], [0.7, 1.2], [-0.3, -0.6]])
+    limits = make_limits(2, velocity=6.0, acceleration=60.0, effort=[45.0, 14.0])
+    options = RetimeOptions(passes=passes, points=20)
+    result = retime(corners, limits, inverse_dynamics=two_links, options=options)
+    assert isinstance(result, Retimed)
+    used = np.abs(torques(result.trajectory, two_links)) / limits.effort
+    assert 0.9 < used.max() <= 1.0
+
+
+def test_a_long_piece_with_its_largest_torque_inside_is_seen() -> None:
+    still = np.zeros((2, 1))
+    swing = Trajectory(("joint0",), np.array((0.0, 9.0)), np.array(((0.0,), (np.pi,))), still, still)
+    for limit in (3.0 * WEIGHT, WEIGHT):  # far from the limit, near the limit
+        low, high = torque_range(TorqueLimits(pendulum, np.array([0]), np.array([limit])), swing)
+        used = torques(swing, pendulum, 1000)
+        assert low.item() <= used.min() and used.max() <= high.item()
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 10**6))
+def test_the_torque_along_a_path_is_that_of_the_equation_of_motion(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    path = smooth_path(make_path(np.cumsum(rng.uniform(-0.3, 0.3, (12, 2)), axis=0)), make_limits(2))
+    asked: list[int] = []
+
+    def counting(q: Floats, v: Floats, a: Floats) -> Floats:
+        asked.append(len(q))
+        return two_links(q, v, a)
+
+    along = torque_along(path, TorqueLimits(counting, np.arange(2), np.full(2, 100.0)))
+    s = np.linspace(0.0, path.length, 2001)
+    x, u = rng.uniform(0.1, 1.0), rng.uniform(-1.0, 1.0)
+    rows = along(s)
+    found = rows.a * u + rows.b * x + rows.c
+    exact = two_links(path(s), path(s, 1) * np.sqrt(x), path(s, 1) * u + path(s, 2) * x)
+    assert np.abs(found - exact).max() <= 5e-3 * np.abs(exact).max()
+    assert sum(asked) <= 3 * (2 * 3 * len(path.knots) + 1)
+
+
+def test_states_within_pieces_are_those_of_the_trajectory() -> None:
+    rng = np.random.default_rng(4)
+    q, v, a = rng.normal(size=(3, 6, 2))
+    moved = Trajectory(("a", "b"), np.array((0.0, 0.3, 0.5, 1.1, 2.0, 2.1)), q, v, a)
+    pieces = np.array([0, 2, 4])
+    t = moved.times[pieces] + 0.3 * np.diff(moved.times)[pieces]
+    for order, found in enumerate(within(moved, 0.3, pieces)):
+        np.testing.assert_allclose(found, moved(t, order), rtol=1e-9, atol=1e-12)

@@ -57,13 +57,19 @@ def polyline(knots: Floats, velocity: Floats) -> Polyline:
     relative = knots - knots[0]
     steps = np.linalg.norm(np.diff(relative, axis=0) / scale, axis=1)
     least = MERGED * float(steps.sum())
+    corners = relative
+    if not (steps > least).all():
+        corners = relative[_distinct(relative / scale, least)]
+        steps = np.linalg.norm(np.diff(corners, axis=0) / scale, axis=1)
+    return Polyline(knots[0], knots[-1], np.concatenate(((0.0,), np.cumsum(steps))), corners)
+
+
+def _distinct(places: Floats, least: float) -> list[int]:
+    """Choose knots that are apart from the chosen one before, the first and the last among them."""
     kept = [0]
-    for index in range(1, len(knots)):
-        step = relative[index] - relative[kept[-1]]
-        if float(np.linalg.norm(step / scale)) > least:
+    for index in range(1, len(places)):
+        if float(np.linalg.norm(places[index] - places[kept[-1]])) > least:
             kept.append(index)
-    if kept[-1] != len(knots) - 1 and len(kept) > 1:
-        kept[-1] = len(knots) - 1
-    corners = relative[kept]
-    lengths = np.linalg.norm(np.diff(corners, axis=0) / scale, axis=1)
-    return Polyline(knots[0], knots[-1], np.concatenate(((0.0,), np.cumsum(lengths))), corners)
+    if kept[-1] != len(places) - 1 and len(kept) > 1:
+        kept[-1] = len(places) - 1
+    return kept

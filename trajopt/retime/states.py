@@ -1,5 +1,6 @@
 """Positions, velocities and accelerations of a trajectory at the same part of many pieces."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -43,3 +44,9 @@ def within(trajectory: Trajectory, part: float, pieces: Ints | slice = slice(Non
         (((5.0 * c0 * t + 4.0 * c1) * t + 3.0 * c2) * t + 2.0 * c3) * t + c4,
         ((20.0 * c0 * t + 12.0 * c1) * t + 6.0 * c2) * t + 2.0 * c3,
     )
+
+
+def joined(states: Sequence[States]) -> States:
+    """Put states one after the other."""
+    q, v, a = (np.concatenate(part) for part in zip(*states, strict=True))
+    return States(q, v, a)

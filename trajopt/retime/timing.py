@@ -110,7 +110,10 @@ class _PathTimer:
             return failure
         first = self._attempt(fine, fine.bounds, refinable=True)
         best, passes = self._improved(first)
-        held = hold(best.course, best.trajectory, best.slowdown, self.torque)
+        needed = best.slowdown
+        if not best.measured:
+            needed = slowdown(best.course, with_torque(best.peaks, best.trajectory, self.torque))
+        held = hold(best.course, best.trajectory, needed, self.torque)
         if isinstance(held, Slowdown):
             return exceeded(best.course, held, self.limits, self.torque)
         return Timing(held, best.course.s, first.duration_at_points, passes)
@@ -133,11 +136,12 @@ class _PathTimer:
             needed = slowdown(on, used)
         coarse = (needed.factors > COARSE) | (strayed > STRAY)
         again = needed.factor > most or (refinable and bool(coarse.any()))
-        if self.torque is not None and not again:
+        measured = self.torque is None or not again
+        if self.torque is not None and measured:
             used = with_torque(used, moved, self.torque)
             needed = slowdown(on, used)
             coarse |= needed.factors > COARSE
-        return _Attempt(on, bounds, duration, moved, used, needed, coarse, self.torque is None or not again)
+        return _Attempt(on, bounds, duration, moved, used, needed, coarse, measured)
 
     def _improved(self, attempt: _Attempt) -> tuple[_Attempt, int]:
         """Remove what a trajectory exceeds between its points.

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.retime.states import at_points, within
+from trajopt.retime.states import at_points, joined, within
 from trajopt.trajectory import Trajectory
 
 InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
@@ -49,14 +49,15 @@ def torque_range(torque: TorqueLimits, trajectory: Trajectory) -> tuple[Floats, 
         Least and largest torque, shape (k - 1, m) each [Nm | N].
     """
     ends, middle = at_points(trajectory), within(trajectory, 0.5)
-    sampled = torque.at(*(np.concatenate(pair) for pair in zip(ends, middle, strict=True)))
+    sampled = torque.at(*joined((ends, middle)))
     count = len(middle.q)
     left, right = sampled[:count], sampled[1 : count + 1]
     low, high = _bounded(np.stack((left, sampled[count + 1 :], right)), supplement=1.0)
     near = np.nonzero((np.maximum(high, -low) > CLEAR * torque.limit).any(axis=1))[0]
     if len(near):
-        inner = [torque.at(*within(trajectory, part, near)) for part in PARTS]
-        low[near], high[near] = _bounded(np.stack((left[near], *inner, right[near])), supplement=0.25)
+        inner = torque.at(*joined([within(trajectory, part, near) for part in PARTS]))
+        values = (left[near], *np.split(inner, len(PARTS)), right[near])
+        low[near], high[near] = _bounded(np.stack(values), supplement=0.25)
     return low, high
 
 
