@@ -22,6 +22,9 @@ from trajopt.retime.stages import Stages
 
 ROUNDS = 60
 """Most cuts of the search along a polygon; each cut drops one of its at most 4 m sides."""
+STEEP = 1e-8
+"""A factor that is this much smaller than the other one of its half-plane is taken for a rounding error of
+zero, which quotients would magnify. Paths that turn back have such."""
 FAR = 1e200
 """Where lines lie that bound nothing: finite, so that differences of them are numbers."""
 
@@ -75,14 +78,15 @@ def fastest(stages: Stages, room: Floats, bound: Floats) -> Floats:
 
 def _bounds(room: Floats, factor: Floats, other: Floats, *, upper: bool) -> _Lines:
     """Solve factor * y + other * argument <= room for y: upper or lower bounds of y."""
-    used = factor > 0.0 if upper else factor < 0.0
+    least = STEEP * np.abs(other)
+    used = factor > least if upper else factor < -least
     safe = np.where(used, factor, 1.0)
     return _Lines(np.where(used, room / safe, FAR if upper else -FAR), np.where(used, other / safe, 0.0))
 
 
 def _ahead(stages: Stages, room: Floats, bound: Floats) -> Floats:
     """Bound of the value after each grid point, by the half-planes that bound it alone too."""
-    alone = (stages.held == 0.0) & (stages.onward > 0.0)
+    alone = (np.abs(stages.held) <= STEEP * stages.onward) & (stages.onward > 0.0)
     most = np.where(alone, room / np.where(alone, stages.onward, 1.0), FAR)
     return np.minimum(bound[1:], most.min(axis=1))
 

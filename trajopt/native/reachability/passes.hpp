@@ -28,6 +28,7 @@ namespace passes {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLeastRoom = 1e-6;  // part of each limit that is left to motion: LEAST_ROOM of stages.py
 constexpr int kRounds = 200;         // a search takes each line once at most; rounding may make it turn in place
+constexpr double kSteep = 1e-8;      // a factor that is this much smaller than the other is rounding: STEEP there
 constexpr double kTrifle = 1e-13;    // part of a value that is no progress but rounding
 
 // The limits at all grid points, tables with a row for each of them, and the bound at the stations.
@@ -118,8 +119,10 @@ inline std::vector<double> fastest(const Course& course) {
     roof.clear(), floor.clear();
     double after = control[i + 1];
     half_planes(course, i, [&](double onward, double held, double room) {
-      if (held != 0.0) (held > 0.0 ? roof : floor).push_back({room / held, -onward / held});
-      else if (onward > 0.0) after = std::min(after, room / onward);
+      if (std::abs(held) > kSteep * std::abs(onward))
+        (held > 0.0 ? roof : floor).push_back({room / held, -onward / held});
+      else if (onward > 0.0)
+        after = std::min(after, room / onward);
     });
     after = summit(roof, feasible(roof, floor, after));
     control[i] = std::max(0.0, std::min(lowest(roof, after).value, course.bound[i]));
@@ -128,7 +131,7 @@ inline std::vector<double> fastest(const Course& course) {
   for (std::size_t i = 0; i < course.points; ++i) {
     double reached = control[i + 1];
     half_planes(course, i, [&](double onward, double held, double room) {
-      if (onward > 0.0) reached = std::min(reached, (room - held * control[i]) / onward);
+      if (onward > kSteep * std::abs(held)) reached = std::min(reached, (room - held * control[i]) / onward);
     });
     control[i + 1] = std::max(0.0, reached);
   }
