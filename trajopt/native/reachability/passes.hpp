@@ -100,6 +100,7 @@ inline double summit(const Lines& roof, double end) {
   for (int round = 0; round < kRounds; ++round) {
     const double apart = fall.value - fall.slope * right - rise.value + rise.slope * left;
     const double at = std::clamp(apart / (rise.slope - fall.slope), left, right);
+    if (!(left < at && at < right)) return at;  // rounding errors of steep lines let the search go no further
     const Line there = lowest(roof, at);
     const double expected = rise.value + rise.slope * (at - left);
     if (there.slope == 0.0 || there.value >= expected - kTrifle * std::abs(there.value)) return at;
@@ -109,7 +110,7 @@ inline double summit(const Lines& roof, double end) {
       right = at, fall = there;
     }
   }
-  return left;
+  return right;
 }
 
 inline std::vector<double> fastest(const Course& course) {
