@@ -119,8 +119,8 @@ def _arm(name: str, y: float, joints: int) -> str:
         parts.append(
             f'<link name="{link}"><collision><origin xyz="{length / 2} 0 0"/><geometry>'
             f'<box size="{0.8 * length} 0.05 0.05"/></geometry></collision></link>'
-            f'<joint name="{name}_{index}" type="revolute"><parent link="{parent}"/><child link="{link}"/>{origin}'
-            f'<axis xyz="{axis}"/><limit lower="-2.8" upper="2.8" effort="50" velocity="2"/></joint>'
+            f'<joint name="{name}_{index}" type="revolute"><parent link="{parent}"/><child link="{link}"/>'
+            f'{origin}<axis xyz="{axis}"/><limit lower="-2.8" upper="2.8" effort="50" velocity="2"/></joint>'
         )
         parent, origin = link, f'<origin xyz="{length} 0 0"/>'
     return "".join(parts)

@@ -41,7 +41,7 @@ ONLY_IN = {
 }
 """Packages that only some rooms may import."""
 
-CORES = {"reachability": "retime"}
+CORES = {"proximity": "query", "banded": "solvers", "reachability": "retime"}
 """Native cores and the one room that may call each."""
 
 

@@ -1,16 +1,14 @@
 """What retiming does at every grid point and piece: compiled where installed so, else in plain Python."""
 
-from importlib.util import find_spec
-
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.native import installed
 from trajopt.retime import extremes, reachability
 from trajopt.retime.stages import Rows, rooms, stages, stations
 from trajopt.trajectory import Trajectory
 
-_SPEC = find_spec("trajopt.native.reachability")
-NATIVE = _SPEC is not None and _SPEC.origin is not None  # the folder with its sources alone has no origin
+NATIVE = installed("reachability")
 """Whether the native core is in use; an installation without a compiler leaves it out."""
 
 
