@@ -45,6 +45,10 @@ CORES = {"proximity": "query", "banded": "solvers", "reachability": "retime"}
 """Native cores and the one room that may call each."""
 
 
+CORES = {"proof": "verify"}
+"""Native cores that only one room may import: what is judged must not share code with the judge."""
+
+
 def modules() -> list[Path]:
     return sorted(
         path for path in PACKAGE.rglob("*.py") if path.name != "__init__.py" or path.parent != PACKAGE
@@ -64,8 +68,8 @@ def imports(path: Path) -> set[str]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative imports hide where things come from"
             found.add(node.module or "")
-            if node.module == "trajopt":
-                found.update(f"trajopt.{alias.name}" for alias in node.names)
+            if node.module in {"trajopt", "trajopt.native"}:
+                found.update(f"{node.module}.{alias.name}" for alias in node.names)
     return found
 
 
@@ -78,6 +82,9 @@ def test_imports_downward(path: Path) -> None:
             other = parts[1]
             assert other in LAYERS, f"{path.name} imports {name}, a room without a layer"
             assert other == mine or LAYERS[other] <= LAYERS[mine], f"{mine} imports upward: {name}"
+            if other == "native" and len(parts) > 2:
+                assert CORES.get(parts[2], mine) == mine, f"{name} is not for {mine}"
+                assert mine != "verify" or CORES.get(parts[2]) == mine, f"the judge has its own, not {name}"
             assert other not in FORBIDDEN.get(mine, set()), f"{mine} must not know {other}: {name}"
             if other == "native" and len(parts) > 2:
                 assert mine == CORES.get(parts[2], mine), f"the core {parts[2]} is not for {mine}"

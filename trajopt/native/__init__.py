@@ -5,6 +5,7 @@
 | `proximity` | `query` | kinematics of all samples, and the rows of all pairs that come near |
 | `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
 | `reachability` | `retime` | the passes that give the fastest profile, and the extremes of quintics |
+| `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |
 """
 
 from importlib.util import find_spec

@@ -3,6 +3,7 @@
 It shares no code with what it judges, and what it certifies as proven holds at every time.
 """
 
+from trajopt.verify.body import INSTALLED, Body
 from trajopt.verify.certificate import (
     Certificate,
     Check,
@@ -18,6 +19,8 @@ from trajopt.verify.requirement import When, check_requirement
 from trajopt.verify.sampled import SampledCheck
 
 __all__ = [
+    "INSTALLED",
+    "Body",
     "Certificate",
     "Check",
     "Counts",

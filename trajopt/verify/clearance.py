@@ -6,14 +6,15 @@ import numpy as np
 
 from trajopt.model.allowed_collisions import ContactAllowance
 from trajopt.verify.certificate import Check, Evidence, PairClearance, Unproven
-from trajopt.verify.clearance_record import Contact, Tally
-from trajopt.verify.clearance_search import ClearanceSearch
-from trajopt.verify.distances import Distances
+from trajopt.verify.clearance_record import Contact, Findings, Tally
 from trajopt.verify.motion import Motion
+from trajopt.verify.pair_distances import PairDistances
 
 _PROBES = 17
 _FOLLOWED = 8
 """So many pairs in contact are followed to their deepest contact."""
+_DEEPER = 5e-6
+"""A contact has to be deeper by so much to take the place of another: depths are known no better [m]."""
 
 
 @dataclass(frozen=True)
@@ -33,14 +34,14 @@ class ClearanceFinding:
     unproven: Unproven | None
 
 
-def judge_clearance(motion: Motion, distances: Distances) -> ClearanceFinding:
-    """Prove that every pair keeps apart, or find where it does not.
+def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) -> ClearanceFinding:
+    """State as checks that every pair keeps apart, or where it does not.
 
     Args:
         motion: The motion.
         distances: Workspace for the distances of its bodies.
+        search: What the search for a proof has found.
     """
-    search = ClearanceSearch(motion, distances).run()
     contacts = _followed(motion, search, distances)
     proven = not contacts and search.gap is None
     unproven = None
@@ -55,9 +56,9 @@ def judge_clearance(motion: Motion, distances: Distances) -> ClearanceFinding:
     return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven)
 
 
-def _followed(motion: Motion, search: ClearanceSearch, distances: Distances) -> tuple[Contact, ...]:
+def _followed(motion: Motion, search: Findings, distances: PairDistances) -> tuple[Contact, ...]:
     """Follow contacts to where they are deepest, and make sure of the depth of the first returned."""
-    found = [_deepest(motion, search, distances, contact) for contact in search.contacts[:_FOLLOWED]]
+    found = [_deepest(motion, search, distances, contact) for contact in search.deepest()[:_FOLLOWED]]
     for contact in found:
         search.correct(contact)
     sure: set[int] = set()
@@ -74,7 +75,7 @@ def _followed(motion: Motion, search: ClearanceSearch, distances: Distances) -> 
     return tuple(found)
 
 
-def _deepest(motion: Motion, search: ClearanceSearch, distances: Distances, contact: Contact) -> Contact:
+def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact: Contact) -> Contact:
     """Look around a contact for the deepest one near it, in its own window if it is in one."""
     best, excused = contact, search.excused(contact)
     reach = motion.duration / 16
@@ -85,15 +86,15 @@ def _deepest(motion: Motion, search: ClearanceSearch, distances: Distances, cont
         found = distances.measure(motion.poses(times), np.arange(_PROBES), pair)
         for time, distance in zip(times.tolist(), found.tolist(), strict=True):
             probe = Contact(contact.pair, time, distance)
-            if distance < best.distance and search.excused(probe) == excused:
+            if distance < best.distance - _DEEPER and search.excused(probe) == excused:
                 best = probe
         reach /= _PROBES / 3
     return best
 
 
 def _clearance_check(
-    search: ClearanceSearch,
-    distances: Distances,
+    search: Findings,
+    distances: PairDistances,
     bound: float,
     contacts: tuple[Contact, ...],
     unproven: Unproven | None,
@@ -144,7 +145,7 @@ def _check(
     )
 
 
-def _contact_checks(motion: Motion, search: ClearanceSearch, *, proven: bool) -> tuple[Check, ...]:
+def _contact_checks(motion: Motion, search: Findings, *, proven: bool) -> tuple[Check, ...]:
     """State how deep every allowed contact is, unless the search ended for another reason."""
     checks: list[Check] = []
     by_allowance: dict[ContactAllowance, list[int]] = {}
@@ -177,24 +178,23 @@ def _contact_checks(motion: Motion, search: ClearanceSearch, *, proven: bool) ->
 
 
 def _pairs(
-    motion: Motion, search: ClearanceSearch, distances: Distances, *, proven: bool
+    motion: Motion, search: Findings, distances: PairDistances, *, proven: bool
 ) -> tuple[PairClearance, ...]:
     """List the owner pairs that were measured near each other, nearest first."""
     tally: Tally = search.free
-    by_owners: dict[tuple[str, str], list[int]] = {}
-    for pair in range(len(distances.first)):
-        by_owners.setdefault(distances.owners(pair), []).append(pair)
+    near = np.flatnonzero(tally.measured <= motion.options.far)
+    nearest = near[np.argsort(tally.measured[near], kind="stable")]
+    code = distances.owner_pairs
     found: list[PairClearance] = []
-    for (first, second), pairs in by_owners.items():
-        nearest = pairs[int(tally.measured[pairs].argmin())]
-        if tally.measured[nearest] <= motion.options.far:
-            found.append(
-                PairClearance(
-                    first=first,
-                    second=second,
-                    proven=float(tally.proven[pairs].min()) if proven else None,
-                    measured=float(tally.measured[nearest]),
-                    time=float(tally.time[nearest]),
-                )
+    for pair in nearest[np.sort(np.unique(code[nearest], return_index=True)[1])].tolist():
+        first, second = distances.owners(pair)
+        found.append(
+            PairClearance(
+                first=first,
+                second=second,
+                proven=float(tally.proven[code == code[pair]].min()) if proven else None,
+                measured=float(tally.measured[pair]),
+                time=float(tally.time[pair]),
             )
-    return tuple(sorted(found, key=lambda pair: pair.measured))
+        )
+    return tuple(found)

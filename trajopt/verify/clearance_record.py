@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.verify.windows import Windows
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,11 +64,14 @@ class Tally:
         time: When it was measured, shape (p,) [s].
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, proven: Floats, measured: Floats, time: Floats) -> None:
+        """Take what is known about p pairs, each of shape (p,)."""
+        self.proven, self.measured, self.time = proven, measured, time
+
+    @staticmethod
+    def empty(count: int) -> "Tally":
         """Start with nothing known about a number of pairs."""
-        self.proven: Floats = np.full(count, np.inf)
-        self.measured: Floats = np.full(count, np.inf)
-        self.time: Floats = np.zeros(count)
+        return Tally(np.full(count, np.inf), np.full(count, np.inf), np.zeros(count))
 
     def note(self, pair: Ints, distance: Floats, time: Floats) -> None:
         """Take in measured distances."""
@@ -79,3 +83,37 @@ class Tally:
     def best(self) -> float:
         """Smallest measured distance of all pairs [m]."""
         return float(self.measured.min(initial=np.inf))
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What a search for a proof of clearance has found.
+
+    Attributes:
+        free: What is known of the pairs at times when they must keep apart.
+        accepted: The same for times when their contact is accepted.
+        contacts: Contacts found that are not accepted.
+        gap: First interval without proof, if the search was given up.
+        windows: When contact is accepted.
+    """
+
+    free: Tally
+    accepted: Tally
+    contacts: tuple[Contact, ...]
+    gap: Gap | None
+    windows: Windows
+
+    def deepest(self) -> tuple[Contact, ...]:
+        """Return the deepest contact of each pair, deepest first."""
+        every = sorted(self.contacts, key=lambda contact: -contact.distance)
+        deepest = {contact.pair: contact for contact in every}
+        return tuple(sorted(deepest.values(), key=lambda contact: contact.distance))
+
+    def excused(self, contact: Contact) -> bool:
+        """Say whether a contact is at a time at which some depth of it is accepted."""
+        return bool(self.windows.accept(np.array([contact.time]), np.array([contact.pair]))[0])
+
+    def correct(self, contact: Contact) -> None:
+        """Take a contact, measured with more care, for the nearest that its pair comes."""
+        tally = self.accepted if self.excused(contact) else self.free
+        tally.measured[contact.pair], tally.time[contact.pair] = contact.distance, contact.time

@@ -7,7 +7,7 @@ there, is at distance d - m or more in all of it. Where that is not enough the i
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
-from trajopt.verify.clearance_record import Contact, Gap, Items, Tally
+from trajopt.verify.clearance_record import Contact, Findings, Gap, Items, Tally
 from trajopt.verify.distances import Distances
 from trajopt.verify.intervals import counting, cut, pieces_wanted
 from trajopt.verify.kinematics import Poses
@@ -31,7 +31,7 @@ class ClearanceSearch:
     Attributes:
         free: What is known of the pairs at times when they must keep apart.
         accepted: The same for times when their contact is accepted.
-        contacts: Contacts found that are not accepted, the deepest of each pair, deepest first.
+        contacts: Contacts found that are not accepted.
         gap: First interval without proof, if the search was given up.
     """
 
@@ -42,11 +42,11 @@ class ClearanceSearch:
         self._travel = PairTravel(motion.kinematics, distances)
         self._windows = Windows(motion.reduced.pairs, motion.duration)
         self._count = len(distances.first)
-        self.free, self.accepted = Tally(self._count), Tally(self._count)
-        self.contacts: tuple[Contact, ...] = ()
+        self.free, self.accepted = Tally.empty(self._count), Tally.empty(self._count)
+        self.contacts: list[Contact] = []
         self.gap: Gap | None = None
 
-    def run(self) -> "ClearanceSearch":
+    def run(self) -> Findings:
         """Search until every pair is proven, a contact is found or the search is given up."""
         self._look_at_ends()
         items = self._start()
@@ -55,16 +55,7 @@ class ClearanceSearch:
             if self.contacts:
                 self._survey(np.linspace(0.0, self._motion.duration, _SURVEYED))
                 break
-        return self
-
-    def correct(self, contact: Contact) -> None:
-        """Take a contact, measured with more care, for the nearest that its pair comes."""
-        tally = self.accepted if self.excused(contact) else self.free
-        tally.measured[contact.pair], tally.time[contact.pair] = contact.distance, contact.time
-
-    def excused(self, contact: Contact) -> bool:
-        """Say whether a contact is at a time at which some depth of it is accepted."""
-        return bool(self._windows.accept(np.array([contact.time]), np.array([contact.pair]))[0])
+        return Findings(self.free, self.accepted, tuple(self.contacts), self.gap, self._windows)
 
     def _look_at_ends(self) -> None:
         """Measure what is near at either end, and look for bodies enclosed by exact meshes.
@@ -159,13 +150,10 @@ class ClearanceSearch:
     def _judge(self, pair: Ints, distance: Floats, time: Floats) -> None:
         """Take in measured distances, and note contacts that are not accepted."""
         self._note(pair, distance, time)
-        found = [
+        self.contacts += [
             Contact(int(pair[item]), float(time[item]), float(distance[item]))
             for item in np.flatnonzero(distance <= self._windows.floor(time, pair))
         ]
-        every = sorted((*self.contacts, *found), key=lambda contact: -contact.distance)
-        deepest = {contact.pair: contact for contact in every}
-        self.contacts = tuple(sorted(deepest.values(), key=lambda contact: contact.distance))
 
     def _cut(self, items: Items, left: Bools, travel: Floats, reserve: Floats) -> Items:
         """Cut the intervals of the items left into as many pieces as their proofs seem to need."""

@@ -60,16 +60,13 @@ def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
     return geometry
 
 
-def hull_of(solid: Solid) -> Solid:
+def hull_of(mesh: Mesh) -> Convex:
     """Return the convex hull of a mesh; a flat one is thickened a little, as a hull needs volume."""
-    assert isinstance(solid.shape, Mesh)
-    vertices = solid.shape.vertices
     try:
-        hull = convex(vertices)
+        return convex(mesh.vertices)
     except ShapeError:
         nudge = _THICKENING * np.vstack((np.eye(3), -np.eye(3)))
-        hull = convex((vertices[:, None] + nudge).reshape(-1, 3))
-    return Solid(solid.owner, solid.joint, solid.placement, hull)
+        return convex((mesh.vertices[:, None] + nudge).reshape(-1, 3))
 
 
 class CoalPairs:

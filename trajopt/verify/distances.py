@@ -3,34 +3,31 @@
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
-from trajopt.errors import ModelError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Mesh, Plane, bounding_sphere
 from trajopt.verify.coal_geometry import CoalPairs, hull_of
 from trajopt.verify.enclosure import inside, representatives
 from trajopt.verify.kinematics import Poses
+from trajopt.verify.pair_distances import PairDistances
 from trajopt.verify.placed_bodies import Solid, gaps
 from trajopt.verify.support import largest_gap
 
+_FIRST_MEASURED = 48
+"""So many pairs whose bounding spheres are nearest are measured before the others."""
 _DOUBTFUL = 1e-5
 """Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
 
 
-class Distances:
-    """Workspace for signed distances of pairs of bodies; one for each thread.
+class Distances(PairDistances):
+    """Workspace for signed distances of pairs of bodies in plain Python.
 
-    A distance is positive between bodies apart and minus the depth in penetration. Between convex
-    bodies Coal proposes a direction and the gap along it is taken, which is a lower bound of the
-    distance whatever Coal says. Distances of half-spaces are exact. Those of an exact mesh are
-    Coal's; it has no depth, so in contact its convex hull stands for it.
+    Between convex bodies Coal proposes a direction and the gap along it is taken, which is a lower
+    bound of the distance whatever Coal says. Distances to an exact mesh are Coal's.
 
     Attributes:
-        first: Index of the first body of each pair, shape (p,).
-        second: Index of the second, shape (p,).
         centre: Centre of each body's bounding sphere in its joint's frame, shape (b, 3) [m].
         radius: Radius of each, infinite for planes, shape (b,) [m].
         joint: Joint that carries each body, shape (b,).
-        calls: Distances measured so far.
     """
 
     def __init__(self, reduced: ReducedModel, *, error: float) -> None:
@@ -43,8 +40,8 @@ class Distances:
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
-        self.first, self.second = reduced.pairs.first, reduced.pairs.second
-        self.calls = 0
+        super().__init__(reduced)
+        self._calls = 0
         self._error = error
         bodies = reduced.bodies
         spheres = [bounding_sphere(body.shape) for body in bodies]
@@ -54,34 +51,25 @@ class Distances:
         self.radius: Floats = np.array([radius for _, radius in spheres])
         self.joint: Ints = np.array([body.joint for body in bodies], dtype=np.int64)
         solids: list[Solid] = [Solid(body.owner, body.joint, body.placement, body.shape) for body in bodies]
-        planes = np.array([isinstance(solid.shape, Plane) for solid in solids], dtype=np.bool_)
         meshes = np.array([isinstance(solid.shape, Mesh) for solid in solids], dtype=np.bool_)
-        self._planar: Bools = planes[self.first] | planes[self.second]
-        self._meshed: Bools = (meshes[self.first] | meshes[self.second]) & ~self._planar
+        self._meshed: Bools = (meshes[self.first] | meshes[self.second]) & ~self.planar
         hull: Ints = np.arange(len(solids), dtype=np.int64)
-        for place in (int(found) for found in np.flatnonzero(meshes)):
-            hull[place] = len(solids)
-            solids.append(hull_of(solids[place]))
+        for place, solid in enumerate(tuple(solids)):
+            if isinstance(solid.shape, Mesh):
+                hull[place] = len(solids)
+                solids.append(Solid(solid.owner, solid.joint, solid.placement, hull_of(solid.shape)))
         self._solids = tuple(solids)
         # Pairs with hulls in the place of meshes follow behind the others.
         self._hulled: Ints = np.arange(len(self.first))
         self._hulled[self._meshed] = len(self.first) + np.arange(self._meshed.sum())
         self._one: Ints = np.concatenate((self.first, hull[self.first[self._meshed]]))
         self._other: Ints = np.concatenate((self.second, hull[self.second[self._meshed]]))
-        both = planes[self.first] & planes[self.second]
-        if both.any():
-            pair = int(both.argmax())
-            raise ModelError(f"half-spaces {self.pair_name(pair)} meet always; allow their contact")
         self._coal = CoalPairs(reduced.model, self._solids, self._one, self._other)
 
-    def owners(self, pair: int) -> tuple[str, str]:
-        """Return the links or objects of a pair."""
-        one, other = self._ends(pair)
-        return one.owner, other.owner
-
-    def pair_name(self, pair: int) -> str:
-        """Return the links or objects of a pair as one text."""
-        return " - ".join(self.owners(pair))
+    @property
+    def calls(self) -> int:
+        """Distances measured so far."""
+        return self._calls
 
     def centres(self, poses: Poses) -> Floats:
         """Place the centres of the bodies' bounding spheres in the world, shape (c, b, 3) [m]."""
@@ -105,18 +93,9 @@ class Distances:
         return spread - self.radius[first] - self.radius[second]
 
     def measure(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
-        """Measure signed distances, less the error they may have.
-
-        Args:
-            poses: Of the robot at c configurations.
-            cell: Which configuration, shape (i,).
-            pair: Which pair, shape (i,).
-
-        Returns:
-            Shape (i,) [m].
-        """
+        """Measure signed distances, less the error they may have, shape (i,) [m]."""
         result = np.full(len(cell), -np.inf)
-        planar, meshed = self._planar[pair], self._meshed[pair]
+        planar, meshed = self.planar[pair], self._meshed[pair]
         for number in np.unique(pair[planar]).tolist():
             chosen = planar & (pair == number)
             result[chosen] = self._height(poses, cell[chosen], number)
@@ -127,29 +106,19 @@ class Distances:
         result[touching] = np.minimum(
             result[touching], self.measure_hulls(poses, cell[touching], pair[touching])
         )
-        self.calls += len(cell)
+        self._calls += len(cell)
         return result
 
     def measure_hulls(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs without half-spaces as `measure` does, with hulls in the place of meshes."""
-        self.calls += len(cell)
+        self._calls += len(cell)
         return self._convex(poses, cell, self._hulled[pair])
 
     def search_depths(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
-        """Measure pairs by a search of all directions: slow, and right where Coal's depth is not.
-
-        Args:
-            poses: Of the robot at c configurations.
-            cell: Which configuration, shape (i,).
-            pair: Which pair, shape (i,).
-
-        Returns:
-            Lower bounds of the distances, those between the hulls of exact meshes, shape (i,) [m];
-            minus infinity for half-spaces.
-        """
-        self.calls += len(cell)
+        """Measure pairs by a search of all directions, shape (i,) [m]."""
+        self._calls += len(cell)
         found = [
-            -np.inf if self._planar[number] else self._search(poses, row, int(self._hulled[number]))
+            -np.inf if self.planar[number] else self._search(poses, row, int(self._hulled[number]))
             for row, number in zip(cell.tolist(), pair.tolist(), strict=True)
         ]
         return np.array(found) - self._error
@@ -170,6 +139,20 @@ class Distances:
                         found.append(pair)
                         break
         return np.array(found, dtype=np.int64)
+
+    def nearest(self, poses: Poses) -> Floats:
+        """Measure every pair that may touch or be the nearest strict one, shape (p,) [m]."""
+        count = len(self.first)
+        cell, measured = np.zeros(count, dtype=np.int64), np.full(count, np.inf)
+        lower = self.apart(self.centres(poses), cell, np.arange(count))
+        order = np.argsort(lower, kind="stable")
+        for some in (order[:_FIRST_MEASURED], order[_FIRST_MEASURED:]):
+            near = some[lower[some] <= max(float(measured[self.strict].min(initial=np.inf)), 0.0)]
+            measured[near] = self.measure(poses, cell[near], near)
+        enclosed = self.enclosed(poses, 0)
+        hulls = self.measure_hulls(poses, cell[enclosed], enclosed)
+        measured[enclosed] = np.minimum(measured[enclosed], hulls)
+        return measured
 
     def _convex(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs of convex bodies by the gap along the direction that Coal proposes."""

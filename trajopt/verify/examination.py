@@ -7,11 +7,8 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats, floats
 from trajopt.model.reduced import ReducedModel
-from trajopt.verify.distances import Distances
-from trajopt.verify.kinematics import Kinematics, Poses
-
-_FIRST_MEASURED = 48
-"""So many pairs whose bounding spheres are nearest are measured before the others."""
+from trajopt.verify.kinematics import Kinematics
+from trajopt.verify.pair_distances import PairDistances
 
 
 class Moment(Enum):
@@ -78,7 +75,7 @@ class Examination:
 
 def examine_with(
     kinematics: Kinematics,
-    distances: Distances,
+    distances: PairDistances,
     positions: Floats,
     *,
     moment: Moment,
@@ -98,7 +95,7 @@ def examine_with(
     """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
-    measured = _measured(reduced, distances, kinematics.poses(place[None]))
+    measured = distances.nearest(kinematics.poses(place[None]))
     judged = np.isfinite(measured) & ~_excused(reduced, measured, moment)
     nearest: dict[tuple[str, str], float] = {}
     for pair in np.flatnonzero(judged)[np.argsort(measured[judged])].tolist():
@@ -112,23 +109,6 @@ def examine_with(
         out_of_limits=_out_of_limits(reduced, place, excess),
         smallest=pairs[0] if pairs else None,
     )
-
-
-def _measured(reduced: ReducedModel, distances: Distances, poses: Poses) -> Floats:
-    """Measure every pair that may touch or be the nearest; infinite for the others, shape (p,) [m]."""
-    count = len(distances.first)
-    strict = np.ones(count, dtype=np.bool_)
-    strict[[pair for pair, _ in reduced.pairs.allowances]] = False
-    measured = np.full(count, np.inf)
-    lower = distances.apart(distances.centres(poses), np.zeros(count, dtype=np.int64), np.arange(count))
-    order = np.argsort(lower, kind="stable")
-    for some in (order[:_FIRST_MEASURED], order[_FIRST_MEASURED:]):
-        near = some[lower[some] <= max(float(measured[strict].min(initial=np.inf)), 0.0)]
-        measured[near] = distances.measure(poses, np.zeros(len(near), dtype=np.int64), near)
-    enclosed = distances.enclosed(poses, 0)
-    hulls = distances.measure_hulls(poses, np.zeros(len(enclosed), dtype=np.int64), enclosed)
-    measured[enclosed] = np.minimum(measured[enclosed], hulls)
-    return measured
 
 
 def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:

@@ -86,7 +86,7 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
 
 
 def _tightest(motion: Motion, order: int, lower: Floats, upper: Floats) -> _Tightest:
-    high, low = motion.group[order].largest(), motion.group[order].smallest()
+    high, low = motion.kinematics.extremes(motion.group[order])
     above = upper - high.values <= low.values - lower
     bounds = np.where(above, upper, lower)
     excess = motion.options.excess

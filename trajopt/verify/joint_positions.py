@@ -23,8 +23,7 @@ def _(requirement: JointPositions, motion: Motion, when: When) -> tuple[Check, .
         values = matrix @ motion.trajectory.positions[-1] + offset
         high = low = Extremes(values, np.full(len(joints), motion.duration))
     else:
-        positions = motion.group[0].combined(matrix, offset)
-        high, low = positions.largest(), positions.smallest()
+        high, low = motion.kinematics.extremes(motion.group[0].combined(matrix, offset))
     over, under = high.values - most, least - low.values
     joint = int(np.argmax(np.maximum(over, under)))
     above = over[joint] >= under[joint]

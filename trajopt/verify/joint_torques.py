@@ -1,7 +1,6 @@
 """Torques of joints by inverse dynamics, judged at samples."""
 
 import numpy as np
-import pinocchio as pin
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
@@ -61,19 +60,13 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
         mimicking joints are borne by the joint they follow.
     """
     reduced = motion.reduced
-    data = reduced.model.createData()
     times, states = _samples(motion)
     configurations = motion.kinematics.configurations(states[0])
     velocities, accelerations = (
         states[1] @ reduced.expand.T,
         states[2] @ reduced.expand.T,
     )
-    torques = np.array(
-        [
-            pin.rnea(reduced.model, data, q, v, a)
-            for q, v, a in zip(configurations, velocities, accelerations, strict=True)
-        ]
-    )
+    torques = motion.kinematics.torques(configurations, velocities, accelerations)
     return times, torques @ reduced.expand
 
 

@@ -9,19 +9,19 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.trajectory import Trajectory
 from trajopt.verify import axis_alignment, frame_placement, joint_positions
+from trajopt.verify.body import INSTALLED, Body
 from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.clearance import judge_clearance
-from trajopt.verify.distances import Distances
 from trajopt.verify.ends import end_checks
 from trajopt.verify.examination import Examination, Moment, examine_with
 from trajopt.verify.joint_limits import limit_checks
 from trajopt.verify.joint_torques import torque_checks
-from trajopt.verify.kinematics import Kinematics
 from trajopt.verify.motion import Motion
 from trajopt.verify.notes import notes
 from trajopt.verify.options import VerifyOptions
 from trajopt.verify.requirement import When, check_requirement
 from trajopt.verify.sampled import SampledCheck, sampled_check
+from trajopt.verify.workspace import workspace
 
 REQUIREMENT_MODULES = (joint_positions, frame_placement, axis_alignment)
 """Modules that register the checks of built-in requirements when they are imported."""
@@ -32,15 +32,26 @@ _DEFAULT = VerifyOptions()
 class Judge:
     """Workspace that judges motions of one reduced model; one for each thread."""
 
-    def __init__(self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT) -> None:
+    def __init__(
+        self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT, *, body: Body = INSTALLED
+    ) -> None:
         """Build the judge's own kinematics and geometry.
+
+        Args:
+            reduced: The model.
+            options: Numbers to judge with.
+            body: What computes: the native core where it is installed.
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
         self._reduced, self._options = reduced, options
-        self._kinematics = Kinematics(reduced)
-        self._distances = Distances(reduced, error=options.distance_error)
+        self._workspace = workspace(reduced, body, error=options.distance_error)
+
+    @property
+    def body(self) -> Body:
+        """What computes."""
+        return self._workspace.body
 
     def verify(
         self,
@@ -52,11 +63,8 @@ class Judge:
         limits: JointLimits | None = None,
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
-        reduced, kinematics, distances = (
-            self._reduced,
-            self._kinematics,
-            self._distances,
-        )
+        reduced, own = self._reduced, self._workspace
+        kinematics, distances = own.kinematics, own.distances
         bounds = limits or reduced.limits
         motion = Motion(reduced, trajectory, kinematics=kinematics, options=self._options)
         if bounds.joint_names != reduced.joint_names:
@@ -72,7 +80,7 @@ class Judge:
         checks += [sampled_check(check, motion) for check in sampled]
         checks += limit_checks(motion, bounds)
         checks += torque_checks(motion, bounds)
-        found = judge_clearance(motion, distances)
+        found = judge_clearance(motion, distances, own.search(motion))
         margin = reduced.pairs.margin
         return Certificate(
             checks=(*found.checks, *checks),
@@ -90,8 +98,8 @@ class Judge:
     def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
         """Examine a configuration, as the function `examine` does."""
         return examine_with(
-            self._kinematics,
-            self._distances,
+            self._workspace.kinematics,
+            self._workspace.distances,
             positions,
             moment=moment,
             excess=self._options.excess,

@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from trajopt.arrays import Bools, Floats
 from trajopt.model.reduced import ReducedModel
+from trajopt.verify.polynomials import Extremes, Polynomials
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +26,7 @@ class Poses:
 
 
 class Kinematics:
-    """Workspace for forward kinematics; one for each thread.
+    """Workspace for what is computed joint by joint: kinematics first of all; one for each thread.
 
     Attributes:
         reduced: The model.
@@ -87,3 +88,21 @@ class Kinematics:
             matrices[row] = [placement.np for placement in self._data.oMi.tolist()]
         self.calls += len(positions)
         return Poses(configurations, matrices[..., :3, :3], matrices[..., :3, 3])
+
+    def extremes(self, functions: Polynomials) -> tuple[Extremes, Extremes]:
+        """Return the largest and the smallest values of functions of time."""
+        return functions.largest(), functions.smallest()
+
+    def torques(self, configurations: Floats, velocities: Floats, accelerations: Floats) -> Floats:
+        """Compute the torques that motions of the model's joints need.
+
+        Args:
+            configurations: Pinocchio's, shape (s, nq).
+            velocities: Of the model's joints, shape (s, joints) [rad/s | m/s].
+            accelerations: Of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
+
+        Returns:
+            Shape (s, joints) [Nm | N].
+        """
+        rows = zip(configurations, velocities, accelerations, strict=True)
+        return np.array([pin.rnea(self._model, self._data, q, v, a) for q, v, a in rows])

@@ -32,6 +32,11 @@ class Windows:
         edges = np.concatenate((self._until, self._from))
         self.edges: Floats = np.unique(edges[(edges > 0.0) & (edges < duration)])
 
+    @property
+    def rows(self) -> Floats:
+        """Ends of the first windows, starts of the last, and depths accepted in them, shape (4, p)."""
+        return np.stack((self._until, self._from, self._first_depth, self._last_depth))
+
     def accept(self, time: Floats, pair: Ints) -> Bools:
         """Say whether contact of pairs is accepted at times, both of shape (i,)."""
         return (time <= self._until[pair]) | (time >= self._from[pair])

@@ -1,0 +1,62 @@
+"""The judge's native core; `trajopt.verify` says what its results mean."""
+
+import pinocchio as pin
+
+from trajopt.arrays import Bools, Floats, Ints
+
+class Form:
+    """A shape with what its support function needs."""
+
+def box(x: float, y: float, z: float, /) -> Form: ...
+def round_solid(name: str, radius: float, length: float, /) -> Form: ...
+def half_space() -> Form: ...
+def hull(vertices: Floats, faces: Ints, /) -> Form: ...
+def mesh(vertices: Floats, faces: Ints, hull: Form, representatives: Floats, /) -> Form: ...
+def largest(times: Floats, coefficients: Floats, sign: float, slack: float, /) -> tuple[Floats, Floats]: ...
+def torques(model: pin.Model, q: Floats, v: Floats, a: Floats, /) -> Floats: ...
+
+class Arm:
+    """The joints of a model."""
+
+    def place(self, positions: Floats, /) -> tuple[Floats, Floats]: ...
+
+def arm(parents: Ints, revolute: Bools, axes: Floats, rotations: Floats, translations: Floats, /) -> Arm: ...
+
+Tallied = tuple[Floats, Floats, Floats]
+"""Proven, measured and time of every pair."""
+
+class Proof:
+    """Workspace for the distances of the pairs of one reduced model; one for each thread."""
+
+    def __init__(
+        self,
+        arm: Arm,
+        forms: list[Form],
+        joint: Ints,
+        rotation: Floats,
+        translation: Floats,
+        first: Ints,
+        second: Ints,
+        listed: Bools,
+        error: float,
+        /,
+    ) -> None: ...
+    @property
+    def calls(self) -> int: ...
+    def measure(self, rotation: Floats, translation: Floats, cell: Ints, pair: Ints, /) -> Floats: ...
+    def measure_hulls(self, rotation: Floats, translation: Floats, cell: Ints, pair: Ints, /) -> Floats: ...
+    def search_depths(self, rotation: Floats, translation: Floats, cell: Ints, pair: Ints, /) -> Floats: ...
+    def enclosed(self, rotation: Floats, translation: Floats, cell: int, /) -> list[int]: ...
+    def nearest(self, rotation: Floats, translation: Floats, strict: Bools, /) -> Floats: ...
+    def search(
+        self,
+        times: Floats,
+        coefficients: Floats,
+        smooth: bool,
+        expand: Floats,
+        offset: Floats,
+        windows: Floats,
+        edges: Floats,
+        options: Floats,
+        /,
+    ) -> tuple[Tallied, Tallied, Floats, tuple[int, float, float], int]: ...

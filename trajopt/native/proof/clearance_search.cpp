@@ -1,0 +1,282 @@
+#include "clearance_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "nearest.hpp"
+
+namespace proof {
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr int first_intervals = 16;
+constexpr double near_enough = 0.75;  // Share of the measured clearance at which a bound is near enough.
+constexpr int surveyed = 65;          // Once a contact is found, contacts are looked for at so many times.
+constexpr int probes = 9, rounds = 3; // The smallest distance is sharpened by so many measurements, so often.
+
+}  // namespace
+
+double Windows::floor(double time, int pair) const {
+  const double first = time <= until[pair] ? first_depth[pair] : infinite;
+  const double last = time >= from[pair] ? last_depth[pair] : infinite;
+  const double depth = std::min(first, last);
+  return std::isfinite(depth) ? -depth : 0.0;
+}
+
+Tally::Tally(size_t count) : proven(count, infinite), measured(count, infinite), time(count, 0.0), best(infinite) {}
+
+void Tally::note(int pair, double distance, double when) {
+  if (distance < measured[pair]) measured[pair] = distance, time[pair] = when;
+  best = std::min(best, distance);
+}
+
+ClearanceSearch::ClearanceSearch(const Bodies& bodies, const Candidates& candidates, Meter& meter,
+                                 const Motion& motion, const Windows& windows, const Options& options)
+    : free(bodies.pairs.size()), accepted(bodies.pairs.size()), bodies_(bodies), candidates_(candidates),
+      meter_(meter), motion_(motion), windows_(windows), options_(options), far_(options.far), beyond_(infinite),
+      tight_time_(bodies.pairs.size(), 0.0), before_(meter.calls) {}
+
+void ClearanceSearch::run() {
+  if (bodies_.pairs.empty()) return;
+  look_at_ends();
+  search();
+  if (contacts.empty() && gap.pair < 0) {
+    if (nothing_near()) search();
+    measure_near_pairs();
+  } else if (!contacts.empty()) {
+    for (int i = 0; i < surveyed; ++i) look(*at(motion_.duration() * i / (surveyed - 1)), true);
+  }
+  for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
+    // What the tree left out is farther than `far`; pairs with windows are always listed.
+    if (windows_.until[pair] == -infinite && windows_.from[pair] == infinite) {
+      free.proven[pair] = std::min(free.proven[pair], beyond_);
+    }
+  }
+}
+
+void ClearanceSearch::search() {
+  std::vector<Cell> cells = first_cells();
+  while (!cells.empty() && gap.pair < 0 && contacts.empty()) advance(cells);
+}
+
+// If nothing comes near, look as far as the nearest is at the ends, and forget what was proven for less.
+bool ClearanceSearch::nothing_near() {
+  if (free.best <= far_) return false;
+  const std::vector<char> strict(bodies_.pairs.size(), 1);
+  for (const double time : {0.0, motion_.duration()}) {
+    const auto end = at(time);
+    const std::vector<double> measured = measure_nearest(bodies_, candidates_, meter_, *end, strict);
+    for (size_t pair = 0; pair < measured.size(); ++pair) {
+      if (std::isfinite(measured[pair]) && !windows_.accept(time, int(pair))) {
+        free.note(int(pair), measured[pair], time);
+      }
+    }
+  }
+  if (!std::isfinite(free.best)) return false;
+  far_ = std::max(far_, free.best);
+  beyond_ = infinite;
+  std::fill(free.proven.begin(), free.proven.end(), infinite);
+  std::fill(accepted.proven.begin(), accepted.proven.end(), infinite);
+  return true;
+}
+
+std::shared_ptr<Snapshot> ClearanceSearch::at(double time) {
+  ++configurations;
+  return std::make_shared<Snapshot>(bodies_, time, motion_.joints(time).data());
+}
+
+// Look at both ends, there for bodies enclosed by exact meshes, too: to get inside one in between, a body would have
+// to cross its surface.
+void ClearanceSearch::look_at_ends() {
+  for (const double time : {0.0, motion_.duration()}) {
+    const auto end = at(time);
+    look(*end, false);
+    for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
+      if (!bodies_.pairs[pair].meshed || !meter_.encloses(int(pair), *end)) continue;
+      judge(int(pair), time, meter_.measure_hulls(int(pair), *end));
+    }
+  }
+}
+
+void ClearanceSearch::look(Snapshot& at, bool only_contacts) {
+  for (const int pair : candidates_.listed()) consider(pair, at, only_contacts);
+  for (const int mover : candidates_.movers()) {
+    const double limit = only_contacts ? 0.0 : std::clamp(free.best, 0.0, far_);
+    candidates_.visit(mover, at.centre(mover), bodies_.form(mover).radius + limit,
+                      [&](int pair) { consider(pair, at, only_contacts); });
+  }
+}
+
+// Measure a pair if it touches or, unless only contacts count, comes nearer than all before.
+void ClearanceSearch::consider(int pair, Snapshot& at, bool only_contacts) {
+  const bool contact = only_contacts || windows_.accept(at.time, pair);
+  const double limit = contact ? 0.0 : std::clamp(free.best, 0.0, far_);
+  if (!bodies_.pairs[pair].planar && sphere_gap(bodies_, at, bodies_.pairs[pair]) > limit + options_.error) return;
+  const Measured found = meter_.measure(pair, at, std::max(limit, options_.error));
+  if (found.exact) judge(pair, at.time, doubted(pair, at, found.distance));
+}
+
+void ClearanceSearch::judge(int pair, double time, double distance) {
+  (windows_.accept(time, pair) ? accepted : free).note(pair, distance, time);
+  if (distance <= windows_.floor(time, pair)) contacts.push_back({pair, time, distance});
+}
+
+// Measure again, by search, what is deeper than the contact that is accepted then.
+double ClearanceSearch::doubted(int pair, Snapshot& at, double distance) {
+  const double floor = windows_.floor(at.time, pair);
+  if (floor >= 0.0 || distance > floor) return distance;
+  return std::max(distance, meter_.search_depth(pair, at));
+}
+
+// What bounds must exceed: the floor, or near the smallest distance measured [m].
+double ClearanceSearch::target(double time, int pair) const {
+  if (windows_.accept(time, pair)) return windows_.floor(time, pair);
+  const double best = free.best;
+  const double near = std::isfinite(best) ? std::max(best - options_.resolution, near_enough * best) : infinite;
+  return std::max(std::min(near, far_), 0.0);
+}
+
+std::vector<ClearanceSearch::Cell> ClearanceSearch::first_cells() {
+  std::vector<double> edges = windows_.edges;
+  for (int i = 0; i <= first_intervals; ++i) edges.push_back(motion_.duration() * i / first_intervals);
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  std::vector<Cell> cells;
+  auto early = at(edges[0]);
+  for (size_t i = 1; i < edges.size() && contacts.empty(); ++i) {
+    const auto late = at(edges[i]);
+    look(*late, false);
+    cells.push_back({edges[i - 1], edges[i], early, late, {}, true});
+    early = late;
+  }
+  return cells;
+}
+
+// List the pairs of a cell that may come nearer than `far` in it.
+void ClearanceSearch::list_near(Cell& cell, Reach& here) {
+  cell.pairs = candidates_.listed();
+  for (const int mover : candidates_.movers()) {
+    // Obstacles are looked at in the world, in which the travel of a mover is the same for all.
+    const double off = travel(bodies_.seen_from(mover, 0), here).from_middle;
+    const double radius = bodies_.form(mover).radius + off + far_;
+    const double nearest = candidates_.visit(mover, here.middle->centre(mover), radius,
+                                             [&](int pair) { cell.pairs.push_back(pair); });
+    beyond_ = std::min(beyond_, nearest - (radius - far_) - options_.error);
+  }
+}
+
+void ClearanceSearch::advance(std::vector<Cell>& cells) {
+  std::vector<Cell> next;
+  for (Cell& cell : cells) {
+    Reach here = reach(cell);
+    if (cell.fresh) list_near(cell, here);
+    std::vector<int> left;
+    for (const int pair : cell.pairs) {
+      if (!prove(pair, here)) left.push_back(pair);
+    }
+    if (left.empty()) continue;
+    for (const int pair : left) consider(pair, *here.middle, false);
+    if (!contacts.empty()) return;
+    const double middle = here.middle->time;
+    const bool spent = double(meter_.calls - before_) > options_.most_distances;
+    if (middle - cell.begin < options_.smallest_interval || spent) {
+      gap = {left.front(), cell.begin, cell.end};
+      return;
+    }
+    next.push_back({cell.begin, middle, cell.early, here.middle, left, false});
+    next.push_back({middle, cell.end, here.middle, cell.late, std::move(left), false});
+  }
+  cells = std::move(next);
+}
+
+bool ClearanceSearch::prove(int number, Reach& here) {
+  const Pair& pair = bodies_.pairs[number];
+  const double middle = here.middle->time;
+  const bool accept = windows_.accept(middle, number);
+  const double wanted = target(middle, number);
+  const Travel &one = travel(pair.first_seen, here), &other = travel(pair.second_seen, here);
+  const double off = one.from_middle + other.from_middle;
+  const double length = here.end - here.begin;
+  const double bulge = (one.acceleration + other.acceleration) * length * length / 8.0;
+  double bound = pair.planar ? -infinite : sphere_gap(bodies_, *here.middle, pair) - off - options_.error;
+  const bool chords = here.chords && bulge <= off;
+  if (!(bound > wanted) && !pair.planar && chords) {
+    bound = sphere_gap(bodies_, *here.early, *here.late, pair) - bulge - options_.error;
+  }
+  if (!(bound > wanted)) {
+    const double slack = (chords ? bulge : off) + options_.error;
+    Snapshot& early = chords ? *here.early : *here.middle;
+    Snapshot& late = chords ? *here.late : *here.middle;
+    bound = meter_.prove(number, early, late, std::max(wanted + slack, slack)) - slack;
+    // Contact that is accepted to some depth: no direction separates, but depth changes by no more than the travel.
+    if (!(bound > wanted) && accept && wanted < 0.0) bound = middle_distance(number, here, off) - off;
+  }
+  if (!(bound > wanted)) return false;
+  Tally& tally = accept ? accepted : free;
+  if (bound < tally.proven[number]) {
+    tally.proven[number] = bound;
+    if (!accept) tight_time_[number] = middle;
+  }
+  return true;
+}
+
+// Measure a pair in contact that is accepted; an exact mesh counts as its hull, which has a depth.
+double ClearanceSearch::middle_distance(int pair, Reach& here, double off) {
+  double distance = meter_.measure(pair, *here.middle, infinite).distance;
+  if (bodies_.pairs[pair].meshed && distance <= off) {
+    distance = std::min(distance, meter_.measure_hulls(pair, *here.middle));
+  }
+  distance = doubted(pair, *here.middle, distance);
+  judge(pair, here.middle->time, distance);
+  return distance;
+}
+
+const Travel& ClearanceSearch::travel(int number, Reach& here) {
+  if (!here.known[number]) {
+    here.travels[number] = proof::travel(bodies_, bodies_.travellers[number], *here.middle, here.bounds);
+    here.known[number] = 1;
+  }
+  return here.travels[number];
+}
+
+ClearanceSearch::Reach ClearanceSearch::reach(const Cell& cell) {
+  const double middle = (cell.begin + cell.end) / 2.0;
+  const size_t count = bodies_.travellers.size();
+  return {cell.begin, cell.end, cell.early, at(middle), cell.late, motion_.bounds(cell.begin, cell.end),
+          motion_.smooth || !motion_.position.breaks(cell.begin, cell.end), std::vector<Travel>(count),
+          std::vector<char>(count, 0)};
+}
+
+// Measure once every pair whose bound says that it may have come near.
+void ClearanceSearch::measure_near_pairs() {
+  int nearest = -1;
+  for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
+    if (free.proven[pair] <= options_.far) {
+      const auto snapshot = at(tight_time_[pair]);
+      const Measured found = meter_.measure(int(pair), *snapshot, options_.far);
+      if (found.exact) free.note(int(pair), found.distance, snapshot->time);
+    }
+    if (std::isfinite(free.measured[pair]) && (nearest < 0 || free.measured[pair] < free.measured[nearest])) {
+      nearest = int(pair);
+    }
+  }
+  if (nearest >= 0 && free.best <= options_.far) sharpen(nearest);
+}
+
+// Look around the smallest distance of a pair for a smaller one.
+void ClearanceSearch::sharpen(int pair) {
+  double span = motion_.duration() / first_intervals;
+  for (int round = 0; round < rounds; ++round, span /= probes / 2.0) {
+    const double middle = free.time[pair];
+    for (int i = 0; i < probes; ++i) {
+      const double time = std::clamp(middle + span * (2.0 * i / (probes - 1) - 1.0), 0.0, motion_.duration());
+      if (windows_.accept(time, pair)) continue;
+      const Measured found = meter_.measure(pair, *at(time), free.measured[pair]);
+      if (found.exact) free.note(pair, found.distance, time);
+    }
+  }
+}
+
+}  // namespace proof

@@ -1,0 +1,108 @@
+// Search for a proof that bodies keep apart at all times, interval by interval.
+//
+// Over an interval a pair is proven by one direction that separates its bodies at both ends by more than they can be
+// off the chords between (see travel.hpp), or by its distance in the middle and the travel from there (conservative
+// advancement). What is left is halved. Only pairs not yet proven are looked at in the halves.
+#pragma once
+
+#include "candidates.hpp"
+#include "meter.hpp"
+#include "motion.hpp"
+#include "travel.hpp"
+
+namespace proof {
+
+struct Options {
+  double resolution, far, smallest_interval, most_distances, error;
+};
+
+// When contact of each pair is accepted, and how deep: at or before `until`, at or after `from`.
+struct Windows {
+  std::vector<double> until, from, first_depth, last_depth;
+  std::vector<double> edges;
+
+  bool accept(double time, int pair) const { return time <= until[pair] || time >= from[pair]; }
+  // What the distance must exceed: zero, or minus the accepted depth [m].
+  double floor(double time, int pair) const;
+};
+
+// Smallest distance proven and measured of every pair [m], and when it was measured [s].
+struct Tally {
+  std::vector<double> proven, measured, time;
+  double best;
+
+  explicit Tally(size_t count);
+  void note(int pair, double distance, double when);
+};
+
+struct Contact {
+  int pair;
+  double time, distance;
+};
+
+struct Gap {
+  int pair = -1;
+  double begin = 0.0, end = 0.0;
+};
+
+class ClearanceSearch {
+ public:
+  ClearanceSearch(const Bodies& bodies, const Candidates& candidates, Meter& meter, const Motion& motion,
+                  const Windows& windows, const Options& options);
+
+  void run();
+
+  Tally free, accepted;            // At times when pairs must keep apart, and when contact is accepted.
+  std::vector<Contact> contacts;   // Not accepted; every one found.
+  Gap gap;                         // First interval without proof; pair -1 for none.
+  long configurations = 0;         // At which forward kinematics was computed.
+
+ private:
+  struct Cell {
+    double begin, end;
+    std::shared_ptr<Snapshot> early, late;
+    std::vector<int> pairs;
+    bool fresh;  // Its pairs are still to be listed.
+  };
+  // What is known about the cell at hand.
+  struct Reach {
+    double begin, end;
+    std::shared_ptr<Snapshot> early, middle, late;
+    JointBounds bounds;
+    bool chords;  // No velocity jumps inside.
+    std::vector<Travel> travels;
+    std::vector<char> known;
+  };
+
+  const Bodies& bodies_;
+  const Candidates& candidates_;
+  Meter& meter_;
+  const Motion& motion_;
+  const Windows& windows_;
+  const Options& options_;
+  double far_;                     // Clearance beyond which nothing is looked at more closely [m].
+  double beyond_;                  // Lower bound of the distances of all pairs that were never listed [m].
+  std::vector<double> tight_time_; // When each pair's proven bound is smallest [s].
+  long before_;
+
+  std::shared_ptr<Snapshot> at(double time);
+  void look_at_ends();
+  void look(Snapshot& at, bool only_contacts);
+  void consider(int pair, Snapshot& at, bool only_contacts);
+  void judge(int pair, double time, double distance);
+  double doubted(int pair, Snapshot& at, double distance);
+  double target(double time, int pair) const;
+  std::vector<Cell> first_cells();
+  void list_near(Cell& cell, Reach& reach);
+  void advance(std::vector<Cell>& cells);
+  bool prove(int pair, Reach& reach);
+  double middle_distance(int pair, Reach& reach, double travel);
+  const Travel& travel(int traveller, Reach& reach);
+  Reach reach(const Cell& cell);
+  void search();
+  bool nothing_near();
+  void measure_near_pairs();
+  void sharpen(int pair);
+};
+
+}  // namespace proof

@@ -1,0 +1,18 @@
+// Signed distances of convex bodies that overlap: Coal proposes a direction, and the gap along it is taken.
+#pragma once
+
+#include "form.hpp"
+
+namespace proof {
+
+// Gap between two forms along a unit direction from the first to the second, all in one frame [m].
+double gap_along(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at, const Vec& n);
+
+// Signed distance, a lower bound of the true one: by the direction that Coal's expanding polytope algorithm proposes,
+// and by a search of all directions where Coal's distance is doubtful.
+double signed_distance(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at);
+
+// The largest gap that a search of all directions finds: slow, always a lower bound, nearly the signed distance.
+double largest_gap(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at);
+
+}  // namespace proof

@@ -1,0 +1,38 @@
+// Piecewise polynomials of time, with bounds that hold at every time.
+//
+// In Bernstein form a polynomial lies between its smallest and its largest control value. Source: Farouki, The
+// Bernstein polynomial basis: a centennial retrospective, CAGD 2012.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace proof {
+
+struct Curve {
+  static constexpr int highest_degree = 7;
+
+  std::vector<double> times;         // Breakpoints, increasing.
+  std::vector<double> coefficients;  // (degree + 1, pieces, functions), highest power first.
+  int degree = 0, functions = 0;
+
+  int pieces() const { return int(times.size()) - 1; }
+  double coefficient(int row, int piece, int function) const {
+    return coefficients[(std::size_t(row) * pieces() + piece) * functions + function];
+  }
+  Curve derivative() const;
+  // Values of all functions.
+  void evaluate(double time, double* values) const;
+  // Smallest and largest control value of every function over an interval.
+  void range(double begin, double end, double* low, double* high) const;
+  // Largest value of one function to within `slack`, relative to the larger of it and one, and its time.
+  void largest(int function, double sign, double slack, double& value, double& time) const;
+  // Whether a breakpoint lies inside an interval.
+  bool breaks(double begin, double end) const;
+
+ private:
+  int piece_at(double time) const;
+  void control(int piece, int function, double left, double width, double* values) const;
+};
+
+}  // namespace proof

@@ -1,0 +1,174 @@
+#include "meter.hpp"
+
+#include <limits>
+
+#include "coal_depth.hpp"
+#include "surface_tree.hpp"
+
+namespace proof {
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double doubtful = 1e-5;  // Gap and distance apart by more call for Coal's second opinion [m].
+
+const Form& solid(const Form& form) { return form.kind == Kind::Mesh ? *form.hull : form; }
+
+}  // namespace
+
+Meter::Meter(const Bodies& bodies, double error)
+    : bodies_(bodies), error_(error), guess_(bodies.pairs.size(), Vec::Zero()) {}
+
+Measured Meter::measure(int number, Snapshot& at, double within) {
+  const Pair& pair = bodies_.pairs[number];
+  ++calls;
+  if (pair.planar) {
+    const double distance = height(pair, at) - error_;
+    return {distance, distance < within};
+  }
+  const double limit = within + error_;
+  if (pair.meshed) {
+    const double distance = surface_distance(number, at, limit);
+    if (distance > error_) return {distance - error_, distance < limit};
+    return {std::min(distance - error_, measure_hulls(number, at)), true};
+  }
+  bool exact = true;
+  const double distance = convex_distance(bodies_.form(pair.first), bodies_.form(pair.second), pair, at,
+                                          guess_[number], limit, exact);
+  return {distance - error_, exact};
+}
+
+double Meter::measure_hulls(int number, Snapshot& at) {
+  const Pair& pair = bodies_.pairs[number];
+  ++calls;
+  Vec guess = Vec::Zero();
+  bool exact = true;
+  return convex_distance(solid(bodies_.form(pair.first)), solid(bodies_.form(pair.second)), pair, at, guess, infinite,
+                         exact) - error_;
+}
+
+double Meter::search_depth(int number, Snapshot& at) {
+  const Pair& pair = bodies_.pairs[number];
+  ++calls;
+  if (pair.planar) return -infinite;
+  return largest_gap(solid(bodies_.form(pair.first)), at.seen(pair.first_seen), solid(bodies_.form(pair.second)),
+                     at.seen(pair.second_seen)) - error_;
+}
+
+bool Meter::encloses(int number, Snapshot& at) const {
+  const Pair& pair = bodies_.pairs[number];
+  const int seen[2] = {pair.first_seen, pair.second_seen}, body[2] = {pair.first, pair.second};
+  for (const int shell : {0, 1}) {
+    const Form& mesh = bodies_.form(body[shell]);
+    if (mesh.kind != Kind::Mesh) continue;
+    const Pose where = at.seen(seen[shell]).inverse() * at.seen(seen[1 - shell]);
+    for (const Vec& point : bodies_.form(body[1 - shell]).representatives) {
+      if (mesh.tree->encloses(where * point)) return true;
+    }
+  }
+  return false;
+}
+
+double Meter::prove(int number, Snapshot& early, Snapshot& late, double needed) {
+  const Pair& pair = bodies_.pairs[number];
+  ++calls;
+  if (pair.planar) {
+    const double least = std::min(height(pair, early), height(pair, late));
+    return least >= needed ? least : -infinite;
+  }
+  Vec& guess = guess_[number];
+  if (guess.isZero()) guess = late.seen(pair.second_seen).p - late.seen(pair.first_seen).p;
+  double least = infinite;
+  open_.assign(1, roots(pair));
+  while (!open_.empty()) {
+    const Parts parts = open_.back();
+    open_.pop_back();
+    const Separation found = separate(sweep(pair, early, late, parts), guess, needed, Aim::Prove);
+    guess = found.direction;
+    if (found.gap >= needed) {
+      least = std::min(least, found.gap);
+    } else if (!split(pair, parts)) {
+      return -infinite;
+    }
+  }
+  return least;
+}
+
+Sweep Meter::sweep(const Pair& pair, Snapshot& early, Snapshot& late, Parts parts) const {
+  const Pose *first = &early.seen(pair.first_seen), *second = &early.seen(pair.second_seen);
+  // What is seen from its own joint rests.
+  const bool first_rests = bodies_.travellers[pair.first_seen].chain.empty();
+  const bool second_rests = bodies_.travellers[pair.second_seen].chain.empty();
+  return {{&bodies_.form(pair.first), parts.first},
+          {&bodies_.form(pair.second), parts.second},
+          {first, first_rests ? first : &late.seen(pair.first_seen)},
+          {second, second_rests ? second : &late.seen(pair.second_seen)}};
+}
+
+double Meter::height(const Pair& pair, Snapshot& at) const {
+  const bool first = bodies_.form(pair.first).kind == Kind::Plane;
+  const Pose& plane = at.seen(first ? pair.first_seen : pair.second_seen);
+  const Pose& body = at.seen(first ? pair.second_seen : pair.first_seen);
+  const Vec normal = plane.R.col(2);
+  const Form& form = solid(bodies_.form(first ? pair.second : pair.first));
+  return normal.dot(body.p - plane.p) - form.reach(-(body.R.transpose() * normal));
+}
+
+double Meter::convex_distance(const Form& first, const Form& second, const Pair& pair, Snapshot& at, Vec& guess,
+                              double within, bool& exact) {
+  const Pose &first_at = at.seen(pair.first_seen), &second_at = at.seen(pair.second_seen);
+  if (guess.isZero()) guess = second_at.p - first_at.p;
+  const Sweep still{{&first}, {&second}, {&first_at, &first_at}, {&second_at, &second_at}};
+  const Separation found = separate(still, guess, within, Aim::Measure);
+  exact = found.gap < within;
+  if (!found.overlap) guess = found.direction;
+  if (!exact || (!found.overlap && found.upper - found.gap <= doubtful)) return found.gap;
+  return std::max(found.gap, signed_distance(first, first_at, second, second_at));
+}
+
+double Meter::surface_distance(int number, Snapshot& at, double within) {
+  const Pair& pair = bodies_.pairs[number];
+  Vec& guess = guess_[number];
+  if (guess.isZero()) guess = at.seen(pair.second_seen).p - at.seen(pair.first_seen).p;
+  double best = within;
+  open_.assign(1, roots(pair));
+  while (!open_.empty()) {
+    const Parts parts = open_.back();
+    open_.pop_back();
+    Separation found = separate(sweep(pair, at, at, parts), guess, best, Aim::Prove);
+    if (found.gap >= best) continue;
+    if (split(pair, parts)) continue;
+    found = separate(sweep(pair, at, at, parts), found.direction, best, Aim::Measure);
+    if (found.overlap) return -infinite;
+    guess = found.direction;
+    best = std::min(best, found.gap);
+  }
+  return best;
+}
+
+Meter::Parts Meter::roots(const Pair& pair) const {
+  return {bodies_.form(pair.first).kind == Kind::Mesh ? 0 : -1, bodies_.form(pair.second).kind == Kind::Mesh ? 0 : -1};
+}
+
+// Put the children of the larger inner node of two in the place of both; false if both are leaves.
+bool Meter::split(const Pair& pair, Parts parts) {
+  auto size = [&](int body, int node) {
+    if (node < 0) return -1.0;
+    const auto& at = bodies_.form(body).tree->nodes[node];
+    return at.leaf() ? -1.0 : at.radius;
+  };
+  const double first = size(pair.first, parts.first), second = size(pair.second, parts.second);
+  if (first < 0.0 && second < 0.0) return false;
+  if (first >= second) {
+    const auto& node = bodies_.form(pair.first).tree->nodes[parts.first];
+    open_.push_back({node.right, parts.second});
+    open_.push_back({node.left, parts.second});
+  } else {
+    const auto& node = bodies_.form(pair.second).tree->nodes[parts.second];
+    open_.push_back({parts.first, node.right});
+    open_.push_back({parts.first, node.left});
+  }
+  return true;
+}
+
+}  // namespace proof

@@ -1,0 +1,52 @@
+// Signed distances of pairs at one moment, and proofs that pairs keep apart between two.
+#pragma once
+
+#include "bodies.hpp"
+#include "gjk.hpp"
+
+namespace proof {
+
+struct Measured {
+  double distance;  // [m], less the error.
+  bool exact;       // Otherwise the distance is no less than what was asked about.
+};
+
+// Workspace; one for each thread.
+class Meter {
+ public:
+  Meter(const Bodies& bodies, double error);
+
+  long calls = 0;  // Distances measured or proven so far.
+
+  // Measure a distance, or find out that it is no less than `within`.
+  Measured measure(int pair, Snapshot& at, double within);
+  // Measure with hulls in the place of exact meshes.
+  double measure_hulls(int pair, Snapshot& at);
+  // Measure by a search of all directions, hulls in the place of meshes; minus infinity for half-spaces.
+  double search_depth(int pair, Snapshot& at);
+  // Whether one body is enclosed by the other's exact mesh.
+  bool encloses(int pair, Snapshot& at) const;
+  // Lower bound of the distance of a pair at two moments, and with chords in the place of paths in between [m];
+  // minus infinity if it is not at least `needed`.
+  double prove(int pair, Snapshot& early, Snapshot& late, double needed);
+
+ private:
+  struct Parts {
+    int first, second;
+  };
+  const Bodies& bodies_;
+  double error_;
+  std::vector<Vec> guess_;  // Of each pair, the direction found last, in the pair's frame.
+  std::vector<Parts> open_;
+
+  Sweep sweep(const Pair& pair, Snapshot& early, Snapshot& late, Parts parts) const;
+  double height(const Pair& pair, Snapshot& at) const;
+  double convex_distance(const Form& first, const Form& second, const Pair& pair, Snapshot& at, Vec& guess,
+                         double within, bool& exact);
+  // Distance of surfaces; minus infinity where they meet.
+  double surface_distance(int pair, Snapshot& at, double within);
+  Parts roots(const Pair& pair) const;
+  bool split(const Pair& pair, Parts parts);
+};
+
+}  // namespace proof

@@ -1,0 +1,268 @@
+// The judge's native core: what is bound here has a body in plain Python of the same results in trajopt.verify.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <stdexcept>
+
+#include "clearance_search.hpp"
+#include "inverse_dynamics.hpp"
+#include "nearest.hpp"
+#include "surface_tree.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using namespace proof;
+
+namespace {
+
+using Numbers = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+using Counts = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
+using Flags = nb::ndarray<const bool, nb::c_contig, nb::device::cpu>;
+using Array = nb::ndarray<nb::numpy, double>;
+
+Array array(std::vector<double> values, std::initializer_list<size_t> shape) {
+  auto* kept = new std::vector<double>(std::move(values));
+  nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<std::vector<double>*>(at); });
+  return Array(kept->data(), shape, owner);
+}
+
+Array array(std::vector<double> values) {
+  const size_t count = values.size();
+  return array(std::move(values), {count});
+}
+
+std::vector<double> numbers(const Numbers& given) { return {given.data(), given.data() + given.size()}; }
+
+using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Mat matrix(const double* rows) { return Eigen::Map<const RowMajor>(rows); }
+Vec vector(const double* values) { return Eigen::Map<const Vec>(values); }
+
+Kind round_kind(const std::string_view name) {
+  if (name == "sphere") return Kind::Sphere;
+  if (name == "cylinder") return Kind::Cylinder;
+  if (name == "capsule") return Kind::Capsule;
+  if (name == "cone") return Kind::Cone;
+  throw std::invalid_argument("no round shape of that name");
+}
+
+std::shared_ptr<Form> mesh(const Numbers& vertices, const Counts& faces, std::shared_ptr<Form> hull,
+                           const Numbers& representatives) {
+  auto form = make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0));
+  form->kind = Kind::Mesh;
+  form->hull = std::move(hull);
+  form->representatives.clear();
+  for (size_t i = 0; i < representatives.shape(0); ++i) {
+    form->representatives.push_back(vector(representatives.data() + 3 * i));
+  }
+  form->tree = std::make_shared<SurfaceTree>(*form);
+  return form;
+}
+
+Arm make_arm(const Counts& parents, const Flags& revolute, const Numbers& axes, const Numbers& rotations,
+             const Numbers& translations) {
+  Arm arm;
+  for (size_t i = 0; i < parents.shape(0); ++i) {
+    arm.joints.push_back({int(parents.data()[i]), revolute.data()[i], vector(axes.data() + 3 * i),
+                          {matrix(rotations.data() + 9 * i), vector(translations.data() + 3 * i)}});
+  }
+  return arm;
+}
+
+nb::tuple place(const Arm& arm, const Numbers& positions) {
+  const size_t count = positions.shape(0), joints = arm.joints.size();
+  std::vector<double> rotation(count * joints * 9), translation(count * joints * 3);
+  {
+    nb::gil_scoped_release release;
+    std::vector<Pose> poses(joints);
+    for (size_t row = 0; row < count; ++row) {
+      arm.place(positions.data() + row * (joints - 1), poses.data());
+      for (size_t j = 0; j < joints; ++j) {
+        const size_t at = row * joints + j;
+        Eigen::Map<RowMajor>{rotation.data() + 9 * at} = poses[j].R;
+        Eigen::Map<Vec>{translation.data() + 3 * at} = poses[j].p;
+      }
+    }
+  }
+  return nb::make_tuple(array(std::move(rotation), {count, joints, 3, 3}),
+                        array(std::move(translation), {count, joints, 3}));
+}
+
+Curve make_curve(const Numbers& times, const Numbers& coefficients) {
+  Curve curve;
+  curve.times = numbers(times);
+  curve.coefficients = numbers(coefficients);
+  curve.degree = int(coefficients.shape(0)) - 1;
+  curve.functions = int(coefficients.shape(2));
+  if (curve.degree > Curve::highest_degree) throw std::invalid_argument("the degree is too high");
+  return curve;
+}
+
+nb::tuple largest(const Numbers& times, const Numbers& coefficients, double sign, double slack) {
+  const Curve curve = make_curve(times, coefficients);
+  std::vector<double> values(size_t(curve.functions)), when(size_t(curve.functions));
+  {
+    nb::gil_scoped_release release;
+    for (int f = 0; f < curve.functions; ++f) curve.largest(f, sign, slack, values[f], when[f]);
+  }
+  return nb::make_tuple(array(std::move(values)), array(std::move(when)));
+}
+
+// Everything about one reduced model.
+class Proof {
+ public:
+  Proof(const Arm& arm, const std::vector<std::shared_ptr<Form>>& forms, const Counts& joint, const Numbers& rotation,
+        const Numbers& translation, const Counts& first, const Counts& second, const Flags& listed, double error)
+      : bodies_(arm, placed(forms, joint, rotation, translation), first.data(), second.data(), first.shape(0)),
+        candidates_(bodies_, std::vector<char>(listed.data(), listed.data() + listed.size())),
+        meter_(bodies_, error) {}
+
+  long calls() const { return meter_.calls; }
+
+  Array measure(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair) {
+    return each(rotation, translation, cell, pair, [this](int number, Snapshot& at) {
+      return meter_.measure(number, at, std::numeric_limits<double>::infinity()).distance;
+    });
+  }
+  Array measure_hulls(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair) {
+    return each(rotation, translation, cell, pair,
+                [this](int number, Snapshot& at) { return meter_.measure_hulls(number, at); });
+  }
+  Array search_depths(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair) {
+    return each(rotation, translation, cell, pair,
+                [this](int number, Snapshot& at) { return meter_.search_depth(number, at); });
+  }
+  std::vector<int64_t> enclosed(const Numbers& rotation, const Numbers& translation, int64_t cell) {
+    nb::gil_scoped_release release;
+    Snapshot at = snapshot(rotation, translation, cell);
+    std::vector<int64_t> found;
+    for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
+      if (bodies_.pairs[pair].meshed && meter_.encloses(int(pair), at)) found.push_back(int64_t(pair));
+    }
+    return found;
+  }
+  Array nearest(const Numbers& rotation, const Numbers& translation, const Flags& strict) {
+    std::vector<double> found;
+    {
+      nb::gil_scoped_release release;
+      Snapshot at = snapshot(rotation, translation, 0);
+      found = measure_nearest(bodies_, candidates_, meter_, at,
+                              std::vector<char>(strict.data(), strict.data() + strict.size()));
+    }
+    return array(std::move(found));
+  }
+
+  nb::tuple search(const Numbers& times, const Numbers& coefficients, bool smooth, const Numbers& expand,
+                   const Numbers& offset, const Numbers& windows, const Numbers& edges, const Numbers& options) {
+    Motion motion;
+    motion.position = make_curve(times, coefficients);
+    motion.velocity = motion.position.derivative();
+    motion.acceleration = motion.velocity.derivative();
+    motion.smooth = smooth;
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    motion.expand = Eigen::Map<const Rows>(expand.data(), expand.shape(0), expand.shape(1));
+    motion.offset = Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.size());
+    const size_t count = bodies_.pairs.size();
+    auto row = [&](size_t i) { return std::vector<double>(windows.data() + i * count, windows.data() + (i + 1) * count); };
+    const Windows accepted{row(0), row(1), row(2), row(3), numbers(edges)};
+    const double* o = options.data();
+    const Options chosen{o[0], o[1], o[2], o[3], o[4]};
+    ClearanceSearch search(bodies_, candidates_, meter_, motion, accepted, chosen);
+    {
+      nb::gil_scoped_release release;
+      search.run();
+    }
+    std::vector<double> contacts;
+    for (const Contact& contact : search.contacts) {
+      contacts.insert(contacts.end(), {double(contact.pair), contact.time, contact.distance});
+    }
+    const size_t found = search.contacts.size();
+    auto tally = [](Tally& of) {
+      return nb::make_tuple(array(std::move(of.proven)), array(std::move(of.measured)), array(std::move(of.time)));
+    };
+    return nb::make_tuple(tally(search.free), tally(search.accepted), array(std::move(contacts), {found, 3}),
+                          nb::make_tuple(search.gap.pair, search.gap.begin, search.gap.end), search.configurations);
+  }
+
+ private:
+  Bodies bodies_;
+  Candidates candidates_;
+  Meter meter_;
+
+  static std::vector<Body> placed(const std::vector<std::shared_ptr<Form>>& forms, const Counts& joint,
+                                  const Numbers& rotation, const Numbers& translation) {
+    std::vector<Body> bodies;
+    bodies.reserve(forms.size());
+    for (size_t i = 0; i < forms.size(); ++i) {
+      bodies.push_back({forms[i], int(joint.data()[i]),
+                        {matrix(rotation.data() + 9 * i), vector(translation.data() + 3 * i)}});
+    }
+    return bodies;
+  }
+
+  Snapshot snapshot(const Numbers& rotation, const Numbers& translation, int64_t cell) const {
+    const size_t count = bodies_.arm.joints.size();
+    std::vector<Pose> joints(count);
+    for (size_t j = 0; j < count; ++j) {
+      const size_t at = size_t(cell) * count + j;
+      joints[j] = {matrix(rotation.data() + 9 * at), vector(translation.data() + 3 * at)};
+    }
+    return Snapshot(bodies_, std::move(joints));
+  }
+
+  template <typename Measure>
+  Array each(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair,
+             Measure measure) {
+    std::vector<double> found(pair.size());
+    {
+      nb::gil_scoped_release release;
+      for (size_t i = 0; i < found.size(); ++i) {
+        Snapshot at = snapshot(rotation, translation, cell.data()[i]);
+        found[i] = measure(int(pair.data()[i]), at);
+      }
+    }
+    return array(std::move(found));
+  }
+};
+
+Array torques(const nb::object& model, const Numbers& q, const Numbers& v, const Numbers& a) {
+  const size_t rows = v.shape(0), columns = v.shape(1);
+  std::vector<double> found(rows * columns);
+  const Dynamics dynamics(model.ptr());
+  {
+    nb::gil_scoped_release release;
+    dynamics.torques(rows, q.data(), v.data(), a.data(), found.data());
+  }
+  return array(std::move(found), {rows, columns});
+}
+
+}  // namespace
+
+NB_MODULE(proof, m) {
+  nb::class_<Form>(m, "Form");
+  m.def("box", [](double x, double y, double z) { return make_solid(Kind::Box, Vec(x, y, z) / 2.0); });
+  m.def("round_solid", [](const char* name, double radius, double length) {
+    return make_solid(round_kind(name), Vec(radius, radius, length / 2.0));
+  });
+  m.def("half_space", [] { return make_solid(Kind::Plane, Vec::Zero()); });
+  m.def("hull", [](const Numbers& vertices, const Counts& faces) {
+    return make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0));
+  });
+  m.def("mesh", &mesh);
+  m.def("largest", &largest);
+  m.def("torques", &torques);
+  nb::class_<Arm>(m, "Arm").def("place", &place);
+  m.def("arm", &make_arm);
+  nb::class_<Proof>(m, "Proof")
+      .def(nb::init<const Arm&, const std::vector<std::shared_ptr<Form>>&, const Counts&, const Numbers&,
+                    const Numbers&, const Counts&, const Counts&, const Flags&, double>())
+      .def_prop_ro("calls", &Proof::calls)
+      .def("measure", &Proof::measure)
+      .def("measure_hulls", &Proof::measure_hulls)
+      .def("search_depths", &Proof::search_depths)
+      .def("enclosed", &Proof::enclosed)
+      .def("nearest", &Proof::nearest)
+      .def("search", &Proof::search);
+}
