@@ -55,6 +55,7 @@ class Proof:
         smooth: bool,
         expand: Floats,
         offset: Floats,
+        windowed: Ints,
         windows: Floats,
         edges: Floats,
         options: Floats,

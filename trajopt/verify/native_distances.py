@@ -71,13 +71,15 @@ class NativeDistances(PairDistances):
         """Search for a proof that all pairs keep apart over a motion."""
         trajectory, reduced, options = motion.trajectory, self.reduced, motion.options
         windows = Windows(reduced.pairs, motion.duration)
+        windowed = np.flatnonzero(~self.strict)
         free, accepted, contacts, gap, configurations = self._proof.search(
             trajectory.times,
             np.ascontiguousarray(trajectory.coefficients),
             motion.differentiable,
             reduced.expand,
             reduced.offset,
-            windows.rows,
+            windowed,
+            windows.rows(windowed),
             windows.edges,
             np.array(
                 (

@@ -1,5 +1,7 @@
 """What a reader of a certificate has to know beside the checks."""
 
+from heapq import nsmallest
+
 import numpy as np
 
 from trajopt.model.limits import JointLimits
@@ -38,7 +40,7 @@ def _trajectory_notes(motion: Motion, limits: JointLimits) -> list[str]:
             }
         )
         if carried:
-            found.append(f"torques are judged without the mass of {_listed(carried)}")
+            found.append(f"torques are judged without the mass of {_listed(carried, count=len(carried))}")
     return found
 
 
@@ -59,12 +61,14 @@ def _pair_notes(reduced: ReducedModel) -> list[str]:
         f"{1000 * allowance.depth:g} mm deep, first {allowance.first:g} s and last {allowance.last:g} s"
         for allowance in dict.fromkeys(allowance for _, allowance in reduced.pairs.allowances)
     ]
-    immobile = sorted(" - ".join(sorted(pair)) for pair in reduced.pairs.immobile)
+    immobile = reduced.pairs.immobile
     if immobile:
-        found.append(f"pairs that do not move against each other, not judged: {_listed(immobile)}")
+        first = nsmallest(_MOST_NAMES, map(sorted, immobile))
+        names = _listed([" - ".join(pair) for pair in first], count=len(immobile))
+        found.append(f"pairs that do not move against each other, not judged: {names}")
     return found
 
 
-def _listed(names: list[str]) -> str:
-    more = len(names) - _MOST_NAMES
+def _listed(names: list[str], *, count: int) -> str:
+    more = count - _MOST_NAMES
     return ", ".join(names[:_MOST_NAMES]) + (f" and {more} more" if more > 0 else "")

@@ -32,10 +32,17 @@ class Windows:
         edges = np.concatenate((self._until, self._from))
         self.edges: Floats = np.unique(edges[(edges > 0.0) & (edges < duration)])
 
-    @property
-    def rows(self) -> Floats:
-        """Ends of the first windows, starts of the last, and depths accepted in them, shape (4, p)."""
-        return np.stack((self._until, self._from, self._first_depth, self._last_depth))
+    def rows(self, pair: Ints) -> Floats:
+        """Return when windows of pairs end and begin, and the depths accepted in them.
+
+        Args:
+            pair: Shape (i,).
+
+        Returns:
+            End of the first window, start of the last, depth in the first and in the last, shape (i, 4).
+        """
+        columns = (self._until, self._from, self._first_depth, self._last_depth)
+        return np.stack([column[pair] for column in columns], axis=1)
 
     def accept(self, time: Floats, pair: Ints) -> Bools:
         """Say whether contact of pairs is accepted at times, both of shape (i,)."""

@@ -27,48 +27,40 @@ int Bodies::traveller(int body, int frame) {
   int& number = numbers_[key(body, frame)];
   if (number < 0) {
     number = int(travellers.size());
-    travellers.push_back({body, frame, arm.relative_chain(bodies[body].joint, frame)});
+    std::vector<int> chain = arm.relative_chain(bodies[body].joint, frame);
+    const int slot = chain.empty() ? -1 : int(moving++);
+    travellers.push_back({body, frame, std::move(chain), slot});
   }
   return number;
 }
 
 Snapshot::Snapshot(const Bodies& bodies, double when, const double* positions)
-    : time(when), bodies_(bodies), joints_(bodies.arm.joints.size()) {
+    : time(when), bodies_(bodies), joints_(bodies.arm.joints.size()), seen_(bodies.moving), known_(bodies.moving, 0) {
   bodies.arm.place(positions, joints_.data());
-  seen_.resize(bodies.travellers.size());
-  seen_known_.assign(bodies.travellers.size(), 0);
-  centres_.resize(bodies.bodies.size());
-  centre_known_.assign(bodies.bodies.size(), 0);
 }
 
 Snapshot::Snapshot(const Bodies& bodies, std::vector<Pose> joints)
-    : bodies_(bodies), joints_(std::move(joints)), seen_(bodies.travellers.size()),
-      centres_(bodies.bodies.size()), seen_known_(bodies.travellers.size(), 0),
-      centre_known_(bodies.bodies.size(), 0) {}
+    : bodies_(bodies), joints_(std::move(joints)), seen_(bodies.moving), known_(bodies.moving, 0) {}
 
 const Pose& Snapshot::seen(int number) {
-  if (!seen_known_[number]) {
-    const Traveller& traveller = bodies_.travellers[number];
-    const Body& body = bodies_.bodies[traveller.body];
-    if (body.joint == traveller.frame) {
-      seen_[number] = body.in_joint;
-    } else if (traveller.frame == 0) {
-      seen_[number] = joints_[body.joint] * body.in_joint;
+  const Traveller& traveller = bodies_.travellers[number];
+  const Body& body = bodies_.bodies[traveller.body];
+  if (traveller.rests()) return body.in_joint;
+  if (!known_[traveller.slot]) {
+    Pose& seen = seen_[traveller.slot];
+    if (traveller.frame == 0) {
+      seen = joints_[body.joint] * body.in_joint;
     } else {
-      seen_[number] = joints_[traveller.frame].inverse() * joints_[body.joint] * body.in_joint;
+      seen = joints_[traveller.frame].inverse() * joints_[body.joint] * body.in_joint;
     }
-    seen_known_[number] = 1;
+    known_[traveller.slot] = 1;
   }
-  return seen_[number];
+  return seen_[traveller.slot];
 }
 
-const Vec& Snapshot::centre(int number) {
-  if (!centre_known_[number]) {
-    const Body& body = bodies_.bodies[number];
-    centres_[number] = joints_[body.joint] * (body.in_joint * body.form->centre);
-    centre_known_[number] = 1;
-  }
-  return centres_[number];
+Vec Snapshot::centre(int number) const {
+  const Body& body = bodies_.bodies[number];
+  return body.joint == 0 ? body.centre : joints_[body.joint] * body.centre;
 }
 
 double sphere_gap(const Bodies& bodies, Snapshot& at, const Pair& pair) {

@@ -13,6 +13,7 @@ struct Body {
   std::shared_ptr<const Form> form;
   int joint;
   Pose in_joint;
+  Vec centre = in_joint * form->centre;  // Of its bounding sphere, in the joint's frame [m].
 };
 
 // A body as seen from a joint's frame, by which joints it moves there.
@@ -20,6 +21,9 @@ struct Traveller {
   int body;
   int frame;
   std::vector<int> chain;  // Outermost first.
+  int slot;                // Number among the travellers that do move; -1 for those that rest.
+
+  bool rests() const { return slot < 0; }
 };
 
 struct Pair {
@@ -34,6 +38,7 @@ struct Bodies {
   std::vector<Body> bodies;
   std::vector<Pair> pairs;
   std::vector<Traveller> travellers;
+  size_t moving = 0;  // Travellers that do move.
 
   Bodies(Arm arm, std::vector<Body> bodies, const int64_t* first, const int64_t* second, size_t count);
 
@@ -60,13 +65,12 @@ class Snapshot {
   // Of a traveller's shape in the frame it is seen from; the address stays.
   const Pose& seen(int traveller);
   // Centre of a body's bounding sphere in the world [m].
-  const Vec& centre(int body);
+  Vec centre(int body) const;
 
  private:
   const Bodies& bodies_;
   std::vector<Pose> joints_, seen_;
-  std::vector<Vec> centres_;
-  std::vector<char> seen_known_, centre_known_;
+  std::vector<char> known_;
 };
 
 // Distance of the bounding spheres of a pair [m]; minus infinity for half-spaces.

@@ -19,8 +19,10 @@ constexpr int probes = 9, rounds = 3; // The smallest distance is sharpened by s
 }  // namespace
 
 double Windows::floor(double time, int pair) const {
-  const double first = time <= until[pair] ? first_depth[pair] : infinite;
-  const double last = time >= from[pair] ? last_depth[pair] : infinite;
+  if (number[pair] < 0) return 0.0;
+  const Window& window = windows[number[pair]];
+  const double first = time <= window.until ? window.first_depth : infinite;
+  const double last = time >= window.from ? window.last_depth : infinite;
   const double depth = std::min(first, last);
   return std::isfinite(depth) ? -depth : 0.0;
 }
@@ -50,9 +52,7 @@ void ClearanceSearch::run() {
   }
   for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
     // What the tree left out is farther than `far`; pairs with windows are always listed.
-    if (windows_.until[pair] == -infinite && windows_.from[pair] == infinite) {
-      free.proven[pair] = std::min(free.proven[pair], beyond_);
-    }
+    if (windows_.number[pair] < 0) free.proven[pair] = std::min(free.proven[pair], beyond_);
   }
 }
 
@@ -196,7 +196,7 @@ bool ClearanceSearch::prove(int number, Reach& here) {
   const double middle = here.middle->time;
   const bool accept = windows_.accept(middle, number);
   const double wanted = target(middle, number);
-  const Travel &one = travel(pair.first_seen, here), &other = travel(pair.second_seen, here);
+  const Travel one = travel(pair.first_seen, here), other = travel(pair.second_seen, here);
   const double off = one.from_middle + other.from_middle;
   const double length = here.end - here.begin;
   const double bulge = (one.acceleration + other.acceleration) * length * length / 8.0;
@@ -233,17 +233,19 @@ double ClearanceSearch::middle_distance(int pair, Reach& here, double off) {
   return distance;
 }
 
-const Travel& ClearanceSearch::travel(int number, Reach& here) {
-  if (!here.known[number]) {
-    here.travels[number] = proof::travel(bodies_, bodies_.travellers[number], *here.middle, here.bounds);
-    here.known[number] = 1;
+Travel ClearanceSearch::travel(int number, Reach& here) {
+  const Traveller& traveller = bodies_.travellers[number];
+  if (traveller.rests()) return {};
+  if (!here.known[traveller.slot]) {
+    here.travels[traveller.slot] = proof::travel(bodies_, traveller, *here.middle, here.bounds);
+    here.known[traveller.slot] = 1;
   }
-  return here.travels[number];
+  return here.travels[traveller.slot];
 }
 
 ClearanceSearch::Reach ClearanceSearch::reach(const Cell& cell) {
   const double middle = (cell.begin + cell.end) / 2.0;
-  const size_t count = bodies_.travellers.size();
+  const size_t count = bodies_.moving;
   return {cell.begin, cell.end, cell.early, at(middle), cell.late, motion_.bounds(cell.begin, cell.end),
           motion_.smooth || !motion_.position.breaks(cell.begin, cell.end), std::vector<Travel>(count),
           std::vector<char>(count, 0)};

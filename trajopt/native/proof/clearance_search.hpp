@@ -16,12 +16,22 @@ struct Options {
   double resolution, far, smallest_interval, most_distances, error;
 };
 
-// When contact of each pair is accepted, and how deep: at or before `until`, at or after `from`.
+// When contact of a pair is accepted, and how deep: at or before `until`, at or after `from`.
+struct Window {
+  double until, from, first_depth, last_depth;
+};
+
+// The pairs that have a window, and when one opens or closes.
 struct Windows {
-  std::vector<double> until, from, first_depth, last_depth;
+  std::vector<int> number;  // Of each pair's window; -1 for none.
+  std::vector<Window> windows;
   std::vector<double> edges;
 
-  bool accept(double time, int pair) const { return time <= until[pair] || time >= from[pair]; }
+  bool accept(double time, int pair) const {
+    if (number[pair] < 0) return false;
+    const Window& window = windows[number[pair]];
+    return time <= window.until || time >= window.from;
+  }
   // What the distance must exceed: zero, or minus the accepted depth [m].
   double floor(double time, int pair) const;
 };
@@ -70,7 +80,7 @@ class ClearanceSearch {
     std::shared_ptr<Snapshot> early, middle, late;
     JointBounds bounds;
     bool chords;  // No velocity jumps inside.
-    std::vector<Travel> travels;
+    std::vector<Travel> travels;  // Of the travellers that move, once asked for.
     std::vector<char> known;
   };
 
@@ -97,7 +107,7 @@ class ClearanceSearch {
   void advance(std::vector<Cell>& cells);
   bool prove(int pair, Reach& reach);
   double middle_distance(int pair, Reach& reach, double travel);
-  const Travel& travel(int traveller, Reach& reach);
+  Travel travel(int traveller, Reach& reach);
   Reach reach(const Cell& cell);
   void search();
   bool nothing_near();

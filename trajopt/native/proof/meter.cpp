@@ -96,9 +96,8 @@ double Meter::prove(int number, Snapshot& early, Snapshot& late, double needed) 
 
 Sweep Meter::sweep(const Pair& pair, Snapshot& early, Snapshot& late, Parts parts) const {
   const Pose *first = &early.seen(pair.first_seen), *second = &early.seen(pair.second_seen);
-  // What is seen from its own joint rests.
-  const bool first_rests = bodies_.travellers[pair.first_seen].chain.empty();
-  const bool second_rests = bodies_.travellers[pair.second_seen].chain.empty();
+  const bool first_rests = bodies_.travellers[pair.first_seen].rests();
+  const bool second_rests = bodies_.travellers[pair.second_seen].rests();
   return {{&bodies_.form(pair.first), parts.first},
           {&bodies_.form(pair.second), parts.second},
           {first, first_rests ? first : &late.seen(pair.first_seen)},

@@ -155,7 +155,8 @@ class Proof {
   }
 
   nb::tuple search(const Numbers& times, const Numbers& coefficients, bool smooth, const Numbers& expand,
-                   const Numbers& offset, const Numbers& windows, const Numbers& edges, const Numbers& options) {
+                   const Numbers& offset, const Counts& windowed, const Numbers& windows, const Numbers& edges,
+                   const Numbers& options) {
     Motion motion;
     motion.position = make_curve(times, coefficients);
     motion.velocity = motion.position.derivative();
@@ -164,9 +165,12 @@ class Proof {
     using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     motion.expand = Eigen::Map<const Rows>(expand.data(), expand.shape(0), expand.shape(1));
     motion.offset = Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.size());
-    const size_t count = bodies_.pairs.size();
-    auto row = [&](size_t i) { return std::vector<double>(windows.data() + i * count, windows.data() + (i + 1) * count); };
-    const Windows accepted{row(0), row(1), row(2), row(3), numbers(edges)};
+    Windows accepted{std::vector<int>(bodies_.pairs.size(), -1), {}, numbers(edges)};
+    for (size_t i = 0; i < windowed.size(); ++i) {
+      const double* w = windows.data() + 4 * i;
+      accepted.number[size_t(windowed.data()[i])] = int(i);
+      accepted.windows.push_back({w[0], w[1], w[2], w[3]});
+    }
     const double* o = options.data();
     const Options chosen{o[0], o[1], o[2], o[3], o[4]};
     ClearanceSearch search(bodies_, candidates_, meter_, motion, accepted, chosen);

@@ -7,8 +7,8 @@ namespace proof {
 Travel travel(const Bodies& bodies, const Traveller& traveller, Snapshot& middle, const JointBounds& bounds) {
   Travel result;
   // A half-space is only ever seen from its own frame, in which it rests.
-  if (traveller.chain.empty()) return result;
-  const Vec& centre = middle.centre(traveller.body);
+  if (traveller.rests()) return result;
+  const Vec centre = middle.centre(traveller.body);
   const double radius = bodies.form(traveller.body).radius;
   double velocity = 0.0;
   for (const int number : traveller.chain) {
