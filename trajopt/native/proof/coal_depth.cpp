@@ -42,9 +42,16 @@ std::shared_ptr<const coal::CollisionGeometry> make(const Form& form) {
                                                         unsigned(triangles->size()));
 }
 
-const coal::CollisionGeometry& twin(const Form& form) {
-  std::call_once(form.coal_once, [&form] { form.coal = make(form); });
-  return *form.coal;
+// Coal's twin of a form; null where Coal has none: it refuses hulls of which a vertex has 256 neighbours.
+const coal::CollisionGeometry* twin(const Form& form) {
+  std::call_once(form.coal_once, [&form] {
+    try {
+      form.coal = make(form);
+    } catch (const std::exception&) {
+      form.coal = nullptr;
+    }
+  });
+  return form.coal.get();
 }
 
 // Unit vectors spread evenly over the sphere along a spiral.
@@ -66,13 +73,15 @@ double gap_along(const Form& first, const Pose& first_at, const Form& second, co
 }
 
 double signed_distance(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at) {
+  const coal::CollisionGeometry *one = twin(first), *other = twin(second);
+  if (one == nullptr || other == nullptr) return largest_gap(first, first_at, second, second_at);
   coal::DistanceRequest request;
   request.enable_signed_distance = true;
   request.gjk_tolerance = gjk_tolerance;
   request.epa_tolerance = epa_tolerance;
   request.gjk_max_iterations = request.epa_max_iterations = most_iterations;
   coal::DistanceResult result;
-  const double proposed = coal::distance(&twin(first), coal::Transform3s(first_at.R, first_at.p), &twin(second),
+  const double proposed = coal::distance(one, coal::Transform3s(first_at.R, first_at.p), other,
                                          coal::Transform3s(second_at.R, second_at.p), request, result);
   const double length = result.normal.norm();
   double found = -std::numeric_limits<double>::infinity();

@@ -7,7 +7,28 @@ namespace proof {
 
 namespace {
 
+constexpr size_t large_hull = 256;  // With more vertices it is faster to climb along edges.
+
+Vec vertex(const Form& form, int i) { return {form.x[i], form.y[i], form.z[i]}; }
+
+int octant(const Vec& d) { return (d.x() > 0.0) + 2 * (d.y() > 0.0) + 4 * (d.z() > 0.0); }
+
+// On a convex hull the farthest vertex among all is the one from which no edge leads farther.
+Vec climb(const Form& form, const Vec& d) {
+  int at = form.corners[octant(d)];
+  double height = d.dot(vertex(form, at));
+  for (int best = -1; best != at;) {
+    best = at;
+    for (int i = form.first_neighbour[best]; i < form.first_neighbour[best + 1]; ++i) {
+      const double other = d.dot(vertex(form, form.neighbours[i]));
+      if (other > height) height = other, at = form.neighbours[i];
+    }
+  }
+  return vertex(form, at);
+}
+
 Vec farthest(const Form& form, const Vec& d) {
+  if (!form.neighbours.empty()) return climb(form, d);
   const size_t count = form.x.size();
   const double *x = form.x.data(), *y = form.y.data(), *z = form.z.data();
   const double dx = d.x(), dy = d.y(), dz = d.z();
@@ -22,7 +43,31 @@ Vec farthest(const Form& form, const Vec& d) {
       if (along[i] > best) best = along[i], place = begin + i;
     }
   }
-  return {x[place], y[place], z[place]};
+  return vertex(form, int(place));
+}
+
+void join_neighbours(Form& form) {
+  const size_t count = form.x.size();
+  std::array<int, 8> corners{};
+  for (int i = 0; i < 8; ++i) {
+    const Vec d(i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0);
+    for (size_t v = 0; v < count; ++v) {
+      if (d.dot(vertex(form, int(v))) > d.dot(vertex(form, corners[i]))) corners[i] = int(v);
+    }
+  }
+  form.corners = corners;
+  // In a closed surface every edge is met once in each direction.
+  std::vector<int> first(count + 1, 0);
+  for (const auto& face : form.faces) {
+    for (int i = 0; i < 3; ++i) ++first[size_t(face[i]) + 1];
+  }
+  for (size_t v = 0; v < count; ++v) first[v + 1] += first[v];
+  std::vector<int> place(first.begin(), first.end() - 1), neighbours(first.back());
+  for (const auto& face : form.faces) {
+    for (int i = 0; i < 3; ++i) neighbours[size_t(place[face[i]]++)] = face[(i + 1) % 3];
+  }
+  form.first_neighbour = std::move(first);
+  form.neighbours = std::move(neighbours);
 }
 
 Vec on_rim(const Vec& d, double radius, double z) {
@@ -82,7 +127,8 @@ std::shared_ptr<Form> make_solid(Kind kind, const Vec& half) {
   return form;
 }
 
-std::shared_ptr<Form> make_hull(const double* vertices, size_t count, const int64_t* faces, size_t triangles) {
+std::shared_ptr<Form> make_hull(const double* vertices, size_t count, const int64_t* faces, size_t triangles,
+                                bool closed) {
   auto form = std::make_shared<Form>();
   form->kind = Kind::Convex;
   form->low = Vec::Constant(std::numeric_limits<double>::infinity());
@@ -103,6 +149,7 @@ std::shared_ptr<Form> make_hull(const double* vertices, size_t count, const int6
     form->faces.emplace_back(int(faces[3 * i]), int(faces[3 * i + 1]), int(faces[3 * i + 2]));
   }
   form->representatives = {sum / double(count)};
+  if (count > large_hull && closed) join_neighbours(*form);
   return form;
 }
 

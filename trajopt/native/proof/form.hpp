@@ -4,6 +4,7 @@
 // rounded: the distance of the cores less the radii is exact, in shallow penetration too.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -29,6 +30,8 @@ struct Form {
   double radius = 0.0;                        // ... and its radius, infinite for planes.
   std::vector<double> x, y, z;                // Vertices of a convex hull or mesh.
   std::vector<Eigen::Vector3i> faces;
+  std::vector<int> first_neighbour, neighbours;  // Of each vertex of a large hull; empty for small ones.
+  std::array<int, 8> corners{};                  // Of a large hull, the farthest vertex into each octant.
   std::shared_ptr<const Form> hull;           // Of a mesh.
   std::shared_ptr<const SurfaceTree> tree;    // Of a mesh.
   std::vector<Vec> representatives;           // One point of each connected part.
@@ -43,6 +46,8 @@ struct Form {
 };
 
 std::shared_ptr<Form> make_solid(Kind kind, const Vec& half);
-std::shared_ptr<Form> make_hull(const double* vertices, size_t count, const int64_t* faces, size_t triangles);
+// `closed`: the faces are the whole surface of the vertices' convex hull, outward.
+std::shared_ptr<Form> make_hull(const double* vertices, size_t count, const int64_t* faces, size_t triangles,
+                                bool closed);
 
 }  // namespace proof

@@ -30,7 +30,8 @@ Measured Meter::measure(int number, Snapshot& at, double within) {
   if (pair.meshed) {
     const double distance = surface_distance(number, at, limit);
     if (distance > error_) return {distance - error_, distance < limit};
-    return {std::min(distance - error_, measure_hulls(number, at)), true};
+    // Surfaces have no depth: in contact the hulls stand for them.
+    return {std::min(std::max(distance, 0.0) - error_, measure_hulls(number, at)), true};
   }
   bool exact = true;
   const double distance = convex_distance(bodies_.form(pair.first), bodies_.form(pair.second), pair, at,

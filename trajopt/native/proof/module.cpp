@@ -50,7 +50,7 @@ Kind round_kind(const std::string_view name) {
 
 std::shared_ptr<Form> mesh(const Numbers& vertices, const Counts& faces, std::shared_ptr<Form> hull,
                            const Numbers& representatives) {
-  auto form = make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0));
+  auto form = make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0), false);
   form->kind = Kind::Mesh;
   form->hull = std::move(hull);
   form->representatives.clear();
@@ -252,7 +252,7 @@ NB_MODULE(proof, m) {
   });
   m.def("half_space", [] { return make_solid(Kind::Plane, Vec::Zero()); });
   m.def("hull", [](const Numbers& vertices, const Counts& faces) {
-    return make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0));
+    return make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0), true);
   });
   m.def("mesh", &mesh);
   m.def("largest", &largest);
