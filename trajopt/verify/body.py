@@ -14,5 +14,11 @@ class Body(Enum):
     PYTHON = "python"
 
 
-INSTALLED = Body.PYTHON if find_spec("trajopt.native.proof") is None else Body.NATIVE
+def _installed() -> Body:
+    # A folder of sources without a compiled core beside it is found, too, as a package without origin.
+    spec = find_spec("trajopt.native.proof")
+    return Body.PYTHON if spec is None or spec.origin is None else Body.NATIVE
+
+
+INSTALLED = _installed()
 """The fastest body that is installed."""
