@@ -92,7 +92,7 @@ class Counts:
     """What the judgement cost.
 
     Attributes:
-        distances: Distances measured.
+        distances: Distances measured, or proven to be large enough over an interval.
         kinematics: Configurations at which forward kinematics was computed.
     """
 
