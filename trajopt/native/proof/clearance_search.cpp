@@ -171,7 +171,10 @@ void ClearanceSearch::advance(std::vector<Cell>& cells) {
   std::vector<Cell> next;
   for (Cell& cell : cells) {
     Reach here = reach(cell);
-    if (cell.fresh) list_near(cell, here);
+    if (cell.fresh) {
+      samples_.insert(samples_.end(), {here.middle, cell.late});
+      list_near(cell, here);
+    }
     std::vector<int> left;
     for (const int pair : cell.pairs) {
       if (!prove(pair, here)) left.push_back(pair);
@@ -251,20 +254,28 @@ ClearanceSearch::Reach ClearanceSearch::reach(const Cell& cell) {
           std::vector<char>(count, 0)};
 }
 
-// Measure once every pair whose bound says that it may have come near.
+// Measure, here and there, every pair whose bound says that it may have come near.
 void ClearanceSearch::measure_near_pairs() {
   int nearest = -1;
-  for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
+  for (int pair = 0; pair < int(bodies_.pairs.size()); ++pair) {
     if (free.proven[pair] <= options_.far) {
-      const auto snapshot = at(tight_time_[pair]);
-      const Measured found = meter_.measure(int(pair), *snapshot, options_.far);
-      if (found.exact) free.note(int(pair), found.distance, snapshot->time);
+      measure_free(pair, *at(tight_time_[pair]));
+      for (const auto& sample : samples_) measure_free(pair, *sample);
     }
     if (std::isfinite(free.measured[pair]) && (nearest < 0 || free.measured[pair] < free.measured[nearest])) {
-      nearest = int(pair);
+      nearest = pair;
     }
   }
   if (nearest >= 0 && free.best <= options_.far) sharpen(nearest);
+}
+
+// Take note of a pair's distance if it is the smallest of all so far.
+void ClearanceSearch::measure_free(int pair, Snapshot& at) {
+  const double within = std::min(free.measured[pair], options_.far);
+  if (windows_.accept(at.time, pair)) return;
+  if (!bodies_.pairs[pair].planar && sphere_gap(bodies_, at, bodies_.pairs[pair]) > within) return;
+  const Measured found = meter_.measure(pair, at, within);
+  if (found.exact) free.note(pair, found.distance, at.time);
 }
 
 // Look around the smallest distance of a pair for a smaller one.
@@ -273,10 +284,8 @@ void ClearanceSearch::sharpen(int pair) {
   for (int round = 0; round < rounds; ++round, span /= probes / 2.0) {
     const double middle = free.time[pair];
     for (int i = 0; i < probes; ++i) {
-      const double time = std::clamp(middle + span * (2.0 * i / (probes - 1) - 1.0), 0.0, motion_.duration());
-      if (windows_.accept(time, pair)) continue;
-      const Measured found = meter_.measure(pair, *at(time), free.measured[pair]);
-      if (found.exact) free.note(pair, found.distance, time);
+      const double time = middle + span * (2.0 * i / (probes - 1) - 1.0);
+      measure_free(pair, *at(std::clamp(time, 0.0, motion_.duration())));
     }
   }
 }

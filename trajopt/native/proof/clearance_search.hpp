@@ -93,6 +93,7 @@ class ClearanceSearch {
   double far_;                     // Clearance beyond which nothing is looked at more closely [m].
   double beyond_;                  // Lower bound of the distances of all pairs that were never listed [m].
   std::vector<double> tight_time_; // When each pair's proven bound is smallest [s].
+  std::vector<std::shared_ptr<Snapshot>> samples_;  // Even over the motion.
   long before_;
 
   std::shared_ptr<Snapshot> at(double time);
@@ -112,6 +113,7 @@ class ClearanceSearch {
   void search();
   bool nothing_near();
   void measure_near_pairs();
+  void measure_free(int pair, Snapshot& at);
   void sharpen(int pair);
 };
 

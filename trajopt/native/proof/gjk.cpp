@@ -125,7 +125,7 @@ Separation separate(const Sweep& sweep, const Vec& guess, double enough, Aim aim
     const bool stalled = distance >= nearest;
     nearest = std::min(nearest, distance);
     result.upper = nearest - rounding;
-    if (result.gap >= enough && result.gap >= good_share * result.upper) return result;
+    if (result.gap >= enough && (aim == Aim::Measure || result.gap >= good_share * result.upper)) return result;
     if (aim == Aim::Prove && result.upper < enough) return result;
     if (result.upper - result.gap <= tightness || stalled) return result;
     direction = v / distance;
