@@ -4,7 +4,8 @@ This module decides, once, by what is installed; a judge can be told to use eith
 """
 
 from enum import Enum
-from importlib.util import find_spec
+
+from trajopt.native import installed
 
 
 class Body(Enum):
@@ -14,11 +15,5 @@ class Body(Enum):
     PYTHON = "python"
 
 
-def _installed() -> Body:
-    # A folder of sources without a compiled core beside it is found, too, as a package without origin.
-    spec = find_spec("trajopt.native.proof")
-    return Body.PYTHON if spec is None or spec.origin is None else Body.NATIVE
-
-
-INSTALLED = _installed()
+INSTALLED = Body.NATIVE if installed("proof") else Body.PYTHON
 """The fastest body that is installed."""
