@@ -41,12 +41,8 @@ ONLY_IN = {
 }
 """Packages that only some rooms may import."""
 
-CORES = {"proximity": "query", "banded": "solvers", "reachability": "retime"}
-"""Native cores and the one room that may call each."""
-
-
-CORES = {"proof": "verify"}
-"""Native cores that only one room may import: what is judged must not share code with the judge."""
+CORES = {"proximity": "query", "banded": "solvers", "reachability": "retime", "proof": "verify"}
+"""Native cores and the one room that may call each: what is judged shares no code with the judge."""
 
 
 def modules() -> list[Path]:
@@ -83,11 +79,8 @@ def test_imports_downward(path: Path) -> None:
             assert other in LAYERS, f"{path.name} imports {name}, a room without a layer"
             assert other == mine or LAYERS[other] <= LAYERS[mine], f"{mine} imports upward: {name}"
             if other == "native" and parts[2:] and parts[2] != "installed":
-                assert CORES.get(parts[2], mine) == mine, f"{name} is not for {mine}"
-                assert mine != "verify" or CORES.get(parts[2]) == mine, f"the judge has its own, not {name}"
+                assert CORES[parts[2]] == mine, f"{name} is not for {mine}"
             assert other not in FORBIDDEN.get(mine, set()), f"{mine} must not know {other}: {name}"
-            if other == "native" and len(parts) > 2:
-                assert mine == CORES.get(parts[2], mine), f"the core {parts[2]} is not for {mine}"
         assert mine in ONLY_IN.get(parts[0], {mine}), f"{parts[0]} is not for {mine}"
         assert parts[0] not in {"robots", "problems", "trajopt_robots", "trajopt_problems"}, name
 

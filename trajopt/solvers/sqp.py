@@ -96,16 +96,21 @@ class _Run:
 
     def solve(self, x: Floats) -> SolveResult:
         region, penalty, rounds, fine = self.options.trust_region, self.options.penalty, 0, False
-        at = self.nlp.linearise(x, self.nlp.sampling(x, fine=fine))
+        at = self.nlp.linearise(x, self.nlp.sampling(x, fine=False))
         while True:
             ended, at, region = self._descend(at, region, penalty, fine)
-            if at.feasible and not fine:
+            if at.feasible:
+                # Steps are compared on equal samples; whether these are enough is asked where they ended.
+                needed = np.maximum(at.sampling, self.nlp.sampling(at.x, fine=True))
+                enough = fine and bool((needed == at.sampling).all())
+                if (needed > at.sampling).any():
+                    at = self.nlp.linearise(at.x, needed)
+                if enough or ended in FINAL:
+                    status = ended if ended in FINAL else SolverStatus.CONVERGED
+                    return SolveResult(status, at.x, at, tuple(self.log))
                 fine = True
-                at = self.nlp.linearise(at.x, self.nlp.sampling(at.x, fine=fine))
             elif ended in FINAL:
                 return SolveResult(ended, at.x, at, tuple(self.log))
-            elif at.feasible:
-                return SolveResult(SolverStatus.CONVERGED, at.x, at, tuple(self.log))
             elif rounds == self.options.penalty_rounds:
                 status = (
                     SolverStatus.TRUST_REGION_COLLAPSED
@@ -141,14 +146,14 @@ class _Run:
             ratio = (now - merit(trial, penalty)) / step.promise
             accepted = region.accepts(ratio)
             region = region.after(ratio)
-            if accepted:
-                at = self._resampled(trial, fine)
-                program = self.steps.program(self.moves, at, penalty)
+            at = trial if accepted else at
             self._note(at, penalty, region, accepted, program, step)
             if accepted and at.feasible and not fine:
                 return SolverStatus.CONVERGED, at, region
             if region.collapsed:
                 return SolverStatus.TRUST_REGION_COLLAPSED, at, region
+            if accepted:
+                program = self.steps.program(self.moves, at, penalty)
         return SolverStatus.MAX_ITERATIONS, at, region
 
     def _step(
@@ -159,13 +164,6 @@ class _Run:
         return program.solve(
             np.maximum(-box, self.nlp.lower - at.x), np.minimum(box, self.nlp.upper - at.x), accuracy
         )
-
-    def _resampled(self, at: Linearisation, fine: bool) -> Linearisation:
-        """Sample anew where the motion now needs more samples than it was compared on."""
-        needed = self.nlp.sampling(at.x, fine=fine)
-        if (needed <= at.sampling).all():
-            return at
-        return self.nlp.linearise(at.x, np.maximum(needed, at.sampling))
 
     def _note(
         self,

@@ -29,8 +29,8 @@ def _stencils(count: int, joints: int, order: int) -> tuple[Floats, Ints, Ints, 
     first = np.repeat(np.arange(windows, dtype=np.int64), joints)
     return (
         readonly(np.tile(block, (windows, 1, 1))),
-        readonly(first[:, None] + np.arange(order + 1)),
-        readonly(np.tile(np.arange(joints, dtype=np.int64), windows)),
+        first[:, None] + np.arange(order + 1),
+        np.tile(np.arange(joints, dtype=np.int64), windows),
         readonly(first.astype(np.float64) + order / 2),
     )
 

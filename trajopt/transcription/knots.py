@@ -78,7 +78,7 @@ class KnotsNlp:
     @cached_property
     def _moves(self) -> Bools:
         """Whether anything of each knot may change, shape (N,)."""
-        return (self.lower < self.upper).any(axis=1)
+        return np.any(self.lower < self.upper, axis=1)
 
     def _bounded(self, item: Constraint, motion: Motion) -> ConstraintRows:
         rows = _in_window(item.residual, motion, item.window)
