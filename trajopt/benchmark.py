@@ -166,7 +166,10 @@ def run(
 
 
 def summary(records: Sequence[Record]) -> dict[str, object]:
-    """Sum up: success over all problems that can be asked, CPU time, counts, and why others failed."""
+    """Sum up: success over all problems that can be asked, CPU time, counts, and why others failed.
+
+    Of CPU time, medians and ninetieth percentiles, in all and of each stage ("stages").
+    """
     asked = [record for record in records if record.status not in UNASKABLE]
     solved = [record for record in asked if record.verified]
 
@@ -175,13 +178,22 @@ def summary(records: Sequence[Record]) -> dict[str, object]:
         return float(np.percentile(known, share)) if known else None
 
     totals = [record.cpu_seconds["total"] for record in asked]
+    stages = dict.fromkeys(stage for record in asked for stage in record.cpu_seconds)
+    first = [record for record in solved if record.counts.get("attempts") == 1]
     return {
         "problems": len(records),
         "left_out": len(records) - len(asked),
         "verified": len(solved),
         "success": len(solved) / len(asked) if asked else None,
+        "first_try": len(first) / len(asked) if asked else None,
         "cpu_seconds_median": middle(totals, 50),
         "cpu_seconds_p90": middle(totals, 90),
+        "stages": {
+            stage: [
+                middle([record.cpu_seconds.get(stage, 0.0) for record in asked], share) for share in (50, 90)
+            ]
+            for stage in stages
+        },
         "distance_calls_median": middle([float(r.counts.get("distance_calls", 0)) for r in asked], 50),
         "path_length_median": middle([record.path_length for record in solved], 50),
         "duration_median": middle([record.duration for record in solved], 50),

@@ -34,7 +34,7 @@ PATH_TOLERANCES = (5e-3, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
 GOALS_TRIED = 3
 """Goal configurations that are planned to, nearest first."""
-ATTEMPTS = 16
+ATTEMPTS = 48
 """First guesses that are tried before giving up."""
 
 Progress = Callable[[str, Iteration | None], None]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from trajopt.errors import PlanningFailed
+from trajopt.native import native_cores
 from trajopt.problem import Problem
 from trajopt.retime import Retimed
 from trajopt.solvers import SolveResult
@@ -110,6 +111,8 @@ class Result:
             **motion,
             "certificate": None if self.certificate is None else self.certificate.as_dict(),
             "counts": dict(self.counts),
+            "native_cores": list(native_cores()),
+            "qp_backends": [] if self.solve is None else list(self.solve.qp_backends),
             "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
             "path_length": None if self.path is None else self.path.length,
             "duration": None if trajectory is None else trajectory.duration,

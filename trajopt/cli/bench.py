@@ -62,6 +62,7 @@ def bench(
         }
         write_json(json_file, document)
     typer.echo(table({**by_set(records), "all": total}))
+    typer.echo("\n" + stage_table(total))
     typer.echo("\n" + json.dumps(total["statuses"]))
     for name, count in cast("dict[str, int]", total["causes"]).items():
         typer.echo(f"  {count:4} x {name}")
@@ -75,19 +76,28 @@ def bench(
 def table(rows: dict[str, dict[str, object]]) -> str:
     """Return a Markdown table, one row for each set."""
     lines = [
-        "| set | problems | left out | verified | success | CPU ms median | CPU ms p90 "
+        "| set | problems | left out | verified | success | first try | CPU ms median | CPU ms p90 "
         "| distance calls | path rad | motion s |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, row in rows.items():
         lines.append(
             f"| {name} | {row['problems']} | {row['left_out']} | {row['verified']} "
-            f"| {_number(row['success'], 100, '.1f')} % | {_number(row['cpu_seconds_median'], 1000, '.0f')} "
+            f"| {_number(row['success'], 100, '.1f')} % | {_number(row['first_try'], 100, '.1f')} % "
+            f"| {_number(row['cpu_seconds_median'], 1000, '.0f')} "
             f"| {_number(row['cpu_seconds_p90'], 1000, '.0f')} "
             f"| {_number(row['distance_calls_median'], 1, '.0f')} "
             f"| {_number(row['path_length_median'], 1, '.2f')} "
             f"| {_number(row['duration_median'], 1, '.2f')} |"
         )
+    return "\n".join(lines)
+
+
+def stage_table(total: dict[str, object]) -> str:
+    """Return a Markdown table of the stages' CPU times."""
+    stages = cast("dict[str, list[float]]", total["stages"])
+    lines = ["| stage | CPU ms median | CPU ms p90 |", "|---|---|---|"]
+    lines += [f"| {name} | {1e3 * mid:.1f} | {1e3 * high:.1f} |" for name, (mid, high) in stages.items()]
     return "\n".join(lines)
 
 

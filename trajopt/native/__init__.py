@@ -8,9 +8,11 @@
 | `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |
 """
 
+from functools import cache
 from importlib.util import find_spec
 
 
+@cache
 def installed(core: str) -> bool:
     """Say whether a native core was compiled at installation.
 
@@ -21,3 +23,8 @@ def installed(core: str) -> bool:
     """
     spec = find_spec(f"trajopt.native.{core}")
     return spec is not None and spec.origin is not None  # the folder of its sources alone has no origin
+
+
+def native_cores() -> tuple[str, ...]:
+    """Return the names of the cores that are installed."""
+    return tuple(core for core in ("proximity", "banded", "reachability", "proof") if installed(core))

@@ -72,6 +72,11 @@ class SolveResult:
         return len(self.log)
 
     @property
+    def qp_backends(self) -> tuple[str, ...]:
+        """Names of the QP backends that were used."""
+        return tuple(dict.fromkeys(step.backend for step in self.log))
+
+    @property
     def qp_iterations(self) -> int:
         """Iterations of the QP backend in all."""
         return sum(step.qp_iterations for step in self.log)

@@ -1,0 +1,126 @@
+"""What single pieces cost: a linearisation, a QP, a retiming, a verification; and several threads at once.
+
+python -m benchmarks.micro [--json FILE] [--page FILE]
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+import trajopt as to
+from benchmarks.page import table, write_section
+from benchmarks.problems import past_pillar
+from trajopt.query import query_of
+from trajopt.query.dynamics import DynamicsQuery
+from trajopt.query.plain import PlainQuery
+from trajopt.retime import retime
+from trajopt.seeds import straight_line
+from trajopt.solvers.choice import step_solver
+from trajopt.terms.motion import Motion
+from trajopt.transcription import fixed_goal, transcribe
+from trajopt.verify import Judge
+
+THREADS = 4
+
+
+def least(work: Callable[[], object], runs: int = 40) -> float:
+    """Return the least CPU time of a piece of work [us], after one run that is not counted."""
+    work()
+    times: list[float] = []
+    for _ in range(runs):
+        begin = time.process_time()
+        work()
+        times.append(time.process_time() - begin)
+    return 1e6 * min(times)
+
+
+def pieces(problem: to.Problem) -> dict[str, float]:
+    """Return the CPU time of each piece on one problem [us]."""
+    reduced = problem.reduced
+    goal = fixed_goal(problem)
+    assert goal is not None
+    line = straight_line(reduced.start_positions, goal, problem.knots)
+    nlp = transcribe(problem, line)
+    plan = to.plan(problem).require()
+    coarse, fine = (nlp.sampling(plan.path.knots, fine=value) for value in (False, True))
+    motion = Motion.through(plan.path.knots, fine, nlp.query)
+    reach = reduced.pairs.margin + 0.03
+    at = nlp.linearise(line, coarse)
+    moves = nlp.lower < nlp.upper
+    box = np.where(moves, 0.5, 0.0)
+    torque = DynamicsQuery(reduced).torque
+
+    def near(query_class: Callable[..., object]) -> Callable[[], object]:
+        return lambda: query_class(reduced).near(motion.positions, reach)  # pyright: ignore
+
+    def qp(name: str) -> Callable[[], object]:
+        return lambda: step_solver(name).program(moves, at, 5.0).solve(-box, box, 1e-3)
+
+    return {
+        f"near pairs of {len(motion.positions)} samples, nothing known": least(near(query_of)),
+        "the same, asked again": least(lambda: nlp.query.near(motion.positions, reach)),
+        "the same, plain Python": least(near(PlainQuery), runs=3),
+        f"linearisation, {len(at.constraints[0].lower)} rows": least(lambda: nlp.linearise(line, coarse)),
+        "QP, banded": least(qp("banded")),
+        "QP, PIQP": least(qp("piqp")),
+        "QP, OSQP": least(qp("osqp"), runs=5),
+        "retiming": least(lambda: retime(plan.path, problem.limits, inverse_dynamics=torque)),
+        "verification": least(
+            lambda: Judge(reduced).verify(plan.trajectory, goals=problem.goals, limits=problem.limits)
+        ),
+        "plan(), all": least(lambda: to.plan(problem)),
+    }
+
+
+def speed_up(problem: to.Problem) -> tuple[float, float]:
+    """Return how much faster several threads are than one: near pairs alone, and whole plans (wall time)."""
+    positions = np.linspace(*np.random.default_rng(0).uniform(-1.0, 1.0, (2, 7)), 2000)
+    reach = problem.reduced.pairs.margin + 0.03
+    work = (
+        lambda: [query_of(problem.reduced).near(positions, reach) for _ in range(5)],
+        lambda: [to.plan(problem) for _ in range(10)],
+    )
+    ratios: list[float] = []
+    for each in work:
+        begin = time.perf_counter()
+        for _ in range(THREADS):
+            each()
+        alone = time.perf_counter() - begin
+        with ThreadPoolExecutor(THREADS) as pool:
+            begin = time.perf_counter()
+            for task in [pool.submit(each) for _ in range(THREADS)]:
+                task.result()
+            ratios.append(alone / (time.perf_counter() - begin))
+    return ratios[0], ratios[1]
+
+
+def main() -> None:
+    """Measure and write the results."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--json", type=Path, default=Path("benchmarks/results/micro.json"))
+    parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
+    given = parser.parse_args()
+    problem = past_pillar(to.load("panda"), boxes=20)
+    found = pieces(problem)
+    near, plans = speed_up(problem)
+    rows = [[name, f"{value:,.0f}"] for name, value in found.items()]
+    text = table(["piece", "CPU us"], rows) + (
+        f"\n\nWall time of one thread over that of {THREADS}, for {THREADS} times the work: "
+        f"{near:.1f} for near pairs, {plans:.1f} for whole plans."
+    )
+    print(text)
+    given.json.parent.mkdir(parents=True, exist_ok=True)
+    given.json.write_text(
+        json.dumps({"microseconds": found, "speed_up": {"near pairs": near, "plans": plans}}, indent=1) + "\n"
+    )
+    if given.page is not None:
+        write_section(given.page, "micro", text)
+
+
+if __name__ == "__main__":
+    main()
