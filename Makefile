@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all check bench bench-peers clean
+.PHONY: demo test test-all check bench bench-scaling bench-micro bench-peers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -23,11 +23,16 @@ check: $(STAMP_DEV)
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
+# Each writes its section of benchmarks/README.md and its numbers in benchmarks/results/.
 # DATA: a folder with panda/<set>/ and ur5/<set>/ of MotionBenchMaker scenes and requests, and ur5/robot/.
 bench: $(STAMP)
-	-OMP_NUM_THREADS=1 $(BIN)/trajopt bench --robot panda --data $(DATA)/panda --json out/bench_panda.json
-	-OMP_NUM_THREADS=1 $(BIN)/trajopt bench --robot $(DATA)/ur5/robot/ur5.urdf --srdf $(DATA)/ur5/robot/ur5.srdf \
-	  --data $(DATA)/ur5 --json out/bench_ur5.json
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.motion_bench_maker $(DATA) --page benchmarks/README.md
+
+bench-scaling: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.scaling --page benchmarks/README.md
+
+bench-micro: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.micro --page benchmarks/README.md
 
 # Side by side with other planners, each in an environment of its own below out/peers; about 20 minutes of one
 # core. OPTIONS: those of benchmarks/peers/compare.py, such as --limit 2.

@@ -2,8 +2,8 @@
 
 python -m benchmarks.gate [--write]
 
-Counts, never times. They are the same on every machine but for the last bits of floating point, which may turn
-one decision of an optimiser: so the sum over all problems may exceed the baseline by a tenth.
+Counts, never times. They are the same on every machine but for the last bits of floating point, which may
+turn one decision of an optimiser: so the sum over all problems may exceed the baseline by a tenth.
 """
 
 import argparse

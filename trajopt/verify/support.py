@@ -13,7 +13,7 @@ from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Pla
 
 _DIRECTIONS = 2000
 _STEPS = 300
-_ROUNDS = 24
+_ROUNDS = 48
 
 
 def support(shape: Shape, directions: Floats) -> Floats:
@@ -82,7 +82,8 @@ def largest_gap(first: Shape, second: Shape, where: Placement) -> float:
         found = gap(first, second, where, near)
         if found.max() > largest:
             best, largest = near[int(found.argmax())], float(found.max())
-        spread /= 2.0
+        else:
+            spread /= 2.0
     return largest
 
 
