@@ -66,7 +66,7 @@ def _places_beside(scene: to.Scene, problem: to.Problem, way: Floats, count: int
 
 
 def over_waves(robot: to.Robot, faces: int) -> to.Problem:
-    """A Panda swings over a rippled sheet, one exact triangle mesh, around a pillar.
+    """A Panda swings close over a rippled sheet, one exact triangle mesh, around a pillar.
 
     Args:
         robot: The Panda.
@@ -74,7 +74,7 @@ def over_waves(robot: to.Robot, faces: int) -> to.Problem:
     """
     side = max(int(np.sqrt(faces / 2)), 2)
     x, y = np.meshgrid(np.linspace(0.2, 1.0, side + 1), np.linspace(-0.8, 0.8, side + 1), indexing="ij")
-    z = 0.02 * np.sin(14.0 * x) * np.sin(11.0 * y) - 0.05
+    z = 0.02 * np.sin(14.0 * x) * np.sin(11.0 * y) + 0.13
     corner = (np.arange(side)[:, None] * (side + 1) + np.arange(side)).ravel()
     right, up = corner + side + 1, corner + 1
     triangles = np.concatenate(

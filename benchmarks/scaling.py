@@ -18,7 +18,7 @@ from benchmarks.problems import arms, over_waves, past_pillar
 SIZES = {
     "knots": [10, 20, 50, 100, 200],
     "boxes": [10, 30, 100, 300, 1000],
-    "mesh faces": [100, 1_000, 10_000, 100_000, 1_000_000],
+    "mesh faces": [200, 1_000, 10_000, 100_000, 1_000_000],
     "joints": [2, 4, 7, 10, 14],
 }
 
