@@ -22,12 +22,7 @@ class Query(ABC):
         """Note which joints carry which."""
         self.reduced = reduced
         self.counts = Counts() if counts is None else counts
-        model = reduced.model
-        supports = np.zeros((model.njoints, model.nv))
-        for joint in range(1, model.njoints):
-            for ancestor in list(model.supports[joint])[1:]:
-                supports[joint, model.joints[ancestor].idx_v] = 1.0
-        self._supports = supports
+        self._supports = reduced.derived(_supports)
 
     @abstractmethod
     def kinematics(self, positions: Floats) -> Kinematics:
@@ -86,3 +81,13 @@ class Query(ABC):
     def angular_jacobian(self, jacobian: Floats, joint: int) -> Floats:
         """Return Jacobians of a joint's angular velocity in the world, shape (m, 3, n)."""
         return (jacobian[:, 3:] * self._supports[joint]) @ self.reduced.expand
+
+
+def _supports(reduced: ReducedModel) -> Floats:
+    """Return 1 where a joint carries another, shape (joints, model joints)."""
+    model = reduced.model
+    supports = np.zeros((model.njoints, model.nv))
+    for joint in range(1, model.njoints):
+        for ancestor in list(model.supports[joint])[1:]:
+            supports[joint, model.joints[ancestor].idx_v] = 1.0
+    return supports
