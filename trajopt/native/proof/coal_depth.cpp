@@ -15,7 +15,7 @@ constexpr double doubtful = 1e-5;        // Where Coal and the gap along its nor
 constexpr double gjk_tolerance = 1e-9;   // Smaller than Coal's default, for better directions.
 constexpr double epa_tolerance = 1e-7;   // With a smaller one round shapes get wrong depths.
 constexpr int most_iterations = 512;
-constexpr int even_directions = 2000, steps = 300, rounds = 24;
+constexpr int even_directions = 2000, steps = 300, rounds = 48;
 constexpr double pi = 3.14159265358979323846;
 
 std::shared_ptr<const coal::CollisionGeometry> make(const Form& form) {
@@ -105,13 +105,15 @@ double largest_gap(const Form& first, const Pose& first_at, const Form& second, 
   };
   for (const Vec& n : even) attempt(n);
   double spread = 2.0 * std::sqrt(4.0 * pi / even_directions);
-  for (int round = 0; round < rounds; ++round, spread /= 2.0) {
+  for (int round = 0; round < rounds; ++round) {
     const Vec middle = best;
+    const double before = largest;
     for (int i = 0; i < steps; ++i) {
       // Steps in all directions, of all lengths up to one, in no order.
       const double length = std::sqrt(std::fmod(i * 0.618034, 1.0));
       attempt((middle + spread * length * near[i]).normalized());
     }
+    if (largest == before) spread /= 2.0;
   }
   return largest;
 }
