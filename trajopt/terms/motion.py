@@ -54,6 +54,14 @@ class Motion:
         at = positions[None, :]
         return Motion(knots, first, np.zeros(1), at, query)
 
+    @staticmethod
+    def each(positions: Floats, query: Query) -> "Motion":
+        """Sample configurations that have nothing to do with each other, shape (S, n).
+
+        Each is a knot, and its rows' derivatives by that knot are those by the configuration.
+        """
+        return Motion(positions, np.arange(len(positions)), np.zeros(len(positions)), positions, query)
+
     @cached_property
     def kinematics(self) -> Kinematics:
         """Placements and Jacobians of all joints at the samples; evaluated when first asked for."""
