@@ -11,11 +11,15 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FramePlacement, RotationCoordinates
+from trajopt.model.rotations import as_quaternion
 from trajopt.nlp import Rows
 from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+TINY = 1e-4
+"""Where the sine of the angle is smaller, the axis of a rotation is not read from its skew part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,24 +55,33 @@ class FramePlacementError:
         return motion.rows_of_all(value, jacobian)
 
 
-def _skew(vectors: Floats) -> Floats:
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    return np.stack((np.stack((zero, -z, y), 1), np.stack((z, zero, -x), 1), np.stack((-y, x, zero), 1)), 1)
-
-
 def _rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
-    """Return log R, shape (S, 3), and its rate by body-frame angular velocity, (S, 3, 3)."""
-    from scipy.spatial.transform import Rotation
+    """Return log R, shape (S, 3), and its rate by body-frame angular velocity, (S, 3, 3).
 
-    vector = Rotation.from_matrix(rotation).as_rotvec()
-    angle = np.linalg.norm(vector, axis=1)
+    With R - R^T = 2 sin t [a]x and trace R = 1 + 2 cos t for a turn by t about a.
+    """
+    difference = rotation - np.swapaxes(rotation, 1, 2)
+    sine = 0.5 * np.sqrt(0.5 * np.einsum("sij,sij->s", difference, difference))
+    cosine = 0.5 * (np.einsum("sii->s", rotation) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    ratio = np.where(sine < TINY, 1.0, angle / np.maximum(sine, TINY))
+    skew = (0.5 * ratio)[:, None, None] * difference
+    for half_turn in np.flatnonzero((sine < TINY) & (cosine < 0.0)):
+        x, y, z = _half_turn(rotation[half_turn])
+        skew[half_turn] = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
     small = angle < 1e-4
     safe = np.where(small, 1.0, angle)
     # 1/t^2 - (1 + cos t) / (2 t sin t), written with the half angle, which is finite at pi.
     factor = np.where(small, 1.0 / 12.0, (1.0 - 0.5 * safe / np.tan(0.5 * safe)) / safe**2)
-    skew = _skew(vector)
-    return vector, np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)
+    rate = np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)
+    return skew[:, (2, 0, 1), (1, 2, 0)], rate
+
+
+def _half_turn(rotation: Floats) -> Floats:
+    """Return log R where sin t is too small to divide by."""
+    quaternion = as_quaternion(rotation)
+    length = float(np.linalg.norm(quaternion[:3]))
+    return quaternion[:3] / length * (2.0 * np.arctan2(length, quaternion[3]))
 
 
 def _xyz_euler(rotation: Floats) -> tuple[Floats, Floats]:

@@ -40,19 +40,20 @@ def relative_frame(
     """
     kinematics, query = motion.kinematics, motion.query
     joint, held = reduced.attachment(frame)
-    base, base_held = reduced.attachment(reference)
     rotation = kinematics.rotation[:, joint] @ held.rotation
     point = kinematics.rotation[:, joint] @ (held * offset) + kinematics.translation[:, joint]
-    base_rotation = kinematics.rotation[:, base] @ base_held.rotation
-    origin = kinematics.rotation[:, base] @ base_held.translation + kinematics.translation[:, base]
-    to_base = np.swapaxes(base_rotation, 1, 2)
     count = len(point)
-    velocity = query.point_jacobian(kinematics.jacobian, np.full(count, joint), point) - query.point_jacobian(
-        kinematics.jacobian, np.full(count, base), point
-    )
-    spin = query.angular_jacobian(kinematics.jacobian, joint) - query.angular_jacobian(
-        kinematics.jacobian, base
-    )
+    velocity = query.point_jacobian(kinematics.jacobian, np.full(count, joint), point)
+    spin = query.angular_jacobian(kinematics.jacobian, joint)
+    base, base_held = reduced.attachment(reference)
+    if base == 0:  # it stands still
+        to_base = base_held.rotation.T
+        origin = base_held.translation
+    else:
+        velocity -= query.point_jacobian(kinematics.jacobian, np.full(count, base), point)
+        spin -= query.angular_jacobian(kinematics.jacobian, base)
+        to_base = np.swapaxes(kinematics.rotation[:, base] @ base_held.rotation, 1, 2)
+        origin = kinematics.rotation[:, base] @ base_held.translation + kinematics.translation[:, base]
     return RelativeFrame(
         (to_base @ (point - origin)[:, :, None])[:, :, 0],
         to_base @ rotation,
