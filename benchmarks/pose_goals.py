@@ -1,0 +1,146 @@
+"""What a goal costs that is a pose of the hand in place of joint positions: the same problems, both ways.
+
+Each joint goal of MotionBenchMaker's Panda sets is planned as it stands, and as the placement that the
+hand's frame has there. Both start from files read anew, so that no scene has been planned in before.
+
+    OMP_NUM_THREADS=1 python benchmarks/pose_goals.py path/to/motionbenchmaker/panda
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+import trajopt as to
+from trajopt.benchmark import UNASKABLE, Instance, find_instances
+from trajopt.moveit import read_request, read_scene
+from trajopt.transcription import fixed_goal
+
+FRAME = "panda_hand"
+RESULTS = Path(__file__).parent / "results" / "pose_goals.json"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One plan: how it ended, process time of all of it and of its goal search [s], first guesses tried."""
+
+    status: str
+    cpu_seconds: float
+    seed_seconds: float
+    attempts: int
+    duration: float | None
+
+    @property
+    def verified(self) -> bool:
+        return self.status == to.Status.SOLVED.name
+
+
+@dataclass(frozen=True)
+class Pair:
+    set: str
+    index: int
+    joints: Run
+    pose: Run
+
+
+def read(robot: to.Robot, instance: Instance) -> to.Problem:
+    return read_request(instance.request, read_scene(instance.scene, robot)).problem()
+
+
+def with_pose_goal(problem: to.Problem) -> to.Problem:
+    goal = fixed_goal(problem)
+    if goal is None:
+        raise SystemExit(f"{problem.name}: the goal does not fix all joints")
+    where = problem.scene.placement_of(FRAME, problem.reduced.all_positions(goal))
+    return replace(problem, goal=to.frame_placement(FRAME, where))
+
+
+def planned(problem: to.Problem) -> tuple[Run, bool]:
+    begin = time.process_time()
+    result = to.plan(problem)
+    seconds = time.process_time() - begin
+    return Run(
+        result.status.name,
+        seconds,
+        result.cpu_seconds.get("seed", 0.0),
+        result.counts.get("attempts", 0),
+        None if result.trajectory is None else result.trajectory.duration,
+    ), result.status in UNASKABLE
+
+
+def compare(robot: to.Robot, instance: Instance) -> Pair | None:
+    """Plan both; None if the joint goal is one that nobody could reach."""
+    joints, unaskable = planned(read(robot, instance))
+    if unaskable:
+        return None
+    # Placing the hand is reading the problem; the scene it is planned in is read again after it.
+    goal = with_pose_goal(read(robot, instance)).goal
+    pose, _ = planned(replace(read(robot, instance), goal=goal))
+    return Pair(instance.set_name, instance.index, joints, pose)
+
+
+def table(pairs: Sequence[Pair]) -> str:
+    names = list(dict.fromkeys(pair.set for pair in pairs))
+    lines = [
+        "| set | problems | verified, joints | verified, pose | CPU ms, joints | CPU ms, pose | ratio "
+        "| goal search ms | first guesses, joints | first guesses, pose | motion s, joints | motion s, pose |",
+        "|---" * 12 + "|",
+    ]
+    for name, some in [*((name, [pair for pair in pairs if pair.set == name]) for name in names), ("all", pairs)]:
+        row = summary(some)
+        lines.append(
+            f"| {name} | {row['problems']} | {row['verified_joints']} | {row['verified_pose']} "
+            f"| {1e3 * row['cpu_joints']:.1f} | {1e3 * row['cpu_pose']:.1f} | {row['cpu_pose'] / row['cpu_joints']:.2f} "
+            f"| {1e3 * row['goal_search']:.1f} | {row['attempts_joints']:.2f} | {row['attempts_pose']:.2f} "
+            f"| {row['duration_joints']:.2f} | {row['duration_pose']:.2f} |"
+        )
+    return "\n".join(lines)
+
+
+def summary(pairs: Sequence[Pair]) -> dict[str, float]:
+    """Counts of verified motions, medians of times [s], means of first guesses tried."""
+    solved = [pair for pair in pairs if pair.joints.verified and pair.pose.verified]
+
+    def middle(of: Callable[[Pair], float | None], some: Sequence[Pair]) -> float:
+        return float(np.median([cast(float, of(pair)) for pair in some])) if some else float("nan")
+
+    return {
+        "problems": len(pairs),
+        "verified_joints": sum(pair.joints.verified for pair in pairs),
+        "verified_pose": sum(pair.pose.verified for pair in pairs),
+        "cpu_joints": middle(lambda pair: pair.joints.cpu_seconds, pairs),
+        "cpu_pose": middle(lambda pair: pair.pose.cpu_seconds, pairs),
+        "goal_search": middle(lambda pair: pair.pose.seed_seconds, pairs),
+        "attempts_joints": float(np.mean([pair.joints.attempts for pair in pairs])),
+        "attempts_pose": float(np.mean([pair.pose.attempts for pair in pairs])),
+        "duration_joints": middle(lambda pair: pair.joints.duration, solved),
+        "duration_pose": middle(lambda pair: pair.pose.duration, solved),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("data", type=Path, metavar="DATA", help="folder of <set>/sceneNNNN.yaml and requests")
+    parser.add_argument("--each", type=int, default=10, help="problems of each set (default 10)")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="where the JSON goes")
+    given = parser.parse_args()
+    robot = to.load("panda")
+    instances = find_instances(given.data, limit=given.each)
+    compare(robot, instances[0])  # imports what is imported late
+    pairs = [pair for instance in instances for pair in [compare(robot, instance)] if pair is not None]
+    print(table(pairs))
+    for pair in pairs:
+        if not pair.pose.verified:
+            print(f"  {pair.set} {pair.index}: joints {pair.joints.status}, pose {pair.pose.status}")
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    document = {"summary": summary(pairs), "problems": [asdict(pair) for pair in pairs]}
+    given.out.write_text(json.dumps(document, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
