@@ -15,6 +15,7 @@ import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats
+from trajopt.model.requirements import joint_positions
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
 from trajopt.query.dynamics import DynamicsQuery
@@ -22,7 +23,7 @@ from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
 from trajopt.seeds import bumps, goal_candidates, straight_line
 from trajopt.solvers import Iteration, SolveResult, Sqp
-from trajopt.terms import constrain
+from trajopt.terms import Acceleration, Jerk, Velocity, constrain
 from trajopt.terms.along import judged
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
@@ -107,12 +108,20 @@ class _Planning:
         return best
 
     def _seeds(self, goals: Sequence[Floats]) -> Iterator[tuple[KnotsNlp, Floats]]:
-        """Yield first guesses: the straight line to every goal, then bent ones in turn."""
+        """Yield first guesses: the straight line to every goal, then bent ones in turn.
+
+        Where goal configurations were searched for, the program first gets each of them as it is,
+        and only then the nearest with the freedom to choose another: that is harder to solve.
+        """
+        problem = self.problem
+        programs = [(problem, goal) for goal in goals]
+        if fixed_goal(problem) is None and _end_is_free(problem):
+            programs = [(_ending_at(problem, goal), goal) for goal in goals] + programs[:1]
         bent: list[tuple[KnotsNlp, Iterator[Floats]]] = []
-        for goal in goals:
+        for asked, goal in programs:
             with self._stage("optimise"):
-                line = straight_line(self.problem.reduced.start_positions, goal, self.problem.knots)
-                nlp = transcribe(self.problem, line)
+                line = straight_line(problem.reduced.start_positions, goal, problem.knots)
+                nlp = transcribe(asked, line)
                 bent.append((nlp, bumps(line, nlp.scale, self.rng)))
             yield nlp, line
         for nlp, guesses in cycle(bent):
@@ -276,6 +285,20 @@ class _Planning:
         begin = time.process_time()
         yield
         self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
+
+
+def _end_is_free(problem: Problem) -> bool:
+    """Whether any configuration that holds the goals will do: nothing but the program knows of more."""
+    known = (Velocity, Acceleration, Jerk)
+    return not problem.own_constraints and all(
+        isinstance(cost.residual, known) for cost in problem.costs or ()
+    )
+
+
+def _ending_at(problem: Problem, positions: Floats) -> Problem:
+    """Return the problem with a configuration of the group as its goal."""
+    goal = joint_positions(dict(zip(problem.reduced.joint_names, positions.tolist(), strict=True)))
+    return replace(problem, goal=goal)
 
 
 def _rank(result: Result) -> tuple[bool, float]:
