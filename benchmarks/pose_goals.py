@@ -84,21 +84,31 @@ def compare(robot: to.Robot, instance: Instance) -> Pair | None:
     return Pair(instance.set_name, instance.index, joints, pose)
 
 
+COLUMNS = (
+    ("problems", "problems", 1, "d"),
+    ("verified, joints", "verified_joints", 1, "d"),
+    ("verified, pose", "verified_pose", 1, "d"),
+    ("CPU ms, joints", "cpu_joints", 1e3, ".1f"),
+    ("CPU ms, pose", "cpu_pose", 1e3, ".1f"),
+    ("ratio", "cpu_ratio", 1, ".2f"),
+    ("goal search ms", "goal_search", 1e3, ".1f"),
+    ("first guesses, joints", "attempts_joints", 1, ".2f"),
+    ("first guesses, pose", "attempts_pose", 1, ".2f"),
+    ("motion s, joints", "duration_joints", 1, ".2f"),
+    ("motion s, pose", "duration_pose", 1, ".2f"),
+)
+"""Heading, entry of the summary, factor and format of each."""
+
+
 def table(pairs: Sequence[Pair]) -> str:
-    names = list(dict.fromkeys(pair.set for pair in pairs))
     lines = [
-        "| set | problems | verified, joints | verified, pose | CPU ms, joints | CPU ms, pose | ratio "
-        "| goal search ms | first guesses, joints | first guesses, pose | motion s, joints | motion s, pose |",
-        "|---" * 12 + "|",
+        "| set | " + " | ".join(heading for heading, *_ in COLUMNS) + " |",
+        "|---" * (len(COLUMNS) + 1) + "|",
     ]
-    for name, some in [*((name, [pair for pair in pairs if pair.set == name]) for name in names), ("all", pairs)]:
-        row = summary(some)
-        lines.append(
-            f"| {name} | {row['problems']} | {row['verified_joints']} | {row['verified_pose']} "
-            f"| {1e3 * row['cpu_joints']:.1f} | {1e3 * row['cpu_pose']:.1f} | {row['cpu_pose'] / row['cpu_joints']:.2f} "
-            f"| {1e3 * row['goal_search']:.1f} | {row['attempts_joints']:.2f} | {row['attempts_pose']:.2f} "
-            f"| {row['duration_joints']:.2f} | {row['duration_pose']:.2f} |"
-        )
+    for name in [*dict.fromkeys(pair.set for pair in pairs), "all"]:
+        row = summary([pair for pair in pairs if name in (pair.set, "all")])
+        cells = (format(row[entry] * factor, style) for _, entry, factor, style in COLUMNS)
+        lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -115,6 +125,8 @@ def summary(pairs: Sequence[Pair]) -> dict[str, float]:
         "verified_pose": sum(pair.pose.verified for pair in pairs),
         "cpu_joints": middle(lambda pair: pair.joints.cpu_seconds, pairs),
         "cpu_pose": middle(lambda pair: pair.pose.cpu_seconds, pairs),
+        "cpu_ratio": middle(lambda pair: pair.pose.cpu_seconds, pairs)
+        / middle(lambda pair: pair.joints.cpu_seconds, pairs),
         "goal_search": middle(lambda pair: pair.pose.seed_seconds, pairs),
         "attempts_joints": float(np.mean([pair.joints.attempts for pair in pairs])),
         "attempts_pose": float(np.mean([pair.pose.attempts for pair in pairs])),

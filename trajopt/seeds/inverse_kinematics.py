@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
+from trajopt.arrays import Floats, Ints
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, Query, query_of
@@ -23,8 +23,7 @@ class GoalCandidates:
     """What the search found.
 
     Attributes:
-        free: Configurations that hold the goal and touch nothing, nearest to the start first; those
-            that keep the scene's margins come before those that do not.
+        free: Configurations that hold the goal and touch nothing, nearest to the start first.
         colliding: How many hold the goal but collide.
         blocking: The pair of owners that blocks the nearest colliding one, and its depth [m].
         nearest_miss: Smallest violation of the goal where none holds it [m and rad].
@@ -58,18 +57,14 @@ def goal_candidates(
     ended = projection(_starts(reduced, rng, starts))
     found = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
     found = _distinct(_by_travel(reduced, found))
-    depth, pair, clear = _contact(query, found)
-    free = depth <= 0.0
-    order = [*np.flatnonzero(free & clear), *np.flatnonzero(free & ~clear)]
+    depth, pair = _deepest(query, found)
+    collides = depth > 0.0
     blocking: tuple[str, str, float] | None = None
-    if not free.all():
-        nearest = int(np.argmin(free))
+    if collides.any():
+        nearest = int(np.argmax(collides))
         blocking = (*reduced.owners(int(pair[nearest])), float(depth[nearest]))
     return GoalCandidates(
-        tuple(found[place] for place in order),
-        int((~free).sum()),
-        blocking,
-        float(ended.violation.min()),
+        tuple(found[~collides]), int(collides.sum()), blocking, float(ended.violation.min())
     )
 
 
@@ -90,10 +85,11 @@ def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats)
         dtype=np.float64,
     )
     turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning)
-    if len(found) == 0:
-        return found
-    holds = projection.violation(turned) == 0.0
-    return np.where(holds[:, None], turned, found)
+    moved = np.flatnonzero((turned != found).any(axis=1))
+    if len(moved) > 0:
+        broken = moved[projection.violation(turned[moved]) > 0.0]
+        turned[broken] = found[broken]
+    return turned
 
 
 def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
@@ -104,34 +100,25 @@ def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
 
 def _distinct(found: Floats) -> Floats:
     """Keep the first of those that are the same."""
-    same = (np.abs(found[:, None] - found) < SAME).all(axis=2)
+    apart = np.abs(found[:, None] - found).max(axis=2, initial=0.0)
     kept: list[int] = []
     for place in range(len(found)):
-        if not same[place, kept].any():
+        if not (apart[place, kept] < SAME).any():
             kept.append(place)
     return found[kept]
 
 
-def _contact(query: Query, found: Floats) -> tuple[Floats, Floats, Bools]:
-    """Measure the deepest contact that is not meant at the end of the motion.
-
-    Returns:
-        Depth [m], negative if there is none, its pair, and whether all margins are kept; each (k,).
-    """
+def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
+    """Return the depth of the deepest contact that is not meant [m] (0: none) and its pair; both (k,)."""
     pairs = query.reduced.pairs
-    accepted = np.zeros(len(pairs.margin))
+    meant = np.zeros(len(pairs.margin))
     for pair, allowance in pairs.allowances:
         if allowance.last > 0.0:
-            accepted[pair] = max(accepted[pair], allowance.depth)
-    if len(found)==0:
-        return np.empty(0), np.empty(0), np.empty(0, dtype=np.bool_)
-    contacts = query.near(found, np.maximum(pairs.margin, 0.0))
-    depth, worst = np.full(len(found), -np.inf), np.zeros(len(found))
-    clear = np.ones(len(found), dtype=np.bool_)
-    for sample, pair, distance in zip(contacts.sample.tolist(), contacts.pair.tolist(), contacts.distance.tolist(), strict=True):
-        if distance + accepted[pair] > 0.0:
-            clear[sample] &= accepted[pair] > 0.0
-        elif -distance > depth[sample]:
-            depth[sample], worst[sample] = -distance, pair
-            clear[sample] = False
-    return depth, worst, clear
+            meant[pair] = max(meant[pair], allowance.depth)
+    contacts = query.near(found, np.zeros(len(pairs.margin)))
+    depth, worst = np.zeros(len(found)), np.zeros(len(found), dtype=np.int64)
+    for place in np.flatnonzero(contacts.distance < -meant[contacts.pair]):
+        sample = contacts.sample[place]
+        if -contacts.distance[place] > depth[sample]:
+            depth[sample], worst[sample] = -contacts.distance[place], contacts.pair[place]
+    return depth, worst

@@ -18,14 +18,16 @@ from trajopt.terms import Constraint, constrain
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 
-STEPS = 15
-"""Steps from each start at most; more find few further solutions."""
+STEPS = 12
+"""Steps from each start; three more find a twentieth more solutions."""
+MOST_STEPS = 40
+"""Steps while no start has led to a solution."""
 AIM = 0.5
 """Share of each tolerance that the search keeps in hand, so that it ends inside what is accepted."""
 NARROW = 1e-2
 """Components whose bounds are nearer to each other than this aim at the middle, always [m | rad]."""
 DAMPING = 0.03
-"""Damping by squared error; 0.01 to 0.1 make little difference, 0.5 and 0.001 find a third less."""
+"""Damping by squared error; 0.01 to 0.1 find as much, 0.5 and 0.001 a third less."""
 LEAST_DAMPING = 1e-8
 """Damping where nothing is violated any more; keeps the normal equations regular."""
 
@@ -74,6 +76,7 @@ class _Asked:
 
     @staticmethod
     def of(accepted: Constraint, aim: Constraint) -> "_Asked":
+        """Aim inside given bounds, at their middle where they are narrow."""
         narrow = aim.upper - aim.lower <= NARROW
         half = 0.5 * (aim.upper - aim.lower)[narrow]
         lower, upper = aim.lower.copy(), aim.upper.copy()
@@ -131,12 +134,13 @@ class Projection:
         positions = np.clip(begin, limits.lower, limits.upper)
         violation = np.full(len(begin), np.inf)
         searching = np.arange(len(begin))
-        for count in range(STEPS + 1):
+        for count in range(MOST_STEPS + 1):
             at = self._linearise(positions[searching])
             violation[searching] = at.violation
             going = at.violation > 0.0
             searching = searching[going]
-            if count == STEPS or len(searching) == 0:
+            enough = count >= STEPS and len(searching) < len(begin)
+            if enough or count == MOST_STEPS or len(searching) == 0:
                 break
             now = positions[searching]
             step = self._step(now, at.error[going], at.jacobian[going])
@@ -164,10 +168,15 @@ class Projection:
 
     def _linearise(self, positions: Floats) -> _Linearised:
         motion = Motion.each(positions, self._query)
-        parts = [asked.linearise(motion) for asked in self._asked]
         samples, n = positions.shape
-        return _Linearised(
-            np.concatenate([np.empty((samples, 0)), *(part.error for part in parts)], axis=1),
-            np.concatenate([np.empty((samples, 0, n)), *(part.jacobian for part in parts)], axis=1),
-            np.sum([np.zeros(samples), *(part.violation for part in parts)], axis=0),
+        errors, jacobians, violation = (
+            [np.empty((samples, 0))],
+            [np.empty((samples, 0, n))],
+            np.zeros(samples),
         )
+        for asked in self._asked:
+            part = asked.linearise(motion)
+            errors.append(part.error)
+            jacobians.append(part.jacobian)
+            violation += part.violation
+        return _Linearised(np.concatenate(errors, axis=1), np.concatenate(jacobians, axis=1), violation)
