@@ -158,9 +158,10 @@ class Projection:
         slope = (transposed @ error[:, :, None])[:, :, 0]
         damping = DAMPING * np.einsum("sd,sd->s", error, error) + LEAST_DAMPING
         free = ~self._pressed(positions, slope)
-        normal = (transposed @ jacobian) * (free[:, :, None] & free[:, None, :])
+        normal: Floats = np.where(free[:, :, None] & free[:, None, :], transposed @ jacobian, 0.0)
         normal += damping[:, None, None] * np.eye(n)
-        return -np.linalg.solve(normal, (slope * free)[:, :, None])[:, :, 0]
+        downhill: Floats = np.where(free, -slope, 0.0)
+        return np.asarray(np.linalg.solve(normal, downhill[:, :, None])[:, :, 0], dtype=np.float64)
 
     def _pressed(self, positions: Floats, slope: Floats) -> Bools:
         limits = self._limits
