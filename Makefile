@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all check bench bench-scaling bench-micro bench-peers clean
+.PHONY: demo test test-all check bench bench-scaling bench-micro bench-poses bench-peers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -30,6 +30,9 @@ bench: $(STAMP)
 
 bench-scaling: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.scaling --page benchmarks/README.md
+
+bench-poses: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.pose_goals $(DATA) --page benchmarks/README.md
 
 bench-micro: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.micro --page benchmarks/README.md

@@ -1,9 +1,9 @@
 """What a goal costs that is a pose of the hand in place of joint positions: the same problems, both ways.
 
+python -m benchmarks.pose_goals DATA [--each 50] [--json FILE] [--page FILE]
+
 Each joint goal of MotionBenchMaker's Panda sets is planned as it stands, and as the placement that the
 hand's frame has there. Both start from files read anew, so that no scene has been planned in before.
-
-    OMP_NUM_THREADS=1 python benchmarks/pose_goals.py path/to/motionbenchmaker/panda
 """
 
 import argparse
@@ -17,12 +17,12 @@ from typing import cast
 import numpy as np
 
 import trajopt as to
+from benchmarks.page import table, write_section
 from trajopt.benchmark import UNASKABLE, Instance, find_instances
 from trajopt.moveit import read_request, read_scene
 from trajopt.transcription import fixed_goal
 
 FRAME = "panda_hand"
-RESULTS = Path(__file__).parent / "results" / "pose_goals.json"
 
 
 @dataclass(frozen=True)
@@ -100,16 +100,13 @@ COLUMNS = (
 """Heading, entry of the summary, factor and format of each."""
 
 
-def table(pairs: Sequence[Pair]) -> str:
-    lines = [
-        "| set | " + " | ".join(heading for heading, *_ in COLUMNS) + " |",
-        "|---" * (len(COLUMNS) + 1) + "|",
-    ]
+def sums(pairs: Sequence[Pair]) -> str:
+    """Return the table: a row for each set and one for all."""
+    rows: list[list[str]] = []
     for name in [*dict.fromkeys(pair.set for pair in pairs), "all"]:
         row = summary([pair for pair in pairs if name in (pair.set, "all")])
-        cells = (format(row[entry] * factor, style) for _, entry, factor, style in COLUMNS)
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
+        rows.append([name, *(format(row[entry] * factor, style) for _, entry, factor, style in COLUMNS)])
+    return table(["set", *(heading for heading, *_ in COLUMNS)], rows)
 
 
 def summary(pairs: Sequence[Pair]) -> dict[str, float]:
@@ -136,22 +133,26 @@ def summary(pairs: Sequence[Pair]) -> dict[str, float]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("data", type=Path, metavar="DATA", help="folder of <set>/sceneNNNN.yaml and requests")
-    parser.add_argument("--each", type=int, default=10, help="problems of each set (default 10)")
-    parser.add_argument("--out", type=Path, default=RESULTS, help="where the JSON goes")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("data", type=Path, metavar="DATA", help="folder with panda/<set>/sceneNNNN.yaml")
+    parser.add_argument("--each", type=int, default=50, help="problems of each set")
+    parser.add_argument("--json", type=Path, default=Path("benchmarks/results/pose_goals.json"))
+    parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     given = parser.parse_args()
     robot = to.load("panda")
-    instances = find_instances(given.data, limit=given.each)
+    instances = find_instances(given.data / "panda", limit=given.each)
     compare(robot, instances[0])  # imports what is imported late
     pairs = [pair for instance in instances for pair in [compare(robot, instance)] if pair is not None]
-    print(table(pairs))
+    text = sums(pairs)
+    print(text)
     for pair in pairs:
         if not pair.pose.verified:
             print(f"  {pair.set} {pair.index}: joints {pair.joints.status}, pose {pair.pose.status}")
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    document = {"summary": summary(pairs), "problems": [asdict(pair) for pair in pairs]}
-    given.out.write_text(json.dumps(document, indent=1) + "\n")
+    given.json.parent.mkdir(parents=True, exist_ok=True)
+    lines = ",\n".join(json.dumps(asdict(pair)) for pair in pairs)
+    given.json.write_text(f'{{"summary": {json.dumps(summary(pairs))},\n"problems": [\n{lines}\n]}}\n')
+    if given.page is not None:
+        write_section(given.page, "pose_goals", text)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from trajopt.result import Status
 from trajopt.terms import Window, constraint
 from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
+from trajopt.terms.residual import END
 from trajopt.verify import Evidence
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
@@ -225,3 +226,18 @@ def test_a_constraint_in_user_code_is_held_and_sampled(arm: to.Robot) -> None:
     certificate = to.plan(whole).require().certificate
     (check,) = (check for check in certificate.checks if "height of the tip" in check.name + check.subject)
     assert check.holds and check.evidence is Evidence.SAMPLED
+
+
+def test_a_goal_configuration_is_free_where_a_constraint_of_the_user_speaks_of_the_end(arm: to.Robot) -> None:
+    """The goal search does not know it: only the program can move the end to where it holds."""
+    scene = to.Scene(arm)
+    where = scene.placement_of("tip", arm.positions(GOAL))
+    wide = to.frame_placement("tip", where, position_tolerance=0.1, rotation_tolerance=np.inf)
+    heights = [where.translation[2] + share for share in (-0.06, 0.06)]
+    for height in heights:
+        at_end = constraint(
+            TipHeight(problem(scene).reduced), lower=height - 0.01, upper=height + 0.01, window=END
+        )
+        plan = to.plan(problem(scene, goal=wide, constraints=[at_end])).require()
+        end = plan.problem.reduced.all_positions(plan.path.knots[-1])
+        assert abs(scene.placement_of("tip", end).translation[2] - height) < 0.012

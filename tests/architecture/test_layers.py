@@ -36,7 +36,7 @@ ONLY_IN = {
     "matplotlib": {"view"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "placo": {"seeds"},
+    "placo": set(),
     "toppra": set(),
 }
 """Packages that only some rooms may import."""

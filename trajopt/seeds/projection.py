@@ -22,7 +22,7 @@ STEPS = 12
 """Steps from each start; three more find a twentieth more solutions."""
 MOST_STEPS = 40
 """Steps while no start has led to a solution."""
-AIM = 0.5
+AIM = 0.2
 """Share of each tolerance that the search keeps in hand, so that it ends inside what is accepted."""
 NARROW = 1e-2
 """Components whose bounds are nearer to each other than this aim at the middle, always [m | rad]."""
