@@ -14,6 +14,8 @@ from trajopt.seeds.straight import nearest_turn
 
 STARTS = 64
 """Configurations that the search starts from; twice as many cost a third more time."""
+WAVES = 3
+"""How often as many starts are drawn at most, while no solution is free."""
 SAME = 1e-2
 """Solutions nearer to each other than this in every joint are one [rad | m]."""
 
@@ -50,22 +52,28 @@ def goal_candidates(
         goals: What must hold.
         rng: Draws the starts after the first, which is the start configuration.
         counts: Takes the work done.
-        starts: How many starts to search from.
+        starts: How many starts to search from at once.
     """
     query = query_of(reduced, counts)
     projection = Projection(reduced, goals, query)
-    ended = projection(_starts(reduced, rng, starts))
-    found = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
-    found = _distinct(_by_travel(reduced, found))
-    depth, pair = _deepest(query, found)
+    begin = _starts(reduced, rng, WAVES * starts)
+    found = np.empty((0, begin.shape[1]))
+    nearest_miss = np.inf
+    depth, pair = np.empty(0), np.empty(0, dtype=np.int64)
+    for wave in range(WAVES):
+        ended = projection(begin[wave * starts : (wave + 1) * starts])
+        nearest_miss = min(nearest_miss, float(ended.violation.min()))
+        new = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
+        found = _distinct(_by_travel(reduced, np.concatenate((found, new))))
+        depth, pair = _deepest(query, found)
+        if (depth == 0.0).any():
+            break
     collides = depth > 0.0
     blocking: tuple[str, str, float] | None = None
     if collides.any():
         nearest = int(np.argmax(collides))
         blocking = (*reduced.owners(int(pair[nearest])), float(depth[nearest]))
-    return GoalCandidates(
-        tuple(found[~collides]), int(collides.sum()), blocking, float(ended.violation.min())
-    )
+    return GoalCandidates(tuple(found[~collides]), int(collides.sum()), blocking, nearest_miss)
 
 
 def _starts(reduced: ReducedModel, rng: np.random.Generator, count: int) -> Floats:
