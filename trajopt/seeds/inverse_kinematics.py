@@ -9,7 +9,7 @@ from trajopt.arrays import Floats, Ints
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, Query, query_of
-from trajopt.seeds.projection import Projection
+from trajopt.seeds.projection import Projection, turning_joints
 from trajopt.seeds.straight import nearest_turn
 
 STARTS = 64
@@ -87,12 +87,7 @@ def _starts(reduced: ReducedModel, rng: np.random.Generator, count: int) -> Floa
 
 def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats) -> Floats:
     """Turn joints by whole turns towards the start, where the goals do not fix the turn."""
-    model = reduced.model
-    turning = np.array(
-        ["JointModelR" in model.joints[model.getJointId(name)].shortname() for name in reduced.joint_names],
-        dtype=np.float64,
-    )
-    turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning)
+    turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning_joints(reduced))
     moved = np.flatnonzero((turned != found).any(axis=1))
     if len(moved) > 0:
         broken = moved[projection.violation(turned[moved]) > 0.0]

@@ -30,6 +30,14 @@ DAMPING = 0.03
 """Damping by squared error; 0.01 to 0.1 find as much, 0.5 and 0.001 a third less."""
 LEAST_DAMPING = 1e-8
 """Damping where nothing is violated any more; keeps the normal equations regular."""
+GAP = 0.1
+"""Joints that turn all the way but for this pass from one limit to the other [rad]."""
+
+
+def turning_joints(reduced: ReducedModel) -> Floats:
+    """Return 1 for each joint of the group that turns and 0 for each that slides, shape (n,)."""
+    joints = (reduced.model.joints[reduced.model.getJointId(name)] for name in reduced.joint_names)
+    return np.array(["JointModelR" in joint.shortname() for joint in joints], dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +120,9 @@ class Projection:
         """
         self._query = query
         self._limits: JointLimits = reduced.limits
+        self._turn = 2.0 * np.pi * turning_joints(reduced)
+        span = reduced.limits.upper - reduced.limits.lower
+        self._passes = (self._turn > 0.0) & (span > 2.0 * np.pi - GAP)
         self._asked = [
             _Asked.of(accepted, aim)
             for goal in goals
@@ -144,7 +155,7 @@ class Projection:
                 break
             now = positions[searching]
             step = self._step(now, at.error[going], at.jacobian[going])
-            positions[searching] = np.clip(now + step, limits.lower, limits.upper)
+            positions[searching] = self._inside(now + step)
         return Projected(positions, violation)
 
     def violation(self, positions: Floats) -> Floats:
@@ -163,9 +174,17 @@ class Projection:
         downhill: Floats = np.where(free, -slope, 0.0)
         return np.asarray(np.linalg.solve(normal, downhill[:, :, None])[:, :, 0], dtype=np.float64)
 
+    def _inside(self, positions: Floats) -> Floats:
+        """Move what is beyond a limit to the limit, or on from the other one if that is a turn away."""
+        limits = self._limits
+        beyond = (positions > limits.upper) * 1.0 - (positions < limits.lower)
+        turned = np.where(self._passes, positions - beyond * self._turn, positions)
+        return np.clip(turned, limits.lower, limits.upper)
+
     def _pressed(self, positions: Floats, slope: Floats) -> Bools:
         limits = self._limits
-        return ((positions <= limits.lower) & (slope > 0.0)) | ((positions >= limits.upper) & (slope < 0.0))
+        low, high = positions <= limits.lower, positions >= limits.upper
+        return ~self._passes & ((low & (slope > 0.0)) | (high & (slope < 0.0)))
 
     def _linearise(self, positions: Floats) -> _Linearised:
         motion = Motion.each(positions, self._query)
