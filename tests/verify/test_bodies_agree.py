@@ -88,7 +88,8 @@ def test_distances(tmp_path: Path, first: Shape, second: Shape) -> None:
         assert (found > 0.0) == (oracle > 0.0)
         assert native.distances.enclosed(poses, 0).tolist() == plain.distances.enclosed(poses, 0).tolist()
         deep, sure = (float(own.distances.search_depths(poses, cell, pair)[0]) for own in (native, plain))
-        assert deep == pytest.approx(sure, abs=1e-9)
+        # Both halve their spread where nothing improves, which the last bit may decide.
+        assert deep == pytest.approx(sure, abs=1e-7)
         if not isinstance(first, Plane) and not isinstance(second, Plane):
             hulls = [float(own.distances.measure_hulls(poses, cell, pair)[0]) for own in (native, plain)]
             assert hulls[0] == pytest.approx(hulls[1], abs=2e-6 if hulls[1] > 0.0 else 1e-4)
