@@ -40,7 +40,7 @@ bench-micro: $(STAMP)
 # Side by side with other planners, each in an environment of its own below out/peers; about 20 minutes of one
 # core. OPTIONS: those of benchmarks/peers/compare.py, such as --limit 2.
 bench-peers: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python benchmarks/peers/compare.py --data $(DATA)/panda \
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.peers.compare --data $(DATA)/panda \
 	  --page benchmarks/README.md $(OPTIONS)
 
 $(VENV)/bin/python:

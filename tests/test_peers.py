@@ -1,6 +1,5 @@
 """What the comparison exports for other planners is the same robot."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -8,16 +7,12 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
+from benchmarks.peers.export import Asked, write_problems
 from trajopt.benchmark import Instance
 from trajopt.verify import Judge
 
-PEERS = Path(__file__).parent.parent / "benchmarks" / "peers"
 
-
-def test_exported_robot_keeps_its_distances(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "path", [str(PEERS), *sys.path])
-    from export import Asked, write_problems
-
+def test_exported_robot_keeps_its_distances(tmp_path: Path) -> None:
     try:
         panda = to.load("panda")
     except to.MissingExtra as error:

@@ -1,6 +1,6 @@
 """Compare trajopt with other planners, side by side, in one run on one core.
 
-    python benchmarks/peers/compare.py --data path/to/motionbenchmaker/panda
+    python -m benchmarks.peers.compare --data path/to/motionbenchmaker/panda
 
 Each planner runs in an environment of its own, made below `out/peers`, one process at a time. All of
 them get the same problems, geometry and limits, and what they return is judged by trajopt's judge.
@@ -13,12 +13,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from environments import HERE, Peer, prepare, run, versions
-from export import Asked, read_asked, write_problems
-from judging import judge_result
-from report import REFERENCE, compact, section, summary, tables, write_section
-
 import trajopt as to
+from benchmarks.page import write_section
+from benchmarks.peers.environments import HERE, Peer, prepare, run, versions
+from benchmarks.peers.export import Asked, read_asked, write_problems
+from benchmarks.peers.judging import judge_result
+from benchmarks.peers.report import REFERENCE, compact, section, summary, tables
 from trajopt.benchmark import find_instances
 from trajopt.store import write_json
 
@@ -129,7 +129,7 @@ def main() -> None:
     lines = [compact(peer.label, line) for peer, some in zip(chosen, records, strict=True) for line in some]
     (options.results / "peers.jsonl").write_text("".join(line + "\n" for line in lines))
     if options.page is not None:
-        write_section(options.page, section(document))
+        write_section(options.page, "peers", section(document))
 
 
 def _judged(

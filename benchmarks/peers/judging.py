@@ -4,8 +4,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from export import Asked
 
+from benchmarks.peers.export import Asked
 from trajopt.trajectory import Trajectory
 from trajopt.verify import Certificate, Judge, VerifyOptions
 

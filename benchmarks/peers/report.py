@@ -2,13 +2,11 @@
 
 import json
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 Record = dict[str, Any]
-BEGIN, END = "<!-- peers:begin -->", "<!-- peers:end -->"
 REFERENCE = "trajopt"
 SHARES = {
     "claimed": ("claimed",),
@@ -179,16 +177,3 @@ def _rounded(value: Any) -> Any:
             return float(f"{value:.5g}")
         case _:
             return value
-
-
-def write_section(page: Path, text: str) -> None:
-    """Put a section between its marks.
-
-    Raises:
-        ValueError: If the page does not have the marks.
-    """
-    before, begin, rest = page.read_text().partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{page} has no {BEGIN} ... {END}")
-    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}")
