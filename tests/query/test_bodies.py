@@ -160,3 +160,15 @@ def test_a_foreign_object_is_refused(tmp_path: Path) -> None:
             half=none, first=np.empty(0, dtype=np.int64), second=np.empty(0, dtype=np.int64),
             accuracy=(1e-9, 1e-6, 1e-4),
         )  # fmt: skip
+
+
+def test_arrays_of_the_wrong_shape_are_refused(tmp_path: Path) -> None:
+    query = CompiledQuery(world(tmp_path, SHAPES["box"], np.random.default_rng(0)))
+    reach = np.full(len(query.reduced.pairs.margin), 0.1)
+    with pytest.raises(ValueError, match="one position for each joint"):
+        query.near(np.zeros((2, 3)), reach)
+    with pytest.raises(ValueError, match="one reach for each pair"):
+        query.near(np.zeros((2, 4)), reach[:-1])
+    with pytest.raises(ValueError, match="as many ends as starts"):
+        query.displacement(np.zeros((2, 4)), np.zeros((3, 4)))
+    assert len(query.near(np.zeros((0, 4)), reach).distance) == 0

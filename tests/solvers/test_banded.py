@@ -199,3 +199,16 @@ def test_band_is_chosen_where_rows_are_local_and_not_where_they_are_wide(joints:
             wide.moves, wide.at, 5.0, np.where(wide.moves, wide.lower, 0), np.where(wide.moves, wide.upper, 0)
         )
     )
+
+
+def test_arrays_of_the_wrong_shape_are_refused() -> None:
+    from trajopt.native import banded
+
+    program = banded.Program(2, np.ones(6, dtype=bool))
+    rows = np.zeros(1), np.ones((1, 2, 2)), np.array([[0, 3]])
+    with pytest.raises(ValueError, match="known knots"):
+        program.add_squared(*rows, np.ones(1))
+    with pytest.raises(ValueError, match="one weight for each row"):
+        program.add_squared(rows[0], rows[1], np.array([[0, 1]]), np.ones(2))
+    with pytest.raises(ValueError, match="two bounds for each variable"):
+        program.solve(np.zeros(5), np.ones(6), 1e-9, 1e-6, 10)

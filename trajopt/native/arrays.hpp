@@ -19,6 +19,11 @@ using Block = nb::ndarray<const T, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 template <class T>
 using Numpy = nb::ndarray<nb::numpy, T>;
 
+// What is read in place must be as long as the loops believe.
+inline void expect(bool holds, const char* what) {
+  if (!holds) throw nb::value_error(what);
+}
+
 // Hand a vector to Python as an array of a shape.
 template <class T>
 Numpy<T> hand_over(std::vector<T> values, std::initializer_list<size_t> shape) {

@@ -1,5 +1,5 @@
 // Binding of the structured quadratic program.
-#include <cmath>
+#include <algorithm>
 
 #include "../arrays.hpp"
 #include "interior_point.hpp"
@@ -7,11 +7,19 @@
 namespace nb = nanobind;
 using namespace nb::literals;
 using namespace banded;
-using arrays::Block, arrays::hand_over, arrays::Matrix, arrays::Vector;
+using arrays::Block, arrays::expect, arrays::hand_over, arrays::Matrix, arrays::Vector;
 
 namespace {
 
-Stencils stencils(const Vector<double>& value, const Block<double>& jacobian, const Matrix<std::int64_t>& knots) {
+Stencils stencils(const Program& program, const Vector<double>& value, const Block<double>& jacobian,
+                  const Matrix<std::int64_t>& knots) {
+  const size_t rows = jacobian.shape(0);
+  expect(value.shape(0) == rows && knots.shape(0) == rows && knots.shape(1) == jacobian.shape(1),
+         "as many values and stencils as rows");
+  expect(static_cast<int>(jacobian.shape(2)) == program.joints(), "one derivative for each joint");
+  const auto* first = knots.data();
+  const auto* end = first + rows * knots.shape(1);
+  expect(std::all_of(first, end, [&](auto knot) { return 0 <= knot && knot < program.knots(); }), "known knots");
   return {static_cast<int>(jacobian.shape(0)), static_cast<int>(jacobian.shape(1)),
           static_cast<int>(jacobian.shape(2)), value.data(), jacobian.data(), knots.data()};
 }
@@ -24,6 +32,7 @@ Program* make_program(int joints, const Vector<bool>& moves) {
 auto solve(Program& program, const Vector<double>& lower, const Vector<double>& upper, double regularisation,
            double accuracy, int max_iterations) {
   const auto& columns = program.columns();
+  expect(lower.shape(0) == columns.size() && upper.shape(0) == columns.size(), "two bounds for each variable");
   std::vector<double> low(program.size()), high(program.size()), step(columns.size(), 0.0);
   for (std::size_t variable = 0; variable < columns.size(); ++variable) {
     if (columns[variable] < 0) continue;
@@ -58,14 +67,18 @@ NB_MODULE(banded, m) {
       .def("add_squared",
            [](Program& program, const Vector<double>& value, const Block<double>& jacobian,
               const Matrix<std::int64_t>& knots, const Vector<double>& weight) {
-             program.add_squared(stencils(value, jacobian, knots), weight.data());
+             expect(weight.shape(0) == value.shape(0), "one weight for each row");
+             program.add_squared(stencils(program, value, jacobian, knots), weight.data());
            },
            "value"_a, "jacobian"_a, "knots"_a, "weight"_a)
       .def("add_excess",
            [](Program& program, const Vector<double>& value, const Block<double>& jacobian,
               const Matrix<std::int64_t>& knots, const Vector<double>& lower, const Vector<double>& upper,
               const Vector<double>& penalty) {
-             program.add_excess(stencils(value, jacobian, knots), lower.data(), upper.data(), penalty.data());
+             expect(lower.shape(0) == value.shape(0) && upper.shape(0) == value.shape(0) &&
+                        penalty.shape(0) == value.shape(0),
+                    "two bounds and a penalty for each row");
+             program.add_excess(stencils(program, value, jacobian, knots), lower.data(), upper.data(), penalty.data());
            },
            "value"_a, "jacobian"_a, "knots"_a, "lower"_a, "upper"_a, "penalty"_a)
       .def("solve", &solve, "lower"_a, "upper"_a, "regularisation"_a, "accuracy"_a, "max_iterations"_a)

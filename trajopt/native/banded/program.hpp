@@ -33,6 +33,8 @@ class Program {
   // Put the squares together; rows may no longer be added.
   void assemble(double regularisation);
 
+  int joints() const { return joints_; }
+  int knots() const { return static_cast<int>(column_.size()) / joints_; }
   int size() const { return size_; }
   int bandwidth() const { return bandwidth_; }
   const std::vector<int>& columns() const { return column_; }

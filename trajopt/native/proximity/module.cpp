@@ -12,7 +12,7 @@ namespace nb = nanobind;
 namespace bp = boost::python;
 using namespace nb::literals;
 using namespace proximity;
-using arrays::Block, arrays::hand_over, arrays::Matrix, arrays::Numpy, arrays::Vector;
+using arrays::Block, arrays::expect, arrays::hand_over, arrays::Matrix, arrays::Numpy, arrays::Vector;
 
 namespace {
 
@@ -37,8 +37,14 @@ Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vec
   Robot robot(inside<const pinocchio::Model&>(model, "not a pinocchio model"),
               Eigen::Map<const RowMajor>(expand.data(), expand.shape(0), expand.shape(1)),
               Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.shape(0)));
+  const size_t count = nb::len(geometries);
+  expect(expand.shape(0) == offset.shape(0), "as many offsets as model joints");
+  expect(joint.shape(0) == count && rotation.shape(0) == count && translation.shape(0) == count &&
+             centre.shape(0) == count && half.shape(0) == count,
+         "as many joints, placements and boxes as geometries");
+  expect(first.shape(0) == second.shape(0), "two bodies for each pair");
   std::vector<Body> bodies;
-  for (size_t i = 0; i < nb::len(geometries); ++i) {
+  for (size_t i = 0; i < count; ++i) {
     const Vector3 box = vector_at(half, i);
     bodies.push_back({static_cast<int>(joint(i)), Eigen::Map<const Rotation>(rotation.data() + 9 * i),
                       vector_at(translation, i), vector_at(centre, i), box, box.norm(),
@@ -46,6 +52,7 @@ Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vec
   }
   std::vector<Pair> pairs;
   for (size_t i = 0; i < first.shape(0); ++i) {
+    expect(static_cast<size_t>(first(i)) < count && static_cast<size_t>(second(i)) < count, "pairs of known bodies");
     pairs.push_back({static_cast<int>(first(i)), static_cast<int>(second(i))});
   }
   const auto [gjk, epa, epa_again] = accuracy;
@@ -61,8 +68,14 @@ struct Query {
   Tracker tracker;
 };
 
+void expect_positions(const Query& query, const Matrix<double>& positions) {
+  expect(static_cast<int>(positions.shape(1)) == query.cell.robot.dofs(), "one position for each joint of the group");
+}
+
 // Rows of near pairs: sample, pair, distance, normal, point on the first body, on the second, Jacobian row.
 auto near(Query& query, const Matrix<double>& positions, const Vector<double>& reach) {
+  expect_positions(query, positions);
+  expect(reach.shape(0) == query.cell.pairs.size(), "one reach for each pair");
   NearPairs found;
   {
     nb::gil_scoped_release release;
@@ -79,6 +92,7 @@ auto near(Query& query, const Matrix<double>& positions, const Vector<double>& r
 
 // Rotations and translations of all joints, and the velocity of each at the world's origin at unit speed.
 auto placements(Query& query, const Matrix<double>& positions) {
+  expect_positions(query, positions);
   const Robot& robot = query.cell.robot;
   const size_t samples = positions.shape(0), joints = robot.joints(), columns = robot.model->nv;
   std::vector<double> rotation(samples * joints * 9), translation(samples * joints * 3);
@@ -107,6 +121,9 @@ auto placements(Query& query, const Matrix<double>& positions) {
 
 // The largest motion bound of any moving body between two configurations, for each two of many.
 Numpy<double> displacement(Query& query, const Matrix<double>& from, const Matrix<double>& to) {
+  expect_positions(query, from);
+  expect_positions(query, to);
+  expect(from.shape(0) == to.shape(0), "as many ends as starts");
   const Cell& cell = query.cell;
   const size_t samples = from.shape(0), dofs = from.shape(1);
   std::vector<double> largest(samples, 0.0);
