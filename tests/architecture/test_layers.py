@@ -11,7 +11,7 @@ PACKAGE = ROOT / "trajopt"
 LAYERS = {
     "errors": 0, "arrays": 0, "native": 0,
     "model": 1, "trajectory": 1, "nlp": 1,
-    "query": 2,
+    "query": 2, "symbolic": 2,
     "terms": 3, "solvers": 3,
     "problem": 4,
     "transcription": 5, "retime": 5, "verify": 5, "seeds": 5,
@@ -36,6 +36,7 @@ ONLY_IN = {
     "matplotlib": {"view"},
     "typer": {"cli"},
     "rich": {"cli"},
+    "casadi": {"symbolic", "terms", "transcription"},
     "placo": set(),
     "toppra": set(),
 }

@@ -20,6 +20,7 @@ from trajopt.model.requirements import RotationCoordinates
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.nlp import Rows
 from trajopt.query import Query, query_of
+from trajopt.terms.expression import Expression
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import Residual
 
@@ -92,6 +93,7 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
         for coordinates in RotationCoordinates
         for reference in ("world", "thing", "slide")
     ],
+    Expression: [lambda _: Expression("tip", lambda k: k.point("tip", (0.1, 0.0, 0.2), "slide"))],
     terms.AxisAngle: [tilt("world"), tilt("slide")],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }

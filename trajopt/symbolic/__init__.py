@@ -1,0 +1,3 @@
+"""Kinematics as CasADi expressions of the group's positions."""
+
+from trajopt.symbolic.kinematics import SymbolicKinematics as SymbolicKinematics

@@ -1,0 +1,67 @@
+"""A residual of one's own as a CasADi expression; its derivative is automatic."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import casadi as ca
+
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.model.reduced import ReducedModel
+from trajopt.nlp import Rows
+from trajopt.symbolic import SymbolicKinematics
+from trajopt.terms.motion import Motion
+
+Build = Callable[[SymbolicKinematics], ca.SX]
+"""Makes the expression, a scalar or a column, of the symbols in `SymbolicKinematics.q`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Expression:
+    """A function of the configuration, evaluated at every sample.
+
+    Attributes:
+        name: Shown in reports.
+        build: Makes the expression; called once for a robot among its surroundings.
+    """
+
+    name: str
+    build: Build
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples.
+
+        Raises:
+            ProblemError: If the expression is no column, or has symbols other than the positions.
+        """
+        value, jacobian = motion.query.reduced.derived(self._compiled)(motion.positions)
+        return motion.rows_of_all(value, jacobian)
+
+    def _compiled(self, reduced: ReducedModel) -> "_Compiled":
+        kinematics = SymbolicKinematics(reduced)
+        # What is fixed to the world may make it a plain number.
+        return _Compiled(self.name, kinematics.q, ca.SX(self.build(kinematics)))
+
+
+class _Compiled:
+    """An expression and its Jacobian as a CasADi function, mapped over any number of samples."""
+
+    def __init__(self, name: str, q: ca.SX, value: ca.SX) -> None:
+        if value.shape[1] != 1:
+            raise ProblemError(f"expression {name!r}: needs a scalar or a column, has shape {value.shape}")
+        strange = {str(symbol) for symbol in ca.symvar(value)} - {str(symbol) for symbol in ca.symvar(q)}
+        if strange:
+            raise ProblemError(f"expression {name!r}: has symbols of its own, {', '.join(sorted(strange))}")
+        self._rows = value.shape[0]
+        self._function = ca.Function("expression", [q], [value, ca.vec(ca.jacobian(value, q).T)])
+        self._mapped: dict[int, ca.Function] = {}
+
+    def __call__(self, positions: Floats) -> tuple[Floats, Floats]:
+        """Evaluate at configurations (S, n): values (S, d) and derivatives (S, d, n)."""
+        count, joints = positions.shape
+        if count == 0:
+            return positions[:, :0].reshape(0, self._rows), positions.reshape(0, self._rows, joints)
+        if count not in self._mapped:
+            self._mapped[count] = self._function.map(count)
+        value, slope = self._mapped[count](positions.T)
+        return value.full().T, slope.full().T.reshape(count, self._rows, joints)
