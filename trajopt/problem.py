@@ -8,12 +8,7 @@ from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ProblemNotFound
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import (
-    AxisAlignment,
-    FramePlacement,
-    JointPositions,
-    Requirement,
-)
+from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
 from trajopt.terms.residual import Constraint, Cost
 from trajopt.terms.smoothness import Acceleration, Velocity
@@ -116,14 +111,10 @@ class Problem:
         return tuple(item for item in self.constraints if isinstance(item, Requirement))
 
     def _check_names(self, item: Requirement | Constraint) -> None:
-        match item:
-            case JointPositions():
-                self.scene.robot.index(item.positions)
-            case FramePlacement() | AxisAlignment():
-                self.scene.holder(item.frame)
-                self.scene.holder(item.reference)
-            case _:
-                pass
+        if isinstance(item, Requirement):
+            self.scene.robot.index(item.joints)
+            for frame in item.frames:
+                self.scene.holder(frame)
 
     def __repr__(self) -> str:
         """Say in a few lines what is asked."""

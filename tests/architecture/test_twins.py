@@ -20,7 +20,9 @@ KINDS = [
 
 def test_there_are_some() -> None:
     assert len(KINDS) >= 3
-    assert set(Requirement.__subclasses__()) == set(KINDS), "a requirement lives in requirements.py"
+    assert set(Requirement.__subclasses__()) == set(KINDS), (
+        "a requirement lives in trajopt.model.requirements"
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

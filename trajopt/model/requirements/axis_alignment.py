@@ -1,0 +1,70 @@
+"""An axis of a frame along a direction."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, number
+from trajopt.errors import ShapeError
+from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of
+
+
+@dataclass(frozen=True, eq=False)
+class AxisAlignment(Requirement):
+    """An axis of a frame points along a direction, within a cone; spin about it is free.
+
+    Attributes:
+        frame: Link, tool frame or attached object.
+        axis: Unit vector in the frame, shape (3,).
+        direction: Unit vector in `reference`, shape (3,).
+        tolerance: Largest angle between the two [rad].
+        reference: "world", or the name of what the direction is relative to.
+    """
+
+    frame: str
+    axis: Floats
+    direction: Floats
+    tolerance: float
+    reference: str
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    def __repr__(self) -> str:
+        """Show frame, axis, direction and cone."""
+        return (
+            f"AxisAlignment(axis {self.axis.round(4).tolist()} of {self.frame!r} along "
+            f"{self.direction.round(4).tolist()} in {self.reference!r}, within "
+            f"{np.degrees(self.tolerance):.3g} deg)"
+        )
+
+
+def axis_alignment(
+    frame: str,
+    *,
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    direction: ArrayLike = (0.0, 0.0, 1.0),
+    tolerance: float,
+    reference: str = WORLD,
+) -> AxisAlignment:
+    """Keep an axis of a frame along a direction: `axis_alignment("cup", tolerance=0.1)` is upright.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        axis: Axis in the frame, shape (3,), any length but zero.
+        direction: Direction in `reference`, shape (3,), any length but zero.
+        tolerance: Largest angle between the two, in (0, pi) [rad].
+        reference: "world", or the name of what the direction is relative to.
+
+    Raises:
+        ShapeError: If a vector has no length or the tolerance is outside (0, pi).
+    """
+    angle = number("tolerance", tolerance)
+    if not 0.0 < angle < np.pi:
+        raise ShapeError("tolerance", f"must lie in (0, pi) rad, is {angle:g}")
+    return AxisAlignment(
+        frame, direction_of("axis", axis), direction_of("direction", direction), angle, reference
+    )

@@ -1,0 +1,107 @@
+"""A frame at a placement."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ProblemError, ShapeError
+from trajopt.model.placement import Placement
+from trajopt.model.requirements.requirement import WORLD, Requirement
+
+POSITION_TOLERANCE = 1e-4
+"""Default tolerance of a goal position, per axis [m]."""
+ROTATION_TOLERANCE = 1e-3
+"""Default tolerance of a goal orientation, per axis [rad]."""
+
+
+class RotationCoordinates(Enum):
+    """Which three numbers a rotation error is measured in (MoveIt's two parametrisations)."""
+
+    ROTATION_VECTOR = "rotation vector"
+    XYZ_EULER = "intrinsic x-y-z Euler angles"
+
+
+@dataclass(frozen=True, eq=False)
+class FramePlacement(Requirement):
+    """A frame at a placement, within a tolerance per axis.
+
+    The error is e = (R_goal^T (p - p_goal), rotation coordinates of R_goal^T R): position [m] and
+    rotation [rad] along the axes of the goal placement. |e_i| must not exceed its tolerance.
+
+    Attributes:
+        frame: Link or tool frame of the robot, or an attached object.
+        placement: Where it must be, seen from `reference`.
+        reference: "world", or a scene object or fixed link whose frame the placement is in.
+        position_tolerance: Per axis, shape (3,) [m]; inf leaves an axis free.
+        rotation_tolerance: Per axis, shape (3,) [rad]; inf leaves an axis free.
+        coordinates: How the rotation error is expressed.
+        offset: Point of the frame that is placed, in the frame, shape (3,) [m].
+    """
+
+    frame: str
+    placement: Placement
+    reference: str
+    position_tolerance: Floats
+    rotation_tolerance: Floats
+    coordinates: RotationCoordinates
+    offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    def __repr__(self) -> str:
+        """Show frame, placement, reference and tolerances."""
+        return (
+            f"FramePlacement({self.frame!r} at {self.placement} in {self.reference!r}, within "
+            f"{self.position_tolerance.tolist()} m and {self.rotation_tolerance.tolist()} rad)"
+        )
+
+
+def frame_placement(
+    frame: str,
+    placement: Placement,
+    *,
+    reference: str = WORLD,
+    position_tolerance: ArrayLike = POSITION_TOLERANCE,
+    rotation_tolerance: ArrayLike = ROTATION_TOLERANCE,
+    coordinates: RotationCoordinates = RotationCoordinates.ROTATION_VECTOR,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> FramePlacement:
+    """Require a frame at a placement: as a goal at the end, as a path constraint all the way.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        placement: Where it must be, seen from `reference`.
+        reference: "world", or the name of what the placement is relative to.
+        position_tolerance: One for all axes or one each [m]; inf leaves an axis free.
+        rotation_tolerance: One for all axes or one each [rad]; inf leaves an axis free.
+        coordinates: How the rotation error is expressed.
+        offset: Point of the frame that is placed, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If a tolerance is negative or every axis is free.
+    """
+
+    def three(name: str, value: ArrayLike) -> Floats:
+        try:
+            spread = np.broadcast_to(np.asarray(value, dtype=float), (3,))
+        except ValueError as error:
+            raise ShapeError(name, "needs one number or three") from error
+        array = floats(name, spread, (3,), infinite=True)
+        if (array < 0.0).any():
+            raise ProblemError(f"{name} is negative: {array.tolist()}")
+        return array
+
+    position = three("position_tolerance", position_tolerance)
+    rotation = three("rotation_tolerance", rotation_tolerance)
+    if np.isinf(position).all() and np.isinf(rotation).all():
+        raise ProblemError(f"frame_placement({frame!r}): every axis is free, nothing is required")
+    return FramePlacement(
+        frame, placement, reference, position, rotation, coordinates, floats("offset", offset, (3,))
+    )
