@@ -16,8 +16,13 @@ from trajopt.model.placement import placement as placement
 from trajopt.model.requirements import Requirement as Requirement
 from trajopt.model.requirements import RotationCoordinates as RotationCoordinates
 from trajopt.model.requirements import axis_alignment as axis_alignment
+from trajopt.model.requirements import distance_between as distance_between
 from trajopt.model.requirements import frame_placement as frame_placement
 from trajopt.model.requirements import joint_positions as joint_positions
+from trajopt.model.requirements import point_on_arc as point_on_arc
+from trajopt.model.requirements import point_on_line as point_on_line
+from trajopt.model.requirements import point_on_plane as point_on_plane
+from trajopt.model.requirements import position_in_region as position_in_region
 from trajopt.model.robot import FrameAttachment as FrameAttachment
 from trajopt.model.robot import Robot as Robot
 from trajopt.model.robot import load as load

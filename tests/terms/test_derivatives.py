@@ -83,6 +83,31 @@ def tilt(reference: str) -> Callable[[World], Residual]:
     return build
 
 
+def region(at: World) -> Residual:
+    union = [
+        (Box(0.2, 0.3, 0.4), to.placement((0.3, 0.1, 0.2), rpy=(0.1, 0.2, 0.3))),
+        (Sphere(0.1), to.placement((-0.2, 0.3, 0.4))),
+        (Cylinder(0.1, 0.3), to.placement((0.1, -0.3, 0.3), rpy=(0.5, 0, 0))),
+        (Plane(), to.placement((0, 0, -0.2), rpy=(0, 0.2, 0))),
+    ]
+    return terms.RegionCoordinates(
+        at.reduced, to.position_in_region("held", union, reference="slide", offset=(0.01, 0.02, 0.03))
+    )
+
+
+def arc(at: World) -> Residual:
+    circle = to.placement((0.1, 0.1, 0.2), rpy=(0.1, 0.2, 0.3))
+    required = to.point_on_arc("tip", circle, radius=0.2, tolerance=0.01, sweep=2.0, reference="thing")
+    return terms.ArcCoordinates(at.reduced, required)
+
+
+def apart(at: World) -> Residual:
+    required = to.distance_between(
+        "held", "slide", lower=0.1, upper=0.5, first_offset=(0, 0.1, 0), second_offset=(0, 0, 0.2)
+    )
+    return terms.PointDistance(at.reduced, required)
+
+
 FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.Velocity: [lambda _: terms.Velocity()],
     terms.Acceleration: [lambda _: terms.Acceleration()],
@@ -95,6 +120,9 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     ],
     Expression: [lambda _: Expression("tip", lambda k: k.point("tip", (0.1, 0.0, 0.2), "slide"))],
     terms.AxisAngle: [tilt("world"), tilt("slide")],
+    terms.RegionCoordinates: [region],
+    terms.ArcCoordinates: [arc],
+    terms.PointDistance: [apart],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 

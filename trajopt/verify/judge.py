@@ -8,7 +8,14 @@ from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.trajectory import Trajectory
-from trajopt.verify import axis_alignment, frame_placement, joint_positions
+from trajopt.verify import (
+    axis_alignment,
+    distance_between,
+    frame_placement,
+    joint_positions,
+    point_on_arc,
+    position_in_region,
+)
 from trajopt.verify.body import INSTALLED, Body
 from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.clearance import judge_clearance
@@ -23,7 +30,14 @@ from trajopt.verify.requirement import When, check_requirement
 from trajopt.verify.sampled import SampledCheck, sampled_check
 from trajopt.verify.workspace import workspace
 
-REQUIREMENT_MODULES = (joint_positions, frame_placement, axis_alignment)
+REQUIREMENT_MODULES = (
+    joint_positions,
+    frame_placement,
+    axis_alignment,
+    position_in_region,
+    point_on_arc,
+    distance_between,
+)
 """Modules that register the checks of built-in requirements when they are imported."""
 
 _DEFAULT = VerifyOptions()

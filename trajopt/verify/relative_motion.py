@@ -24,6 +24,7 @@ class RateBounds:
         shift: Distance of the point from its place in the middle [m].
         turn_rate: Angular speed [rad/s].
         turn_acceleration: Angular acceleration [rad/s^2].
+        point_rate: Speed of the point [m/s].
         point_acceleration: Acceleration of the point [m/s^2].
     """
 
@@ -31,6 +32,7 @@ class RateBounds:
     shift: Floats
     turn_rate: Floats
     turn_acceleration: Floats
+    point_rate: Floats
     point_acceleration: Floats
 
 
@@ -96,4 +98,4 @@ class RelativeMotion:
             velocity = velocity + w * radius
             turn_acceleration = turn_acceleration + a + rate * w
             rate, turn = rate + w, turn + moved[:, joint]
-        return RateBounds(turn, travel[:, -1], rate, turn_acceleration, acceleration)
+        return RateBounds(turn, travel[:, -1], rate, turn_acceleration, velocity, acceleration)

@@ -6,6 +6,8 @@ of their own, so that one can catch the other's mistakes.
 
 from trajopt.model.requirements.axis_alignment import AxisAlignment as AxisAlignment
 from trajopt.model.requirements.axis_alignment import axis_alignment as axis_alignment
+from trajopt.model.requirements.distance_between import DistanceBetween as DistanceBetween
+from trajopt.model.requirements.distance_between import distance_between as distance_between
 from trajopt.model.requirements.frame_placement import POSITION_TOLERANCE as POSITION_TOLERANCE
 from trajopt.model.requirements.frame_placement import ROTATION_TOLERANCE as ROTATION_TOLERANCE
 from trajopt.model.requirements.frame_placement import FramePlacement as FramePlacement
@@ -14,5 +16,13 @@ from trajopt.model.requirements.frame_placement import frame_placement as frame_
 from trajopt.model.requirements.joint_positions import JOINT_TOLERANCE as JOINT_TOLERANCE
 from trajopt.model.requirements.joint_positions import JointPositions as JointPositions
 from trajopt.model.requirements.joint_positions import joint_positions as joint_positions
+from trajopt.model.requirements.point_on_arc import PointOnArc as PointOnArc
+from trajopt.model.requirements.point_on_arc import point_on_arc as point_on_arc
+from trajopt.model.requirements.position_in_region import Member as Member
+from trajopt.model.requirements.position_in_region import PositionInRegion as PositionInRegion
+from trajopt.model.requirements.position_in_region import Region as Region
+from trajopt.model.requirements.position_in_region import point_on_line as point_on_line
+from trajopt.model.requirements.position_in_region import point_on_plane as point_on_plane
+from trajopt.model.requirements.position_in_region import position_in_region as position_in_region
 from trajopt.model.requirements.requirement import WORLD as WORLD
 from trajopt.model.requirements.requirement import Requirement as Requirement

@@ -1,0 +1,72 @@
+"""Two points of frames at a distance from each other."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ProblemError
+from trajopt.model.requirements.requirement import Requirement
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceBetween(Requirement):
+    """The distance between a point of one frame and a point of another lies between bounds.
+
+    Attributes:
+        first: Link, tool frame or object, or "world".
+        second: Another.
+        lower: Smallest distance, >= 0 [m].
+        upper: Largest distance, > lower [m]; inf for none.
+        first_offset: The point of the first frame, in it, shape (3,) [m].
+        second_offset: The point of the second frame, in it, shape (3,) [m].
+    """
+
+    first: str
+    second: str
+    lower: float
+    upper: float
+    first_offset: Floats
+    second_offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Both frames."""
+        return (self.first, self.second)
+
+    def __repr__(self) -> str:
+        """Show frames and bounds."""
+        return f"DistanceBetween({self.first!r} and {self.second!r}, in [{self.lower:g}, {self.upper:g}] m)"
+
+
+def distance_between(
+    first: str,
+    second: str,
+    *,
+    lower: float = 0.0,
+    upper: float = np.inf,
+    first_offset: ArrayLike = (0.0, 0.0, 0.0),
+    second_offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> DistanceBetween:
+    """Require the distance between two points of frames to lie between bounds.
+
+    Args:
+        first: Link, tool frame or object, or "world".
+        second: Another; both may move.
+        lower: Smallest distance, >= 0 [m].
+        upper: Largest distance [m]; inf for none.
+        first_offset: The point of the first frame, in its coordinates, shape (3,) [m].
+        second_offset: The point of the second frame, in its coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If the bounds are not 0 <= lower < upper, or nothing is bounded.
+    """
+    low, high = number("lower", lower), number("upper", upper, infinite=True)
+    if not 0.0 <= low < high:
+        raise ProblemError(f"distance_between: 0 <= lower < upper must hold, are {low:g} and {high:g}")
+    if low == 0.0 and np.isinf(high):
+        raise ProblemError(f"distance_between({first!r}, {second!r}): give a lower or an upper bound")
+    offsets = (floats("first_offset", first_offset, (3,)), floats("second_offset", second_offset, (3,)))
+    return DistanceBetween(first, second, low, high, *offsets)

@@ -1,0 +1,82 @@
+"""A point of a frame on a circle or an arc of one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ProblemError
+from trajopt.model.placement import Placement
+from trajopt.model.requirements.requirement import WORLD, Requirement, positive
+
+
+@dataclass(frozen=True, eq=False)
+class PointOnArc(Requirement):
+    """A point of a frame is within a distance of an arc.
+
+    Attributes:
+        frame: Link, tool frame or attached object.
+        centre: Placement of the circle in `reference`: about its z axis, the arc begins on its x
+            axis and turns towards y.
+        radius: Radius of the circle [m].
+        sweep: Angle of the arc, in (0, 2 pi] [rad].
+        tolerance: Largest distance from the arc [m].
+        reference: "world", or a scene object or link whose frame the circle is placed in.
+        offset: The point, in the frame, shape (3,) [m].
+    """
+
+    frame: str
+    centre: Placement
+    radius: float
+    sweep: float
+    tolerance: float
+    reference: str
+    offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    def __repr__(self) -> str:
+        """Show frame, circle, sweep and tolerance."""
+        return (
+            f"PointOnArc({self.frame!r} on radius {self.radius:g} m about {self.centre} in "
+            f"{self.reference!r}, {np.degrees(self.sweep):.4g} deg, within {self.tolerance:g} m)"
+        )
+
+
+def point_on_arc(
+    frame: str,
+    centre: Placement,
+    *,
+    radius: float,
+    tolerance: float,
+    sweep: float = 2.0 * np.pi,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> PointOnArc:
+    """Require a point of a frame on an arc.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        centre: Placement of the circle in `reference`: about its z axis, the arc begins on its x
+            axis and turns towards y.
+        radius: Radius of the circle [m].
+        tolerance: Largest distance from the arc, less than the radius [m].
+        sweep: Angle of the arc, in (0, 2 pi]; the whole circle unless told otherwise [rad].
+        reference: "world", or the name of what the circle is placed in; it may move.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If radius, tolerance or sweep is out of its range.
+    """
+    size, within = positive("radius", radius), positive("tolerance", tolerance)
+    if within >= size:
+        raise ProblemError(f"tolerance must be less than the radius {size:g}, is {within:g}")
+    angle = number("sweep", sweep)
+    if not 0.0 < angle <= 2.0 * np.pi:
+        raise ProblemError(f"sweep must lie in (0, 2 pi] rad, is {angle:g}")
+    return PointOnArc(frame, centre, size, angle, within, reference, floats("offset", offset, (3,)))

@@ -1,0 +1,150 @@
+"""A point of a frame inside a region: a shape, or a union of shapes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ProblemError
+from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
+from trajopt.model.shapes import LARGEST_SIZE, Box, Cylinder, Plane, Sphere
+
+Region = Box | Sphere | Cylinder | Plane
+"""Convex shapes that a point can be held in; `Plane` is the half-space below its plane z = 0."""
+
+Member = tuple[Region, Placement]
+"""A shape and its placement in the region's reference."""
+
+
+@dataclass(frozen=True, eq=False)
+class PositionInRegion(Requirement):
+    """A point of a frame is inside at least one of several convex shapes.
+
+    Attributes:
+        frame: Link, tool frame or attached object.
+        members: The shapes, each with its placement in `reference`.
+        reference: "world", or a scene object or link whose frame the shapes are placed in.
+        offset: The point, in the frame, shape (3,) [m].
+    """
+
+    frame: str
+    members: tuple[Member, ...]
+    reference: str
+    offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    def __repr__(self) -> str:
+        """Show frame, shapes and reference."""
+        inside = " or ".join(f"{shape} at {where}" for shape, where in self.members)
+        return f"PositionInRegion({self.frame!r} in {inside} in {self.reference!r})"
+
+
+def position_in_region(
+    frame: str,
+    region: Region | Sequence[Member],
+    placement: Placement | None = None,
+    *,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> PositionInRegion:
+    """Require a point of a frame to be inside a box, sphere, cylinder or half-space, or a union of such.
+
+    The program keeps the point inside the nearest member, chosen anew at every linearisation, and a
+    tenth of its size, at most 5 mm, from its surface: members that the point has to pass between
+    should overlap by more than that.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        region: One shape, or several with their placements.
+        placement: Of the whole region in `reference`; at its origin when None.
+        reference: "world", or the name of what the region is placed in; it may move.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ProblemError: If there is no shape, or one of another kind.
+        ShapeError: If a number is not usable.
+    """
+    given = [(region, IDENTITY)] if isinstance(region, Region) else list(region)
+    if not given:
+        raise ProblemError(f"position_in_region({frame!r}): the region has no shape")
+    for shape, _ in given:
+        if not isinstance(shape, Region):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise ProblemError(
+                f"position_in_region({frame!r}): {shape!r} is no Box, Sphere, Cylinder or Plane"
+            )
+    base = placement or IDENTITY
+    members = tuple((shape, base * where) for shape, where in given)
+    return PositionInRegion(frame, members, reference, floats("offset", offset, (3,)))
+
+
+def point_on_line(
+    frame: str,
+    through: ArrayLike,
+    direction: ArrayLike,
+    *,
+    tolerance: float,
+    length: float | None = None,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> PositionInRegion:
+    """Require a point of a frame on a line, or on a segment of it: a thin cylinder.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        through: A point of the line, the middle of a segment, in `reference`, shape (3,) [m].
+        direction: Of the line in `reference`, shape (3,), any length but zero.
+        tolerance: Largest distance from the line [m].
+        length: Of the segment [m]; the whole line (50 m of it) when None.
+        reference: "world", or the name of what the line is in.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable, or the direction has no length.
+        ProblemError: If the tolerance is not positive.
+    """
+    tube = Cylinder(positive("tolerance", tolerance), LARGEST_SIZE if length is None else length)
+    where = Placement(_upright(direction_of("direction", direction)), floats("through", through, (3,)))
+    return position_in_region(frame, tube, where, reference=reference, offset=offset)
+
+
+def point_on_plane(
+    frame: str,
+    through: ArrayLike,
+    normal: ArrayLike,
+    *,
+    tolerance: float,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> PositionInRegion:
+    """Require a point of a frame on a plane: a thin slab, 50 m wide.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        through: A point of the plane in `reference`, shape (3,) [m].
+        normal: Of the plane in `reference`, shape (3,), any length but zero.
+        tolerance: Largest distance from the plane, to either side [m].
+        reference: "world", or the name of what the plane is in.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable, or the normal has no length.
+        ProblemError: If the tolerance is not positive.
+    """
+    slab = Box(LARGEST_SIZE, LARGEST_SIZE, 2.0 * positive("tolerance", tolerance))
+    where = Placement(_upright(direction_of("normal", normal)), floats("through", through, (3,)))
+    return position_in_region(frame, slab, where, reference=reference, offset=offset)
+
+
+def _upright(axis: Floats) -> Floats:
+    """Return a rotation whose z axis is a unit vector."""
+    aside = np.zeros(3)
+    aside[np.argmin(np.abs(axis))] = 1.0
+    x = direction_of("x", np.cross(aside, axis))
+    return floats("axes", np.stack((x, np.cross(axis, x), axis), axis=1), (3, 3))

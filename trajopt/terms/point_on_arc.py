@@ -1,0 +1,73 @@
+"""Where a point is about an arc: off the circle, off its plane, and along the arc."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import PointOnArc
+from trajopt.model.rotations import from_rpy
+from trajopt.nlp import Rows
+from trajopt.terms.frames import relative_frame
+from trajopt.terms.lengths import lengths
+from trajopt.terms.motion import Motion
+from trajopt.terms.requirement import INSET, constrain
+from trajopt.terms.residual import Constraint, Window, constraint
+
+
+@dataclass(frozen=True, eq=False)
+class ArcCoordinates:
+    """Four components [m]: r - R, z, their length, and R t.
+
+    With (r, t, z) cylindrical coordinates about the circle's axis, t counted from the middle of the arc.
+    On the axis r grows towards the middle of the arc; t jumps opposite to it.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        required: What is required.
+    """
+
+    reduced: ReducedModel
+    required: PointOnArc
+
+    @property
+    def name(self) -> str:
+        """The frame whose point is on the arc."""
+        return f"arc of {self.required.frame}"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        need = self.required
+        seen = relative_frame(self.reduced, motion, need.frame, need.reference, need.offset)
+        axes = need.centre.rotation @ from_rpy(0.0, 0.0, need.sweep / 2.0)
+        point, rate = (seen.point - need.centre.translation) @ axes, axes.T @ seen.point_jacobian
+        radius, radius_rate = lengths(point[:, :2], rate[:, :2], aside=0)
+        off = np.stack((radius - need.radius, point[:, 2]), axis=1)
+        off_rate = np.stack((radius_rate, rate[:, 2]), axis=1)
+        apart, apart_rate = lengths(off, off_rate)
+        # On the axis the direction is unknown, and turning would be infinitely fast.
+        square = np.maximum(radius, 1e-6)[:, None] ** 2
+        turn = (point[:, :1] * rate[:, 1] - point[:, 1:2] * rate[:, 0]) / square
+        along = need.radius * np.arctan2(point[:, 1], point[:, 0])
+        return motion.rows_of_all(
+            np.stack((off[:, 0], off[:, 1], apart, along), axis=1),
+            np.stack((off_rate[:, 0], off_rate[:, 1], apart_rate, need.radius * turn), axis=1),
+        )
+
+
+@constrain.register
+def _(
+    required: PointOnArc, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    within = required.tolerance * (1.0 - inset)
+    whole = required.sweep >= 2.0 * np.pi
+    reach = np.inf if whole else required.radius * required.sweep / 2.0
+    return (
+        constraint(
+            ArcCoordinates(reduced, required),
+            lower=(-within, -within, -np.inf, -reach),
+            upper=(within, within, within, reach),
+            tolerance=max(required.tolerance * inset * 0.5, 1e-9),
+            window=window,
+        ),
+    )
