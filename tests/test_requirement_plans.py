@@ -62,3 +62,21 @@ def test_a_point_stays_on_an_arc_and_at_a_distance(panda: to.Robot) -> None:
         panda, to.point_on_arc(TCP, to.placement((0, 0, first[2])), radius=radius, tolerance=0.005, sweep=1.0)
     )
     planned(panda, to.distance_between(TCP, "panda_link0", upper=float(np.linalg.norm(first)) + 0.01))
+
+
+def test_a_camera_keeps_looking_at_a_point(panda: to.Robot) -> None:
+    """The straight motion turns the hand's axis away; the target is between start and goal."""
+    first, last = tcp(panda, START), tcp(panda, GOAL)
+    target = (first + last) / 2 - np.array((0.0, 0.0, 0.4))
+    planned_all = to.gaze(TCP, target, angle=0.55, nearest=0.3, farthest=0.7)
+    plan = to.plan(
+        to.Problem(
+            scene=to.Scene(panda),
+            group="panda_arm",
+            start=START,
+            goal=to.joint_positions(GOAL),
+            constraints=[planned_all],
+        )
+    ).require()
+    kinds = [check.name for check in plan.certificate.checks if check.name.startswith("path")]
+    assert kinds == ["path: gaze", "path: distance", "path: distance"]

@@ -16,7 +16,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt import terms
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import RotationCoordinates
+from trajopt.model.requirements import Gaze, RotationCoordinates
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.nlp import Rows
 from trajopt.query import Query, query_of
@@ -108,6 +108,18 @@ def apart(at: World) -> Residual:
     return terms.PointDistance(at.reduced, required)
 
 
+def camera(reference: str) -> Gaze:
+    return to.gaze(
+        "held",
+        (0.3, 0.2, 0.1),
+        angle=0.3,
+        axis=(0.1, 0.2, 1),
+        origin=(0, 0, 0.02),
+        farthest=1,
+        reference=reference,
+    )
+
+
 FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.Velocity: [lambda _: terms.Velocity()],
     terms.Acceleration: [lambda _: terms.Acceleration()],
@@ -123,6 +135,8 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.RegionCoordinates: [region],
     terms.ArcCoordinates: [arc],
     terms.PointDistance: [apart],
+    terms.ViewAngle: [lambda at: terms.ViewAngle(at.reduced, camera("slide"))],
+    terms.ViewDistance: [lambda at: terms.ViewDistance(at.reduced, camera("world"))],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 

@@ -126,6 +126,27 @@ def test_distances(reduced: ReducedModel, at: tuple[float, ...]) -> None:
         assert found == pytest.approx(excess, abs=1e-9)
 
 
+@MANY
+@given(at=positions, where=points, behind=st.booleans())
+def test_gaze(reduced: ReducedModel, at: tuple[float, ...], where: tuple[float, ...], behind: bool) -> None:
+    """Angle and range by the cosine rule, in the world; a target behind still has a slope."""
+    frame = reduced.scene.placement_of("tip", reduced.all_positions(np.array(at)))
+    axis = np.array((1.0, 0.0, 0.2)) / np.linalg.norm((1.0, 0.0, 0.2))
+    eye = frame * OFFSET
+    target = eye - 0.4 * frame.rotation @ axis if behind else np.array(where)
+    way = target - eye
+    distance = float(np.linalg.norm(way))
+    angle = float(np.arccos(np.clip(way @ frame.rotation @ axis / distance, -1.0, 1.0)))
+    need = to.gaze("tip", target, angle=0.3, axis=axis, origin=OFFSET, nearest=0.2, farthest=0.5)
+    excess = max(angle - 0.3, 0.2 - distance, distance - 0.5)
+    assert violation(reduced, need, at) == pytest.approx(excess, abs=1e-6)
+    (cone, _) = constrain(need, reduced, WHOLE, inset=0.0)
+    slope = cone.residual.linearise(Motion.standing(np.array(at), query_of(reduced))).jacobian
+    if behind:
+        assert angle == pytest.approx(np.pi, abs=1e-6)
+        assert np.linalg.norm(slope) > 1e-3
+
+
 def test_the_program_keeps_a_share_of_the_tolerance_in_hand(reduced: ReducedModel) -> None:
     need = to.position_in_region("tip", to.Box(0.1, 0.02, 2.0))
     (item,) = constrain(need, reduced, WHOLE)
@@ -142,9 +163,12 @@ def test_bad_input_is_refused() -> None:
         lambda: to.point_on_arc("tip", to.placement((0, 0, 0)), radius=0.1, tolerance=0.2),
         lambda: to.point_on_arc("tip", to.placement((0, 0, 0)), radius=0.1, tolerance=0.01, sweep=7.0),
         lambda: to.distance_between("a", "b"),
+        lambda: to.gaze("a", (0, 0, 0), angle=0.3, nearest=0.5, farthest=0.4),
         lambda: to.distance_between("a", "b", lower=0.2, upper=0.1),
     ):
         with pytest.raises(ProblemError):
             call()
+    with pytest.raises(ShapeError, match="angle"):
+        to.gaze("tip", (0, 0, 0), angle=4.0)
     with pytest.raises(ShapeError, match="normal"):
         to.point_on_plane("tip", (0, 0, 0), (0, 0, 0), tolerance=0.1)

@@ -16,6 +16,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
     Requirement,
     distance_between,
+    gaze,
     point_on_arc,
     point_on_line,
     point_on_plane,
@@ -158,3 +159,42 @@ def test_distances_agree_with_dense_sampling(tmp_path: Path, seed: int) -> None:
     ):
         wanted = distance_between("finger", "a", lower=lower, upper=upper, first_offset=OFFSET)
         assert verdict(model, there, wanted)[0] == holds
+
+
+@given(seed=st.integers(0, 10**6))
+@MANY
+def test_gaze_agrees_with_dense_sampling(tmp_path: Path, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    model = reduced(Scene(mixed_arm(tmp_path)), [0.1, -0.2, 0.05, 0.3])
+    there = wavy(model, seed, size=(0.1, 0.5, 1.0)[seed % 3])
+    target, axis = rng.uniform(-1.0, 1.0, 3), rng.normal(size=3)
+    axis /= np.linalg.norm(axis)
+    reference = "world" if seed % 2 else "a"
+    scene = model.scene
+    angles, distances = [], []
+    for q in there(np.linspace(0.0, there.duration, 300)):
+        full = model.all_positions(q)
+        way = scene.placement_of(reference, full) * target - scene.placement_of("finger", full) * OFFSET
+        distances.append(float(np.linalg.norm(way)))
+        cosine = way @ (scene.placement_of("finger", full).rotation @ axis) / distances[-1]
+        angles.append(float(np.arccos(np.clip(cosine, -1.0, 1.0))))
+    if min(distances) < 0.02 or max(angles) > 3.0:
+        return
+    for factor, holds in ((1.02, True), (0.98, False)):
+        wanted = gaze(
+            "finger", target, angle=factor * max(angles), axis=axis, origin=OFFSET, reference=reference,
+            nearest=0.99 * min(distances), farthest=1.01 * max(distances),
+        )  # fmt: skip
+        found = check(model, there, wanted, When.ALWAYS)
+        assert [one.holds for one in found] == [holds, True, True]
+        assert all(one.evidence is Evidence.PROVEN for one in found if one.holds)
+    far = gaze(
+        "finger",
+        target,
+        angle=3.1,
+        axis=axis,
+        origin=OFFSET,
+        farthest=0.98 * max(distances),
+        reference=reference,
+    )
+    assert not verdict(model, there, far)[0]

@@ -12,6 +12,7 @@ from trajopt.verify import (
     axis_alignment,
     distance_between,
     frame_placement,
+    gaze,
     joint_positions,
     point_on_arc,
     position_in_region,
@@ -37,6 +38,7 @@ REQUIREMENT_MODULES = (
     position_in_region,
     point_on_arc,
     distance_between,
+    gaze,
 )
 """Modules that register the checks of built-in requirements when they are imported."""
 

@@ -1,0 +1,94 @@
+"""A frame looks at a point: the point is in a view cone, and in range."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ProblemError, ShapeError
+from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of
+
+
+@dataclass(frozen=True, eq=False)
+class Gaze(Requirement):
+    """A target point lies within a view cone of a frame's axis and within a range of distances.
+
+    Whether something stands in between is not asked.
+
+    Attributes:
+        frame: The camera: link, tool frame or attached object.
+        target: The point to look at, in `reference`, shape (3,) [m].
+        angle: Half the opening of the cone, in (0, pi) [rad].
+        axis: Unit vector along which the camera looks, in the frame, shape (3,).
+        origin: Apex of the cone, in the frame, shape (3,) [m].
+        nearest: Smallest distance of the target from the apex [m]; 0 for none.
+        farthest: Largest distance [m]; inf for none.
+        reference: "world", or a link, tool frame or object whose frame the target is in.
+    """
+
+    frame: str
+    target: Floats
+    angle: float
+    axis: Floats
+    origin: Floats
+    nearest: float
+    farthest: float
+    reference: str
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Camera and reference."""
+        return (self.frame, self.reference)
+
+    def __repr__(self) -> str:
+        """Show camera, target, cone and range."""
+        return (
+            f"Gaze({self.frame!r} at {self.target.tolist()} in {self.reference!r}, within "
+            f"{np.degrees(self.angle):.3g} deg, from {self.nearest:g} to {self.farthest:g} m)"
+        )
+
+
+def gaze(
+    frame: str,
+    target: ArrayLike,
+    *,
+    angle: float,
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+    nearest: float = 0.0,
+    farthest: float = np.inf,
+    reference: str = WORLD,
+) -> Gaze:
+    """Keep looking at a point: `gaze("camera", (0.5, 0, 0.2), angle=0.3)`.
+
+    Args:
+        frame: The camera: link, tool frame or attached object.
+        target: The point, in `reference`, shape (3,) [m].
+        angle: Largest angle between the camera's axis and the way to the target, in (0, pi) [rad].
+        axis: Direction in which the camera looks, in the frame, shape (3,), any length but zero.
+        origin: Where in the frame it looks from, shape (3,) [m].
+        nearest: Smallest distance of the target [m]; 0 for none.
+        farthest: Largest distance of the target [m]; inf for none.
+        reference: "world", or the name of what the target is fixed to; it may move.
+
+    Raises:
+        ShapeError: If a number is not usable, or the angle is outside (0, pi).
+        ProblemError: If the range is not 0 <= nearest < farthest.
+    """
+    half = number("angle", angle)
+    if not 0.0 < half < np.pi:
+        raise ShapeError("angle", f"must lie in (0, pi) rad, is {half:g}")
+    near, far = number("nearest", nearest), number("farthest", farthest, infinite=True)
+    if not 0.0 <= near < far:
+        raise ProblemError(f"gaze: 0 <= nearest < farthest must hold, are {near:g} and {far:g}")
+    return Gaze(
+        frame,
+        floats("target", target, (3,)),
+        half,
+        direction_of("axis", axis),
+        floats("origin", origin, (3,)),
+        near,
+        far,
+        reference,
+    )
