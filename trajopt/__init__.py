@@ -16,6 +16,7 @@ from trajopt.model.placement import placement as placement
 from trajopt.model.requirements import Requirement as Requirement
 from trajopt.model.requirements import RotationCoordinates as RotationCoordinates
 from trajopt.model.requirements import axis_alignment as axis_alignment
+from trajopt.model.requirements import coupled_joints as coupled_joints
 from trajopt.model.requirements import distance_between as distance_between
 from trajopt.model.requirements import frame_placement as frame_placement
 from trajopt.model.requirements import gaze as gaze

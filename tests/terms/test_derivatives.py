@@ -137,6 +137,8 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.PointDistance: [apart],
     terms.ViewAngle: [lambda at: terms.ViewAngle(at.reduced, camera("slide"))],
     terms.ViewDistance: [lambda at: terms.ViewDistance(at.reduced, camera("world"))],
+    terms.JointSum: [lambda _: terms.JointSum(np.array([0.5, 0.0, -1.0, 2.0]), 0.3)],
+    terms.RestPosture: [lambda _: terms.RestPosture({"elbow": 0.3, "pan": -0.2})],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 

@@ -2,6 +2,7 @@
 
 from trajopt.terms.axis_alignment import AxisAngle as AxisAngle
 from trajopt.terms.clearance import Clearance as Clearance
+from trajopt.terms.coupled_joints import JointSum as JointSum
 from trajopt.terms.distance_between import PointDistance as PointDistance
 from trajopt.terms.frame_placement import FramePlacementError as FramePlacementError
 from trajopt.terms.gaze import ViewAngle as ViewAngle
@@ -15,6 +16,8 @@ from trajopt.terms.residual import Cost as Cost
 from trajopt.terms.residual import Residual as Residual
 from trajopt.terms.residual import Window as Window
 from trajopt.terms.residual import constraint as constraint
+from trajopt.terms.rest_posture import RestPosture as RestPosture
+from trajopt.terms.rest_posture import rest_posture as rest_posture
 from trajopt.terms.smoothness import Acceleration as Acceleration
 from trajopt.terms.smoothness import Jerk as Jerk
 from trajopt.terms.smoothness import Velocity as Velocity

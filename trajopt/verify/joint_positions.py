@@ -15,7 +15,7 @@ from trajopt.verify.requirement import When, check_requirement, proof_at_end
 @check_requirement.register
 def _(requirement: JointPositions, motion: Motion, when: When) -> tuple[Check, ...]:
     reduced, joints = motion.reduced, tuple(requirement.positions)
-    matrix, offset = _rows(motion, joints)
+    matrix, offset = joint_rows(motion, joints)
     wanted = np.array([requirement.positions[joint] for joint in joints])
     least = wanted - np.array([requirement.below[joint] for joint in joints])
     most = wanted + np.array([requirement.above[joint] for joint in joints])
@@ -48,7 +48,7 @@ def _(requirement: JointPositions, motion: Motion, when: When) -> tuple[Check, .
     )
 
 
-def _rows(motion: Motion, joints: tuple[str, ...]) -> tuple[Floats, Floats]:
+def joint_rows(motion: Motion, joints: tuple[str, ...]) -> tuple[Floats, Floats]:
     """Express positions of named joints by the group's: matrix (m, n) and offset (m,).
 
     Raises:

@@ -10,6 +10,7 @@ from trajopt.model.requirements import Requirement
 from trajopt.trajectory import Trajectory
 from trajopt.verify import (
     axis_alignment,
+    coupled_joints,
     distance_between,
     frame_placement,
     gaze,
@@ -39,6 +40,7 @@ REQUIREMENT_MODULES = (
     point_on_arc,
     distance_between,
     gaze,
+    coupled_joints,
 )
 """Modules that register the checks of built-in requirements when they are imported."""
 

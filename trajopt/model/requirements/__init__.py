@@ -6,6 +6,8 @@ of their own, so that one can catch the other's mistakes.
 
 from trajopt.model.requirements.axis_alignment import AxisAlignment as AxisAlignment
 from trajopt.model.requirements.axis_alignment import axis_alignment as axis_alignment
+from trajopt.model.requirements.coupled_joints import CoupledJoints as CoupledJoints
+from trajopt.model.requirements.coupled_joints import coupled_joints as coupled_joints
 from trajopt.model.requirements.distance_between import DistanceBetween as DistanceBetween
 from trajopt.model.requirements.distance_between import distance_between as distance_between
 from trajopt.model.requirements.frame_placement import POSITION_TOLERANCE as POSITION_TOLERANCE

@@ -1,0 +1,51 @@
+"""Joints in a linear relation to each other."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from trajopt.arrays import number
+from trajopt.errors import ProblemError
+from trajopt.model.requirements.requirement import Requirement, positive
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledJoints(Requirement):
+    """A weighted sum of joint positions keeps a value, within a tolerance.
+
+    Attributes:
+        weights: Joint -> its factor in the sum.
+        value: What the sum must be, in the unit of the weighted positions.
+        tolerance: Largest deviation to either side, likewise.
+    """
+
+    weights: Mapping[str, float]
+    value: float
+    tolerance: float
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints of the sum."""
+        return tuple(self.weights)
+
+    def __repr__(self) -> str:
+        """Show the relation."""
+        terms = " + ".join(f"{weight:g} {joint}" for joint, weight in self.weights.items())
+        return f"CoupledJoints({terms} = {self.value:g}, within {self.tolerance:g})"
+
+
+def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, tolerance: float) -> CoupledJoints:
+    """Couple joints: `coupled_joints({"left": 1, "right": -1}, tolerance=0.01)` keeps two equal.
+
+    Args:
+        weights: Joint -> its factor in the sum of positions [rad | m]; one at least that is not zero.
+        value: What the sum must be.
+        tolerance: Largest deviation to either side, > 0.
+
+    Raises:
+        ProblemError: If no joint has a factor, or the tolerance is not positive.
+        ShapeError: If a number is not finite.
+    """
+    factors = {joint: number(f"weight of {joint}", weight) for joint, weight in weights.items()}
+    if not any(factors.values()):
+        raise ProblemError("coupled_joints: give at least one joint a factor that is not zero")
+    return CoupledJoints(factors, number("value", value), positive("tolerance", tolerance))

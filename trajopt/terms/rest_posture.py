@@ -1,0 +1,63 @@
+"""Distance of joints from a posture that is liked: a cost."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import number
+from trajopt.errors import JointNotFound, ProblemError
+from trajopt.nlp import Loss, Rows
+from trajopt.terms.motion import Motion
+from trajopt.terms.residual import WHOLE, Cost, Window
+
+
+@dataclass(frozen=True, eq=False)
+class RestPosture:
+    """Positions of some of the group's joints less those at rest, one component each [rad | m].
+
+    Attributes:
+        positions: Joint -> position at rest [rad | m].
+    """
+
+    positions: Mapping[str, float]
+    name = "rest posture"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Return the differences; exact, for they are linear.
+
+        Raises:
+            JointNotFound: If a joint is not of the group.
+        """
+        names = motion.query.reduced.joint_names
+        for joint in self.positions:
+            if joint not in names:
+                raise JointNotFound("joint of the group", joint, names)
+        places = [names.index(joint) for joint in self.positions]
+        value = motion.positions[:, places] - np.array(list(self.positions.values()))
+        return motion.rows_of_all(value, np.tile(np.eye(len(names))[places], (len(value), 1, 1)))
+
+
+def rest_posture(
+    positions: Mapping[str, float],
+    *,
+    weight: float = 1e-3,
+    loss: Loss = Loss.SQUARED,
+    window: Window = WHOLE,
+) -> Cost:
+    """Draw joints to a posture: a `Cost` that counts at every sample of the path.
+
+    Args:
+        positions: Joint of the group -> position [rad | m]; at least one.
+        weight: Of a squared radian or metre; the default is little beside the default costs.
+        loss: Squared unless told otherwise.
+        window: Where it counts.
+
+    Raises:
+        ProblemError: If no joint is named.
+        ShapeError: If a position is not finite.
+    """
+    if not positions:
+        raise ProblemError("rest_posture: name at least one joint")
+    values = {joint: number(f"position of {joint}", value) for joint, value in positions.items()}
+    return Cost(RestPosture(values), weight, loss, window)
