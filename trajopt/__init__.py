@@ -25,6 +25,7 @@ from trajopt.model.requirements import point_on_arc as point_on_arc
 from trajopt.model.requirements import point_on_line as point_on_line
 from trajopt.model.requirements import point_on_plane as point_on_plane
 from trajopt.model.requirements import position_in_region as position_in_region
+from trajopt.model.requirements import singularity_distance as singularity_distance
 from trajopt.model.robot import FrameAttachment as FrameAttachment
 from trajopt.model.robot import Robot as Robot
 from trajopt.model.robot import load as load

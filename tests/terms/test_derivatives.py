@@ -120,6 +120,14 @@ def camera(reference: str) -> Gaze:
     )
 
 
+def away(frame: str, length: float) -> Callable[[World], Residual]:
+    def build(at: World) -> Residual:
+        required = to.singularity_distance(frame, 0.01, length=length, offset=(0.05, 0, 0.02))
+        return terms.SmallestSingularValue(at.reduced, required)
+
+    return build
+
+
 FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.Velocity: [lambda _: terms.Velocity()],
     terms.Acceleration: [lambda _: terms.Acceleration()],
@@ -139,6 +147,8 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.ViewDistance: [lambda at: terms.ViewDistance(at.reduced, camera("world"))],
     terms.JointSum: [lambda _: terms.JointSum(np.array([0.5, 0.0, -1.0, 2.0]), 0.3)],
     terms.RestPosture: [lambda _: terms.RestPosture({"elbow": 0.3, "pan": -0.2})],
+    terms.SmallestSingularValue: [away("held", 0.3), away("finger", 0.3), away("finger", 0.0)],
+    terms.LostManipulability: [lambda _: terms.LostManipulability("finger", 0.01, 0.2)],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 

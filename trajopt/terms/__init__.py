@@ -18,6 +18,9 @@ from trajopt.terms.residual import Window as Window
 from trajopt.terms.residual import constraint as constraint
 from trajopt.terms.rest_posture import RestPosture as RestPosture
 from trajopt.terms.rest_posture import rest_posture as rest_posture
+from trajopt.terms.singularity_distance import LostManipulability as LostManipulability
+from trajopt.terms.singularity_distance import SmallestSingularValue as SmallestSingularValue
+from trajopt.terms.singularity_distance import manipulability as manipulability
 from trajopt.terms.smoothness import Acceleration as Acceleration
 from trajopt.terms.smoothness import Jerk as Jerk
 from trajopt.terms.smoothness import Velocity as Velocity

@@ -17,6 +17,7 @@ from trajopt.verify import (
     joint_positions,
     point_on_arc,
     position_in_region,
+    singularity_distance,
 )
 from trajopt.verify.body import INSTALLED, Body
 from trajopt.verify.certificate import Certificate, Check, Counts
@@ -41,6 +42,7 @@ REQUIREMENT_MODULES = (
     distance_between,
     gaze,
     coupled_joints,
+    singularity_distance,
 )
 """Modules that register the checks of built-in requirements when they are imported."""
 

@@ -1,0 +1,70 @@
+"""A frame keeps away from singular configurations."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats
+from trajopt.model.requirements.requirement import Requirement, positive
+
+LENGTH = 0.3
+"""Length that a radian of the frame's rotation is weighed as, unless told otherwise [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class SingularityDistance(Requirement):
+    """The smallest singular value of a frame's Jacobian stays above a bound.
+
+    The Jacobian maps joint velocities to (velocity of a point of the frame [m/s], length times angular
+    velocity [m/s]), 6 by n. The smallest of its min(6, n) singular values is the slowest that the frame
+    can be made to move in any direction (for n < 6: in any direction it can move in at all) by joints
+    that move at one together, in the sense of the Euclidean norm. With the length 0 only the point
+    counts: the Jacobian is 3 by n.
+
+    Attributes:
+        frame: Link, tool frame or attached object.
+        smallest: The bound, > 0 [m/rad; m/m].
+        length: What a radian of rotation is weighed as, >= 0 [m].
+        offset: The point, in the frame, shape (3,) [m].
+    """
+
+    frame: str
+    smallest: float
+    length: float
+    offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """The frame."""
+        return (self.frame,)
+
+    def __repr__(self) -> str:
+        """Show frame, bound and length."""
+        return (
+            f"SingularityDistance({self.frame!r}, smallest singular value at least {self.smallest:g} "
+            f"with {self.length:g} m a radian)"
+        )
+
+
+def singularity_distance(
+    frame: str,
+    smallest: float,
+    *,
+    length: float = LENGTH,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> SingularityDistance:
+    """Keep a frame away from singular configurations.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        smallest: Smallest singular value accepted, > 0 [m/rad; m/m].
+        length: What a radian of rotation is weighed as [m]; 0 where only the point's motion counts.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If the bound is not positive, or the length is negative.
+    """
+    weight = 0.0 if np.isclose(length, 0.0, atol=0.0) else positive("length", length)
+    return SingularityDistance(frame, positive("smallest", smallest), weight, floats("offset", offset, (3,)))
