@@ -20,6 +20,7 @@ from trajopt.model.requirements import coupled_joints as coupled_joints
 from trajopt.model.requirements import distance_between as distance_between
 from trajopt.model.requirements import frame_placement as frame_placement
 from trajopt.model.requirements import gaze as gaze
+from trajopt.model.requirements import gravity_torque as gravity_torque
 from trajopt.model.requirements import joint_positions as joint_positions
 from trajopt.model.requirements import point_on_arc as point_on_arc
 from trajopt.model.requirements import point_on_line as point_on_line

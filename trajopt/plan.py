@@ -15,6 +15,7 @@ import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats
+from trajopt.model.payload import loaded_model
 from trajopt.model.requirements import joint_positions
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
@@ -163,7 +164,7 @@ class _Planning:
 
     def _retime(self, nlp: KnotsNlp, path: Path, tolerance: float) -> Retimed | RetimeFailure:
         problem, reduced = self.problem, self.problem.reduced
-        dynamics = DynamicsQuery(reduced)
+        dynamics = DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
 
         def deviation(smooth: Floats, straight: Floats) -> Floats:
             return nlp.query.displacement(smooth, straight)

@@ -54,6 +54,7 @@ def world(folder: Path, shape: Shape, where: to.Placement) -> World:
         to.placement((0.1, 0.02, 0.05)),
         frame="tip",
         touch_links=["tip", "finger"],
+        mass=0.7,
     )
     reduced = reduce_model(scene, "all", robot.positions())
     return World(reduced, query_of(reduced))
@@ -149,6 +150,7 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.RestPosture: [lambda _: terms.RestPosture({"elbow": 0.3, "pan": -0.2})],
     terms.SmallestSingularValue: [away("held", 0.3), away("finger", 0.3), away("finger", 0.0)],
     terms.LostManipulability: [lambda _: terms.LostManipulability("finger", 0.01, 0.2)],
+    terms.GravityShare: [lambda at: terms.GravityShare(at.reduced, np.arange(4))],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 

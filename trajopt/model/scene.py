@@ -75,6 +75,7 @@ class Scene:
         frame: str = WORLD,
         touch_links: Iterable[str] = (),
         meshes: MeshPolicy | None = None,
+        mass: float = 0.0,
     ) -> "Scene":
         """Add an object.
 
@@ -86,10 +87,12 @@ class Scene:
             frame: "world", a link or tool frame (it moves along then), or another object.
             touch_links: Links that may touch it.
             meshes: How meshes become convex.
+            mass: Its mass [kg]; 0 where it is not known. It counts where a joint carries the object.
 
         Raises:
             DuplicateObject: If the id is taken.
             FrameNotFound: If `frame` or a touch link is unknown.
+            ShapeError: If the mass is negative or not finite.
         """
         if name in self.objects:
             raise DuplicateObject(name)
@@ -97,7 +100,8 @@ class Scene:
             raise ModelError(f"object id {name!r} is taken by a frame of the robot or is empty")
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
-        added = SceneObject(name, parts, placement or IDENTITY, frame, self._links(touch_links), notes)
+        links = self._links(touch_links)
+        added = SceneObject(name, parts, placement or IDENTITY, frame, links, notes, _mass(name, mass))
         return replace(self, objects={**self.objects, name: added})
 
     def remove(self, name: str) -> "Scene":
@@ -145,6 +149,7 @@ class Scene:
         placement: Placement | None = None,
         at: Floats | None = None,
         touch_links: Iterable[str] = (),
+        mass: float | None = None,
     ) -> "Scene":
         """Fix an object to a link or tool frame: it moves along from now on.
 
@@ -154,11 +159,13 @@ class Scene:
             placement: Of the object in the link's frame; or
             at: positions of all joints at which it is grasped where it stands.
             touch_links: Links that may touch it, beside the link itself.
+            mass: Its mass [kg]; the one it was added with when None.
 
         Raises:
             ObjectNotFound: If there is none of that id.
             FrameNotFound: If the link or a touch link is unknown.
             ModelError: Unless exactly one of `placement` and `at` is given.
+            ShapeError: If the mass is negative or not finite.
         """
         item = self.object(name)
         holder = self.robot.frame(link)
@@ -169,7 +176,8 @@ class Scene:
             assert at is not None
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
         links = self._links(touch_links) | {holder.link} | item.touch_links
-        return self._with(replace(item, placement=where, frame=link, touch_links=links))
+        weight = item.mass if mass is None else _mass(name, mass)
+        return self._with(replace(item, placement=where, frame=link, touch_links=links, mass=weight))
 
     def detach(self, name: str, *, at: Floats) -> "Scene":
         """Leave an object in the world where it is at these positions of all joints.
@@ -332,3 +340,10 @@ class Scene:
             if link not in self.robot.links:
                 raise FrameNotFound("touch link", link, self.robot.links)
         return links
+
+
+def _mass(name: str, mass: float) -> float:
+    checked = number(f"mass of {name}", mass)
+    if checked < 0.0:
+        raise ShapeError(f"mass of {name}", f"is negative: {checked:g} kg")
+    return checked

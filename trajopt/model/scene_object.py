@@ -5,13 +5,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import cast
 
+import numpy as np
+
+from trajopt.arrays import Floats, readonly
 from trajopt.errors import ModelError
 from trajopt.model.fixed_body import Anchor, FixedBody
 from trajopt.model.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.recent import Recent
-from trajopt.model.shapes import Shape
+from trajopt.model.shapes import Shape, bounding_box
 
 Part = tuple[Shape, Placement]
 """A shape and its placement in the object's frame."""
@@ -41,6 +44,7 @@ class SceneObject:
         frame: "world", a link or tool frame, or another object.
         touch_links: Links that may touch it.
         notes: What its meshes became.
+        mass: Its mass [kg]; 0 where it is not known.
     """
 
     name: str
@@ -49,6 +53,7 @@ class SceneObject:
     frame: str
     touch_links: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    mass: float = 0.0
     _anchored: Recent[Anchor, AnchoredObject] = field(
         default_factory=lambda: Recent[Anchor, AnchoredObject](2), init=False, repr=False
     )
@@ -63,6 +68,23 @@ class SceneObject:
             frame: Where `frame` is.
         """
         return self._anchored.get(frame, lambda: self._fixed(frame))
+
+    @cached_property
+    def centre(self) -> Floats:
+        """Middle of its shapes' bounding boxes, weighed by their volume, in its frame, shape (3,) [m].
+
+        Its origin where it has no shape of finite size.
+        """
+        middles, volumes = [np.zeros(3)], [0.0]
+        for shape, where in self.parts:
+            lower, upper = bounding_box(shape)
+            if np.isfinite(lower).all() and np.isfinite(upper).all():
+                middles.append(where * ((lower + upper) / 2.0))
+                volumes.append(float(np.prod(upper - lower)))
+        total = sum(volumes)
+        return (
+            readonly(np.array(volumes) @ np.array(middles) / total) if total > 0.0 else readonly(middles[0])
+        )
 
     @cached_property
     def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:

@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
+from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.simulate.inertia import principal_inertia
@@ -79,7 +80,7 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
     Returns:
         The bodies by pinocchio's joint index (0: the world), and notes on changed inertias.
     """
-    model = reduced.model
+    model, loaded = reduced.model, loaded_model(reduced)
     robot = reduced.scene.robot
     bodies: list[mujoco.MjsBody] = [spec.worldbody]
     notes: list[str] = []
@@ -90,7 +91,7 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
         placed = Placement(np.array(where.rotation), np.array(where.translation))
         body = bodies[int(model.parents[index])].add_body(name=_link_of(model, index))
         body.pos, body.quat = placed.translation, scalar_first(placed)
-        inertia = principal_inertia(model.inertias[index])
+        inertia = principal_inertia(loaded.inertias[index])
         body.explicitinertial = True
         body.mass, body.inertia = inertia.mass, inertia.moments
         body.ipos, body.iquat = inertia.placement.translation, scalar_first(inertia.placement)

@@ -7,6 +7,7 @@ from trajopt.terms.distance_between import PointDistance as PointDistance
 from trajopt.terms.frame_placement import FramePlacementError as FramePlacementError
 from trajopt.terms.gaze import ViewAngle as ViewAngle
 from trajopt.terms.gaze import ViewDistance as ViewDistance
+from trajopt.terms.gravity_torque import GravityShare as GravityShare
 from trajopt.terms.joint_positions import JointPosition as JointPosition
 from trajopt.terms.point_on_arc import ArcCoordinates as ArcCoordinates
 from trajopt.terms.position_in_region import RegionCoordinates as RegionCoordinates

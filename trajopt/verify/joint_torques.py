@@ -8,6 +8,7 @@ from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.intervals import counting
 from trajopt.verify.joint_unit import joint_unit
 from trajopt.verify.motion import Motion
+from trajopt.verify.payload import payload_torques
 
 SAMPLES_PER_SEGMENT = 4
 """Fewest samples of a segment, both its ends included: accelerations may jump in between."""
@@ -67,6 +68,7 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
         states[2] @ reduced.expand.T,
     )
     torques = motion.kinematics.torques(configurations, velocities, accelerations)
+    torques = torques + payload_torques(motion, states[0], velocities, accelerations)
     return times, torques @ reduced.expand
 
 

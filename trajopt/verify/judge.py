@@ -14,6 +14,7 @@ from trajopt.verify import (
     distance_between,
     frame_placement,
     gaze,
+    gravity_torque,
     joint_positions,
     point_on_arc,
     position_in_region,
@@ -43,6 +44,7 @@ REQUIREMENT_MODULES = (
     gaze,
     coupled_joints,
     singularity_distance,
+    gravity_torque,
 )
 """Modules that register the checks of built-in requirements when they are imported."""
 

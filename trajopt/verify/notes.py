@@ -5,6 +5,7 @@ from heapq import nsmallest
 import numpy as np
 
 from trajopt.model.limits import JointLimits
+from trajopt.model.payload import payloads
 from trajopt.model.reduced import ReducedModel
 from trajopt.verify.motion import Motion
 
@@ -32,13 +33,13 @@ def _trajectory_notes(motion: Motion, limits: JointLimits) -> list[str]:
             "accelerations, so speed is judged for each segment, acceleration, torque and rest are not"
         )
     elif np.isfinite(limits.effort).any():
-        carried = sorted(
-            {
-                body.owner
-                for body in motion.reduced.bodies
-                if body.joint != 0 and body.owner in motion.reduced.scene.objects
-            }
-        )
+        reduced = motion.reduced
+        weighed = [item.name for item in payloads(reduced)]
+        if weighed:
+            names = _listed(sorted(weighed), count=len(weighed))
+            found.append(f"torques count the mass of {names} as a point in its middle")
+        owners = {body.owner for body in reduced.bodies if body.joint != 0}
+        carried = sorted((owners & set(reduced.scene.objects)) - set(weighed))
         if carried:
             found.append(f"torques are judged without the mass of {_listed(carried, count=len(carried))}")
     return found

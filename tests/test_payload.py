@@ -1,0 +1,88 @@
+"""Masses that are carried: by hand, by the planner's model and by the judge's own account of them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import trajopt as to
+from tests.robots_for_tests import odd_arm
+from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
+from trajopt import terms
+from trajopt.errors import ProblemError, ShapeError
+from trajopt.model.payload import loaded_model, payloads
+from trajopt.query import query_of
+from trajopt.query.dynamics import DynamicsQuery
+from trajopt.terms.motion import Motion
+from trajopt.terms.residual import WHOLE
+from trajopt.verify import Evidence, VerifyOptions, When, check_requirement
+from trajopt.verify.joint_torques import inverse_dynamics
+from trajopt.verify.kinematics import Kinematics
+from trajopt.verify.motion import Motion as TimedMotion
+
+
+def loaded(scene: to.Scene, frame: str, mass: float) -> to.Scene:
+    return scene.add("load", to.Box(0.1, 0.1, 0.1), to.placement((0.1, 0.02, 0.03)), frame=frame, mass=mass)
+
+
+def test_planner_and_judge_agree_on_the_torque_of_a_load(tmp_path: Path) -> None:
+    """Composite inertias in pinocchio against d'Alembert's principle, on joints of every kind."""
+    scene = loaded(to.Scene(mixed_arm(tmp_path)), "finger", 2.5)
+    model = reduced(scene, [0.1, -0.2, 0.05, 0.3])
+    there = wavy(model, 4)
+    motion = TimedMotion(model, there, kinematics=Kinematics(model), options=VerifyOptions())
+    times, torques = inverse_dynamics(motion)
+    inner = (times[:, None] != there.times).all(axis=1)
+    q, v, a = (there(times[inner], order) for order in range(3))
+    heavy = DynamicsQuery(replace(model, model=loaded_model(model)))
+    assert torques[inner] == pytest.approx(heavy.torque(q, v, a), abs=1e-8)
+    light = DynamicsQuery(model).torque(q, v, a)
+    assert np.abs(torques[inner] - light).max() > 1.0
+
+
+def test_a_rod_holds_a_load_by_hand(tmp_path: Path) -> None:
+    """A planar arm in the plane of gravity, stretched: each joint bears the weights times their levers."""
+    arm = planar_arm(tmp_path, axis="0 -1 0")
+    scene = to.Scene(arm).add("load", to.Sphere(0.01), frame="tip", mass=3.0)
+    model = reduced(scene, [0.0, 0.0])
+    assert [(item.name, item.mass) for item in payloads(model)] == [("load", 3.0)]
+    expected = 9.81 * np.array((0.25 + 0.75 + 1.01 * 0.0 + 3.01 * 1.0, 0.25 + 3.01 * 0.5))
+    motion = Motion.standing(np.zeros(2), query_of(model))
+    found = terms.GravityShare(model, np.arange(2)).linearise(motion).value * 500.0
+    assert found == pytest.approx(expected, abs=1e-9)
+    rise = quintic(model, [[0.0, 0.0], [1.2, 0.0]], 1.0)
+    timed = TimedMotion(model, rise, kinematics=Kinematics(model), options=VerifyOptions())
+    share = float(expected[0]) / 500.0
+    for factor, holds in ((1.001, True), (0.999, False)):
+        (check,) = check_requirement(to.gravity_torque(factor * share), timed, When.ALWAYS)
+        assert check.holds == holds
+        assert check.evidence is Evidence.SAMPLED
+        assert check.subject == "shoulder"
+    (at_end,) = check_requirement(to.gravity_torque(0.999 * share), timed, When.END)
+    assert at_end.holds
+
+
+def test_attaching_says_or_keeps_the_mass(tmp_path: Path) -> None:
+    scene = to.Scene(odd_arm(tmp_path)).add("cup", to.Sphere(0.05), to.placement((0.5, 0, 0)), mass=0.4)
+    held = scene.attach("cup", "tip", placement=to.placement((0, 0, 0.1)))
+    assert held.object("cup").mass == 0.4
+    assert scene.attach("cup", "tip", placement=to.placement((0, 0, 0.1)), mass=0.9).object("cup").mass == 0.9
+    with pytest.raises(ShapeError, match="negative"):
+        scene.attach("cup", "tip", placement=to.placement((0, 0, 0.1)), mass=-1.0)
+    robot = scene.robot
+    goal = to.joint_positions({"elbow": 0.1})
+    standing = to.Problem(scene=scene, start=robot.positions(), goal=goal).reduced
+    assert loaded_model(standing) is standing.model
+    carried = to.Problem(scene=held, start=robot.positions(), goal=goal).reduced
+    before, after = (pin.computeTotalMass(one) for one in (carried.model, loaded_model(carried)))
+    assert after - before == pytest.approx(0.4)
+
+
+def test_a_share_that_means_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ProblemError, match="share"):
+        to.gravity_torque(1.5)
+    model = reduced(to.Scene(planar_arm(tmp_path)), [0.0, 0.0])
+    (item,) = terms.constrain(to.gravity_torque(0.5), model, WHOLE)
+    assert (item.lower[0], item.upper[0]) == pytest.approx((-0.45, 0.45))

@@ -1,0 +1,48 @@
+"""Objects with a mass that joints carry: points in the middle of their shapes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.arrays import Floats
+from trajopt.model.reduced import ReducedModel
+
+
+@dataclass(frozen=True, eq=False)
+class Payload:
+    """A mass that a joint carries.
+
+    Attributes:
+        name: The object's id.
+        mass: Its mass [kg].
+        joint: Joint of the reduced model that carries it.
+        point: Where the mass is, in the joint's frame, shape (3,) [m].
+    """
+
+    name: str
+    mass: float
+    joint: int
+    point: Floats
+
+
+def payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
+    """Return the objects with a mass that the reduced model's joints carry."""
+    found: list[Payload] = []
+    for item in reduced.scene.objects.values():
+        joint, where = reduced.attachment(item.name)
+        if item.mass > 0.0 and joint > 0:
+            found.append(Payload(item.name, item.mass, joint, where * item.centre))
+    return tuple(found)
+
+
+def loaded_model(reduced: ReducedModel) -> pin.Model:
+    """Return pinocchio's model of a reduced model with what is carried; the same one if that is nothing."""
+    carried = payloads(reduced)
+    if not carried:
+        return reduced.model
+    model = reduced.model.copy()
+    for item in carried:
+        point_mass = pin.Inertia(item.mass, np.array(item.point), np.zeros((3, 3)))
+        model.inertias[item.joint] = model.inertias[item.joint] + point_mass
+    return model

@@ -1,0 +1,38 @@
+"""Joints can hold the arm still."""
+
+from dataclasses import dataclass
+
+from trajopt.errors import ProblemError
+from trajopt.model.requirements.requirement import Requirement, positive
+
+
+@dataclass(frozen=True, eq=False)
+class GravityTorque(Requirement):
+    """The torque that holds the arm still stays within a share of each effort limit.
+
+    No timing cures a posture whose weight a joint cannot hold. The masses of what is carried count,
+    where the scene states them. Joints without an effort limit may bear anything.
+
+    Attributes:
+        share: The share of each limit, in (0, 1].
+    """
+
+    share: float
+
+    def __repr__(self) -> str:
+        """Show the share."""
+        return f"GravityTorque(at most {self.share:.0%} of the effort limits)"
+
+
+def gravity_torque(share: float = 0.9) -> GravityTorque:
+    """Require that the joints can hold the arm and what it carries.
+
+    Args:
+        share: Share of each joint's effort limit that its weight may take, in (0, 1].
+
+    Raises:
+        ProblemError: If the share is outside (0, 1].
+    """
+    if positive("share", share) > 1.0:
+        raise ProblemError(f"share must lie in (0, 1], is {share:g}")
+    return GravityTorque(float(share))

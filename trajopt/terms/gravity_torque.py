@@ -1,0 +1,68 @@
+"""Torque that holds the arm still against gravity, as a share of the effort limits."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.arrays import Ints
+from trajopt.errors import ProblemError
+from trajopt.model.payload import loaded_model
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import GravityTorque
+from trajopt.nlp import Rows
+from trajopt.terms.motion import Motion
+from trajopt.terms.requirement import INSET, constrain
+from trajopt.terms.residual import Constraint, Window, constraint
+
+
+@dataclass(frozen=True, eq=False)
+class GravityShare:
+    """g_j(q) / (effort limit of joint j), one component for each of some of the group's joints.
+
+    Derivatives are pinocchio's analytic ones of generalised gravity (Carpentier and Mansard, Analytical
+    derivatives of rigid body dynamics algorithms, RSS 2018). Mimicking joints hand their torque to the
+    joint they follow.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        joints: Places of the joints in the group, shape (k,).
+    """
+
+    reduced: ReducedModel
+    joints: Ints
+    name = "gravity torque"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate and differentiate at all samples."""
+        reduced = self.reduced
+        model = loaded_model(reduced)
+        data = model.createData()
+        torque = np.empty((len(motion.positions), model.nv))
+        slope = np.empty((len(motion.positions), model.nv, model.nv))
+        for row, positions in enumerate(motion.positions):
+            slope[row] = pin.computeGeneralizedGravityDerivatives(
+                model, data, reduced.configuration(positions)
+            )
+            torque[row] = data.g
+        by_effort = reduced.expand[:, self.joints] / reduced.limits.effort[self.joints]
+        return motion.rows_of_all(torque @ by_effort, by_effort.T @ slope @ reduced.expand)
+
+
+@constrain.register
+def _(
+    required: GravityTorque, reduced: ReducedModel, window: Window, inset: float = INSET
+) -> tuple[Constraint, ...]:
+    joints = np.flatnonzero(np.isfinite(reduced.limits.effort))
+    if len(joints) == 0:
+        raise ProblemError(f"{required}: no joint of group {reduced.group!r} has an effort limit")
+    within = required.share * (1.0 - inset)
+    return (
+        constraint(
+            GravityShare(reduced, joints),
+            lower=-within,
+            upper=within,
+            tolerance=max(required.share * inset * 0.5, 1e-9),
+            window=window,
+        ),
+    )
