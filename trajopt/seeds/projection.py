@@ -93,18 +93,21 @@ class _Asked:
         return _Asked(accepted, lower, upper)
 
     def linearise(self, motion: Motion) -> _Linearised:
-        """Evaluate at S configurations; terms have the same components in the same order at each."""
+        """Evaluate at S configurations; a term may have only some of its components at each."""
         rows = self.accepted.residual.linearise(motion)
         samples, n = motion.positions.shape
-        value = rows.value.reshape(samples, -1)
-        outside = np.maximum(self.accepted.lower - value, value - self.accepted.upper).max(axis=1)
-        error = value - np.clip(value, self.lower, self.upper)
-        matters = (error != 0.0) | (self.lower == self.upper)
-        return _Linearised(
-            error,
-            rows.jacobian[:, 0].reshape(samples, -1, n) * matters[:, :, None],
-            np.where(outside > self.accepted.tolerance, outside, 0.0),
-        )
+        sample, component = rows.knots[:, 0], rows.component
+        lowest, highest = self.accepted.bounds(rows)
+        outside = np.zeros(samples)
+        np.maximum.at(outside, sample, np.maximum(lowest - rows.value, rows.value - highest))
+        lower, upper = (side[component] if len(side) > 1 else side for side in (self.lower, self.upper))
+        size = int(component.max(initial=-1)) + 1
+        error, jacobian = np.zeros((samples, size)), np.zeros((samples, size, n))
+        missed = rows.value - np.clip(rows.value, lower, upper)
+        matters = (missed != 0.0) | (lower == upper)
+        error[sample, component] = missed
+        jacobian[sample, component] = rows.jacobian[:, 0] * matters[:, None]
+        return _Linearised(error, jacobian, np.where(outside > self.accepted.tolerance, outside, 0.0))
 
 
 class Projection:
