@@ -38,6 +38,8 @@ from trajopt.model.shapes import Cylinder as Cylinder
 from trajopt.model.shapes import Plane as Plane
 from trajopt.model.shapes import Sphere as Sphere
 from trajopt.model.shapes import convex as convex
+from trajopt.model.tool_speed import ToolSpeed as ToolSpeed
+from trajopt.model.tool_speed import tool_speed as tool_speed
 from trajopt.plan import plan as plan
 from trajopt.problem import Problem as Problem
 from trajopt.problem import named_problem as named_problem

@@ -15,19 +15,18 @@ import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats
-from trajopt.model.payload import loaded_model
 from trajopt.model.requirements import joint_positions
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
-from trajopt.query.dynamics import DynamicsQuery
 from trajopt.result import Result, Status
-from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
+from trajopt.retime import Retimed, RetimeFailure
 from trajopt.seeds import bumps, goal_candidates, straight_line
 from trajopt.solvers import Iteration, SolveResult, Sqp
 from trajopt.terms import Acceleration, Jerk, Velocity, constrain
 from trajopt.terms.along import judged
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
+from trajopt.timing import timed as time_path
 from trajopt.trajectory import Path
 from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
 from trajopt.verify import Certificate, Examination, Judge, Moment
@@ -147,7 +146,7 @@ class _Planning:
         result: Result | None = None
         for tolerance in PATH_TOLERANCES:
             with self._stage("retime"):
-                timed = self._retime(nlp, path, tolerance)
+                timed = time_path(problem, nlp.query, path, tolerance=tolerance)
             if isinstance(timed, RetimeFailure):
                 return self._result(Status.NO_TIMING, timed.reason, path=path, solve=solved)
             with self._stage("verify"):
@@ -162,22 +161,6 @@ class _Planning:
         assert result is not None
         return result
 
-    def _retime(self, nlp: KnotsNlp, path: Path, tolerance: float) -> Retimed | RetimeFailure:
-        problem, reduced = self.problem, self.problem.reduced
-        dynamics = DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
-
-        def deviation(smooth: Floats, straight: Floats) -> Floats:
-            return nlp.query.displacement(smooth, straight)
-
-        limits = problem.limits
-        return retime(
-            path,
-            limits,
-            inverse_dynamics=dynamics.torque if np.isfinite(limits.effort).any() else None,
-            deviation=deviation,
-            options=replace(RetimeOptions(), path_tolerance=tolerance),
-        )
-
     def _verify(self, timed: Retimed) -> Certificate:
         problem = self.problem
         certificate = self.judge.verify(
@@ -185,6 +168,7 @@ class _Planning:
             goals=problem.goals,
             constraints=problem.requirements,
             sampled=judged(problem.own_constraints, query_of(problem.reduced)),
+            tool_speeds=problem.tool_speeds,
             limits=problem.limits,
         )
         self._count(judge_distance_calls=certificate.counts.distances)

@@ -10,6 +10,7 @@ from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
+from trajopt.model.tool_speed import ToolSpeed
 from trajopt.terms.residual import Constraint, Cost
 from trajopt.terms.smoothness import Acceleration, Velocity
 
@@ -36,6 +37,7 @@ class Problem:
         knots: Number of knots of the path.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        tool_speed: Largest speeds of tools: one limit or several.
         name: For reports.
     """
 
@@ -48,6 +50,7 @@ class Problem:
     knots: int = DEFAULT_KNOTS
     velocity_scaling: float = 1.0
     acceleration_scaling: float = 1.0
+    tool_speed: ToolSpeed | Sequence[ToolSpeed] = ()
     name: str = "problem"
 
     def __post_init__(self) -> None:
@@ -73,8 +76,12 @@ class Problem:
         for label in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(label, getattr(self, label)) <= 1.0:
                 raise ProblemError(f"{label} must lie in (0, 1], is {getattr(self, label)}")
+        tools = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else tuple(self.tool_speed)
+        object.__setattr__(self, "tool_speed", tools)
         for requirement in (*goals, *self.constraints):
             self._check_names(requirement)
+        for tool in tools:
+            self.scene.holder(tool.frame)
 
     @cached_property
     def reduced(self) -> ReducedModel:
@@ -99,6 +106,12 @@ class Problem:
         """What must hold at the end."""
         assert not isinstance(self.goal, Requirement)
         return tuple(self.goal)
+
+    @property
+    def tool_speeds(self) -> tuple[ToolSpeed, ...]:
+        """Largest speeds of tools."""
+        assert not isinstance(self.tool_speed, ToolSpeed)
+        return tuple(self.tool_speed)
 
     @property
     def own_constraints(self) -> tuple[Constraint, ...]:
@@ -127,6 +140,7 @@ class Problem:
                 f"  all the way  {item if isinstance(item, Requirement) else item.residual.name}"
                 for item in self.constraints
             ),
+            *(f"  no faster    {tool}" for tool in self.tool_speeds),
             "  at least     "
             + " + ".join(f"{cost.weight:g} x {cost.residual.name}" for cost in self.costs or ()),
         ]

@@ -42,7 +42,7 @@ def test_limits_hold_from_rest_to_rest_along_the_path(case: tuple[Path, JointLim
     assert result.deviation <= 5e-3
     if result.passes:
         curve = smooth_path(path, limits)
-        timing = time_path(curve, limits, None, RetimeOptions())
+        timing = time_path(curve, limits, options=RetimeOptions())
         assert isinstance(timing, Timing)
         np.testing.assert_array_equal(timing.trajectory.times, trajectory.times)
         assert distance_from(trajectory, curve, timing.s) <= 1e-5

@@ -51,6 +51,7 @@ def check(
         goals=problem.goals,
         constraints=problem.requirements,
         limits=problem.limits,
+        tool_speeds=problem.tool_speeds,
     )
     if as_json:
         typer.echo(json.dumps(certificate.as_dict(), allow_nan=False))

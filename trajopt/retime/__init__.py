@@ -4,6 +4,7 @@ from trajopt.retime.options import RetimeOptions
 from trajopt.retime.result import Retimed, RetimeFailure
 from trajopt.retime.retiming import retime
 from trajopt.retime.rounding import DeviationBound
+from trajopt.retime.tool import SpeedOfTools, ToolLimits
 from trajopt.retime.torque import InverseDynamics
 
 __all__ = [
@@ -12,5 +13,7 @@ __all__ = [
     "RetimeFailure",
     "RetimeOptions",
     "Retimed",
+    "SpeedOfTools",
+    "ToolLimits",
     "retime",
 ]

@@ -10,6 +10,7 @@ from trajopt.retime.cores import fastest
 from trajopt.retime.profile import Profile, from_control
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.stages import Rows, squared_speed_bound, stations
+from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque_along import TorqueAlong
 from trajopt.trajectory import Trajectory
 
@@ -19,7 +20,7 @@ class Bounds:
     """Limits at every point of a grid, so that they can be tightened in some places only.
 
     Attributes:
-        velocity: At the k + 1 stations, shape (k + 1, n) [rad/s | m/s].
+        velocity: Of the n joints and l tools at the k + 1 stations, shape (k + 1, n + l) [rad/s | m/s].
         rows: Of acceleration and torque at the k grid points, shape (k, n + m).
     """
 
@@ -36,7 +37,7 @@ class Course:
         q: Positions at the grid points, shape (k, n) [rad | m].
         dq: dq/ds there, shape (k, n).
         ddq: d²q/ds² there, shape (k, n).
-        slope: dq/ds at the stations, shape (k + 1, n).
+        slope: dq/ds at the stations, and what the tools move per s, shape (k + 1, n + l).
         rows: The n accelerations, then the m limited torques.
         bounds: The limits, the same at all points.
     """
@@ -50,7 +51,14 @@ class Course:
     bounds: Bounds
 
 
-def course(path: SmoothPath, s: Floats, limits: JointLimits, torque: TorqueAlong | None) -> Course:
+def course(
+    path: SmoothPath,
+    s: Floats,
+    limits: JointLimits,
+    *,
+    torque: TorqueAlong | None,
+    tools: ToolLimits | None,
+) -> Course:
     """Evaluate a path and its limits on a grid.
 
     Args:
@@ -58,6 +66,7 @@ def course(path: SmoothPath, s: Floats, limits: JointLimits, torque: TorqueAlong
         s: Grid, from 0 to the length of the path, shape (k,).
         limits: Velocity and acceleration limits of its joints.
         torque: Of that path, if there are torque limits.
+        tools: Limited speeds of tools, if there are any.
     """
     q, dq, ddq = path(s), path(s, 1), path(s, 2)
     rows, limit = Rows(dq, ddq, np.zeros_like(dq)), limits.acceleration
@@ -65,8 +74,11 @@ def course(path: SmoothPath, s: Floats, limits: JointLimits, torque: TorqueAlong
         more = torque(s)
         rows = Rows(*(np.hstack(pair) for pair in ((dq, more.a), (ddq, more.b), (rows.c, more.c))))
         limit = np.concatenate((limit, torque.limits.limit))
-    slope = path(stations(s), 1)
-    bounds = Bounds(np.tile(limits.velocity, (len(slope), 1)), np.tile(limit, (len(s), 1)))
+    slope, velocity = path(stations(s), 1), limits.velocity
+    if tools is not None:
+        slope = np.hstack((slope, tools.speeds(path(stations(s)), slope)))
+        velocity = np.concatenate((velocity, tools.limit))
+    bounds = Bounds(np.tile(velocity, (len(slope), 1)), np.tile(limit, (len(s), 1)))
     return Course(s, q, dq, ddq, slope, rows, bounds)
 
 

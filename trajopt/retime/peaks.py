@@ -7,6 +7,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.retime.cores import motion_extremes
 from trajopt.retime.course import Bounds, Course
+from trajopt.retime.tool import ToolLimits, tool_speed_peaks
 from trajopt.retime.torque import TorqueLimits, torque_range
 from trajopt.trajectory import Trajectory
 
@@ -19,7 +20,7 @@ class Peaks:
     """Extremes in each of the k - 1 pieces of a trajectory.
 
     Attributes:
-        speed: Largest absolute velocities, shape (k - 1, n) [rad/s | m/s].
+        speed: Largest absolute velocities, then speeds of tools, shape (k - 1, n + l) [rad/s | m/s].
         low: Least accelerations, then least torques if they were measured, shape (k - 1, n + m).
         high: Largest accelerations, then largest torques if they were measured, shape (k - 1, n + m).
     """
@@ -29,9 +30,12 @@ class Peaks:
     high: Floats
 
 
-def motion_peaks(trajectory: Trajectory) -> Peaks:
-    """Measure velocity and acceleration, exactly."""
-    return Peaks(*motion_extremes(trajectory))
+def motion_peaks(trajectory: Trajectory, tools: ToolLimits | None) -> Peaks:
+    """Measure velocity and acceleration, exactly; speeds of tools at samples with a supplement."""
+    speed, low, high = motion_extremes(trajectory)
+    if tools is not None:
+        speed = np.hstack((speed, tool_speed_peaks(tools, trajectory)))
+    return Peaks(speed, low, high)
 
 
 def with_torque(motion: Peaks, trajectory: Trajectory, torque: TorqueLimits | None) -> Peaks:
@@ -48,7 +52,7 @@ class Slowdown:
 
     Attributes:
         factor: Of all times; not above 1 when the limits hold.
-        column: The limit that asks for it: velocities (n), then accelerations and torques (n + m).
+        column: The limit that asks for it: speeds (n + l), then accelerations and torques (n + m).
         piece: The piece of the trajectory in which it does.
         factors: What each piece alone would ask for, shape (k - 1,).
     """

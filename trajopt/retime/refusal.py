@@ -55,12 +55,13 @@ def exceeded(
     course: Course, found: Slowdown, limits: JointLimits, torque: TorqueLimits | None
 ) -> RetimeFailure:
     """Name the limit that a trajectory exceeds however slow it is."""
-    kind, place = divmod(found.column, len(limits.joint_names))
-    if kind > 1 and torque is not None:
-        place = int(torque.joints[found.column - 2 * len(limits.joint_names)])
+    speeds, joints = course.slope.shape[1], len(limits.joint_names)
+    kind, place = (0, found.column) if found.column < speeds else (1, found.column - speeds)
+    if kind == 1 and place >= joints and torque is not None:
+        kind, place = 2, int(torque.joints[place - joints])
     joint = limits.joint_names[place]
     return RetimeFailure(
-        f"the {('velocity', 'acceleration', 'effort')[min(kind, 2)]} limit of {joint} "
+        f"the {('velocity', 'acceleration', 'effort')[kind]} limit of {joint} "
         "is exceeded there however slow the motion is",
         joint,
         float(course.s[found.piece] / course.s[-1]),

@@ -10,6 +10,7 @@ from trajopt.retime.refusal import immovable
 from trajopt.retime.result import Retimed, RetimeFailure
 from trajopt.retime.rounding import DeviationBound, smooth
 from trajopt.retime.timing import time_path
+from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import InverseDynamics, TorqueLimits
 from trajopt.trajectory import Path, Trajectory
 
@@ -24,13 +25,14 @@ def retime(
     limits: JointLimits,
     *,
     inverse_dynamics: InverseDynamics | None = None,
+    tools: ToolLimits | None = None,
     deviation: DeviationBound | None = None,
     options: RetimeOptions = DEFAULT_OPTIONS,
 ) -> Retimed | RetimeFailure:
     """Make a path smooth and find the fastest trajectory along it, from rest to rest.
 
     The trajectory holds the velocity and acceleration limits at all times (the extremes of its
-    polynomials are computed), and the torque limits at its points and densely between.
+    polynomials are computed), and the limits of torques and tools at its points and densely between.
 
     Args:
         path: A polyline; it may have repeated knots, or go nowhere at all.
@@ -38,6 +40,7 @@ def retime(
             Jerk limits are not used.
         inverse_dynamics: Torques of the joints at positions, velocities and accelerations; without
             it effort limits are not used. Joints with infinite effort limits have none.
+        tools: Limited speeds of tools.
         deviation: Bound on how far any body point moves between a position of the smooth path and
             one of the polyline [m]; without it, the largest joint difference counts [rad | m].
         options: Tolerance of the smooth path, number of points and of passes.
@@ -64,7 +67,7 @@ def retime(
         deviation=deviation,
         tolerance=options.path_tolerance,
     )
-    timing = time_path(smoothing.path, limits, torque, options)
+    timing = time_path(smoothing.path, limits, options=options, torque=torque, tools=tools)
     if isinstance(timing, RetimeFailure):
         return timing
     added = timing.trajectory.duration - timing.first_duration

@@ -2,6 +2,7 @@
 
 from trajopt.retime.course import Course
 from trajopt.retime.peaks import Slowdown, motion_peaks, slowdown, with_torque
+from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
 from trajopt.trajectory import Trajectory
 
@@ -15,7 +16,9 @@ def hold(
     course: Course,
     trajectory: Trajectory,
     needed: Slowdown,
+    *,
     torque: TorqueLimits | None,
+    tools: ToolLimits | None,
 ) -> Trajectory | Slowdown:
     """Slow a trajectory down until it holds its limits, and measure that it does.
 
@@ -24,6 +27,7 @@ def hold(
         trajectory: What to slow down.
         needed: By how much, as measured.
         torque: Torque limits, if there are any.
+        tools: Limited speeds of tools, if there are any.
 
     Returns:
         The trajectory, or what it still exceeds: torque that does not decrease with the speed.
@@ -33,7 +37,7 @@ def hold(
             return trajectory
         # Each next stretch goes a little beyond, more and more: it must not end in rounding errors.
         trajectory = slowed(trajectory, needed.factor * (1.0 + 1e-12 * 8.0**attempt))
-        needed = slowdown(course, with_torque(motion_peaks(trajectory), trajectory, torque))
+        needed = slowdown(course, with_torque(motion_peaks(trajectory, tools), trajectory, torque))
     return trajectory if needed.factor <= 1.0 + ROUNDING else needed
 
 

@@ -13,6 +13,7 @@ from trajopt.retime.result import RetimeFailure
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.straying import straying
 from trajopt.retime.stretch import hold, slowed
+from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
 from trajopt.retime.torque_along import TorqueAlong, torque_along
 from trajopt.trajectory import Trajectory
@@ -25,6 +26,9 @@ COARSE = 1.05
 """Pieces that would have to run slower by more than this factor are cut in two."""
 STRAY = 5e-6
 """Pieces that leave the path farther than this are cut in two as well [rad | m]."""
+TOOL_ROOM = 1e-3
+"""Part of each tool's limit that is left free, so that the judge need not look at every millisecond to prove
+that the limit holds."""
 REFINEMENTS = 3
 """How often the grid is refined; a limit that is still exceeded then is no fault of the grid."""
 
@@ -87,6 +91,7 @@ class _PathTimer:
         limits: Velocity and acceleration limits of its joints.
         torque: Torque limits, if there are any.
         along: The torque along the path, if there are torque limits.
+        tools: Limited speeds of tools, if there are any.
         options: Number of points and of passes.
     """
 
@@ -94,6 +99,7 @@ class _PathTimer:
     limits: JointLimits
     torque: TorqueLimits | None
     along: TorqueAlong | None
+    tools: ToolLimits | None
     options: RetimeOptions
 
     def run(self) -> Timing | RetimeFailure:
@@ -113,13 +119,13 @@ class _PathTimer:
         needed = best.slowdown
         if not best.measured:
             needed = slowdown(best.course, with_torque(best.peaks, best.trajectory, self.torque))
-        held = hold(best.course, best.trajectory, needed, self.torque)
+        held = hold(best.course, best.trajectory, needed, torque=self.torque, tools=self.tools)
         if isinstance(held, Slowdown):
             return exceeded(best.course, held, self.limits, self.torque)
         return Timing(held, best.course.s, first.duration_at_points, passes)
 
     def _course(self, s: Floats) -> Course:
-        return course(self.path, s, self.limits, self.along)
+        return course(self.path, s, self.limits, torque=self.along, tools=self.tools)
 
     def _attempt(self, on: Course, bounds: Bounds, *, refinable: bool) -> _Attempt:
         profile = fastest_profile(on, bounds)
@@ -127,12 +133,12 @@ class _PathTimer:
         strayed = straying(self.path, profile, moved)
         if moved.duration < self.options.shortest:
             moved = slowed(moved, self.options.shortest / moved.duration)
-        duration, used = moved.duration, motion_peaks(moved)
+        duration, used = moved.duration, motion_peaks(moved, self.tools)
         needed, most = slowdown(on, used), 1.0 + self.options.remainder
         if 1.0 < needed.factor <= most:
             # Only a stretch is left to do: then the torque need not be measured before it and after.
             moved = slowed(moved, needed.factor * (1.0 + 1e-12))
-            used = motion_peaks(moved)
+            used = motion_peaks(moved, self.tools)
             needed = slowdown(on, used)
         coarse = (needed.factors > COARSE) | (strayed > STRAY)
         again = needed.factor > most or (refinable and bool(coarse.any()))
@@ -168,18 +174,25 @@ class _PathTimer:
 
 
 def time_path(
-    path: SmoothPath, limits: JointLimits, torque: TorqueLimits | None, options: RetimeOptions
+    path: SmoothPath,
+    limits: JointLimits,
+    *,
+    options: RetimeOptions,
+    torque: TorqueLimits | None = None,
+    tools: ToolLimits | None = None,
 ) -> Timing | RetimeFailure:
     """Find the fastest timing of a path from rest to rest.
 
     Args:
         path: The smooth path, of positive length.
         limits: Velocity and acceleration limits.
-        torque: Torque limits, if there are any.
         options: Number of points and passes.
+        torque: Torque limits, if there are any.
+        tools: Limited speeds of tools, if there are any.
     """
     velocity, acceleration = limits.velocity * STRICT, limits.acceleration * STRICT
     limits = replace(limits, velocity=readonly(velocity), acceleration=readonly(acceleration))
     torque = None if torque is None else replace(torque, limit=torque.limit * STRICT)
+    tools = None if tools is None else replace(tools, limit=tools.limit * (1.0 - TOOL_ROOM))
     along = None if torque is None else torque_along(path, torque)
-    return _PathTimer(path, limits, torque, along, options).run()
+    return _PathTimer(path, limits, torque, along, tools, options).run()

@@ -7,6 +7,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.model.tool_speed import ToolSpeed
 from trajopt.trajectory import Trajectory
 from trajopt.verify import (
     axis_alignment,
@@ -32,6 +33,7 @@ from trajopt.verify.notes import notes
 from trajopt.verify.options import VerifyOptions
 from trajopt.verify.requirement import When, check_requirement
 from trajopt.verify.sampled import SampledCheck, sampled_check
+from trajopt.verify.tool_speed import tool_speed_checks
 from trajopt.verify.workspace import workspace
 
 REQUIREMENT_MODULES = (
@@ -83,6 +85,7 @@ class Judge:
         constraints: Sequence[Requirement] = (),
         sampled: Sequence[SampledCheck] = (),
         limits: JointLimits | None = None,
+        tool_speeds: Sequence[ToolSpeed] = (),
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
         reduced, own = self._reduced, self._workspace
@@ -102,6 +105,8 @@ class Judge:
         checks += [sampled_check(check, motion) for check in sampled]
         checks += limit_checks(motion, bounds)
         checks += torque_checks(motion, bounds)
+        for tool in tool_speeds:
+            checks += tool_speed_checks(motion, tool)
         found = judge_clearance(motion, distances, own.search(motion))
         margin = reduced.pairs.margin
         return Certificate(
@@ -136,6 +141,7 @@ def verify(
     constraints: Sequence[Requirement] = (),
     sampled: Sequence[SampledCheck] = (),
     limits: JointLimits | None = None,
+    tool_speeds: Sequence[ToolSpeed] = (),
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
     """Judge a trajectory: prove for all times, not only at samples, what was asked of it.
@@ -147,6 +153,7 @@ def verify(
         constraints: What must hold at all times.
         sampled: Constraints in user code, judged at samples.
         limits: Limits of the group's joints; those of the model when None.
+        tool_speeds: Largest speeds of tools.
         options: Numbers to judge with.
 
     Raises:
@@ -156,7 +163,14 @@ def verify(
         ModelError: If two half-spaces have to keep apart.
     """
     judge = Judge(reduced, options)
-    return judge.verify(trajectory, goals=goals, constraints=constraints, sampled=sampled, limits=limits)
+    return judge.verify(
+        trajectory,
+        goals=goals,
+        constraints=constraints,
+        sampled=sampled,
+        limits=limits,
+        tool_speeds=tool_speeds,
+    )
 
 
 def examine(

@@ -1,0 +1,63 @@
+"""ToolSpeed: how fast a point of a frame may move, and how fast the frame may turn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ProblemError
+
+
+@dataclass(frozen=True, eq=False)
+class ToolSpeed:
+    """Largest speeds of a frame, as seen from the world.
+
+    No shape of a path can break or hold it, only its timing: so retiming enforces it, and the judge
+    measures it on the timed motion.
+
+    Attributes:
+        frame: Link, tool frame or attached object.
+        linear: Largest speed of the point [m/s]; inf for none.
+        angular: Largest angular speed of the frame [rad/s]; inf for none.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+    """
+
+    frame: str
+    linear: float
+    angular: float
+    offset: Floats
+
+    def __repr__(self) -> str:
+        """Show frame and limits."""
+        limits = ((self.linear, "m/s"), (self.angular, "rad/s"))
+        text = " and ".join(f"{limit:g} {unit}" for limit, unit in limits if np.isfinite(limit))
+        return f"ToolSpeed({self.frame!r} at most {text})"
+
+
+def tool_speed(
+    frame: str,
+    *,
+    linear: float = np.inf,
+    angular: float = np.inf,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> ToolSpeed:
+    """Limit the speed of a tool: `tool_speed("panda_hand_tcp", linear=0.25)`.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        linear: Largest speed of the point [m/s].
+        angular: Largest angular speed of the frame [rad/s].
+        offset: The point whose speed counts, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If a limit is not positive, or there is none.
+    """
+    limits = {"linear": linear, "angular": angular}
+    for name, limit in limits.items():
+        if not number(f"{name} speed of {frame}", limit, infinite=True) > 0.0:
+            raise ProblemError(f"tool_speed({frame!r}): the {name} limit must be positive, is {limit:g}")
+    if np.isinf(list(limits.values())).all():
+        raise ProblemError(f"tool_speed({frame!r}): give a linear limit, an angular one or both")
+    return ToolSpeed(frame, float(linear), float(angular), floats("offset", offset, (3,)))
