@@ -1,5 +1,6 @@
 """Limits of joints, torques and the two ends: each passes when it should and fails when it should."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -69,8 +70,52 @@ def test_peaks_of_a_minimum_jerk_leg_are_exact(
     tight = verify(model, leg(model), goals=(), limits=limits_of(model, **{field: below}))
     (check,) = checks(tight, name)
     assert not check.holds
-    assert tight.verified == (name == "jerk"), "jerk is information only"
+    assert not tight.verified
     assert check.slack == pytest.approx(-peak * 3e-6, rel=1e-3)
+
+
+def sampled(model: ReducedModel, function: Callable[[Floats, int], Floats]) -> Trajectory:
+    """A quintic trajectory of 41 points whose shoulder follows a function of time with its derivatives."""
+    times = np.linspace(0.0, 1.0, 41)
+    rows = [np.zeros((41, 2)) for _ in range(3)]
+    for order, row in enumerate(rows):
+        row[:, 0] = function(times, order)
+    return Trajectory(model.joint_names, times, rows[0] + model.start_positions, rows[1], rows[2])
+
+
+def rest_to_rest(t: Floats, order: int) -> Floats:
+    """t^4 (1 - t)^4 and its derivatives: its jerk vanishes at the ends, its acceleration too."""
+    polynomial = np.polynomial.Polynomial((0, 0, 0, 0, 1, -4, 6, -4, 1))
+    return polynomial.deriv(order)(t) if order else polynomial(t)
+
+
+def test_jerk_is_limited_at_all_times(model: ReducedModel) -> None:
+    motion = sampled(model, rest_to_rest)
+    peak = float(np.abs(motion(np.linspace(0.0, 1.0, 100_001), 3)).max())
+    (check,) = checks(
+        verify(model, motion, goals=(), limits=limits_of(model, jerk=[peak * 1.0001, 1.0])), "jerk"
+    )
+    assert check.holds and check.required and check.evidence is Evidence.PROVEN
+    assert abs(check.value or 0.0) == pytest.approx(peak, rel=1e-4)
+    tight = verify(model, motion, goals=(), limits=limits_of(model, jerk=[peak * 0.999, 1.0]))
+    assert [check.name for check in tight.failed] == ["jerk"]
+    assert tight.failed[0].subject == "shoulder"
+
+
+def test_jumps_of_acceleration_break_any_jerk_limit(model: ReducedModel) -> None:
+    motion = sampled(model, rest_to_rest)
+    assert motion.accelerations is not None
+    high = limits_of(model, jerk=[1e9, np.inf])
+    assert verify(model, motion, goals=(), limits=high).verified
+    for row in (0, -1):
+        pushed = np.array(motion.accelerations)
+        pushed[row, 0] += 1e-3
+        mutated = replace(motion, accelerations=pushed)
+        (check,) = verify(model, mutated, goals=(), limits=high).failed
+        assert (check.name, check.subject) == ("jerk", "shoulder")
+        assert "jumps by 0.001" in check.detail
+    cubic = Trajectory(motion.joint_names, motion.times, motion.positions, motion.velocities)
+    assert [check.name for check in verify(model, cubic, goals=(), limits=high).failed] == ["jerk"]
 
 
 def test_positions_between_the_points_count(model: ReducedModel) -> None:

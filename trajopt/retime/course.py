@@ -8,10 +8,11 @@ from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.retime.cores import fastest
 from trajopt.retime.profile import Profile, from_control
+from trajopt.retime.ramp import RampedPath
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.stages import Rows, squared_speed_bound, stations
 from trajopt.retime.tool import ToolLimits
-from trajopt.retime.torque_along import TorqueAlong
+from trajopt.retime.torque_along import RampedTorque, TorqueAlong
 from trajopt.trajectory import Trajectory
 
 
@@ -22,10 +23,13 @@ class Bounds:
     Attributes:
         velocity: Of the n joints and l tools at the k + 1 stations, shape (k + 1, n + l) [rad/s | m/s].
         rows: Of acceleration and torque at the k grid points, shape (k, n + m).
+        jerk: Of the n joints in the k - 1 intervals, shape (k - 1, n) [rad/s^3 | m/s^3]; None where it is
+            not limited.
     """
 
     velocity: Floats
     rows: Floats
+    jerk: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,11 +56,11 @@ class Course:
 
 
 def course(
-    path: SmoothPath,
+    path: SmoothPath | RampedPath,
     s: Floats,
     limits: JointLimits,
     *,
-    torque: TorqueAlong | None,
+    torque: TorqueAlong | RampedTorque | None,
     tools: ToolLimits | None,
 ) -> Course:
     """Evaluate a path and its limits on a grid.

@@ -14,7 +14,7 @@ class Profile:
 
     Attributes:
         s: Grid, increasing, shape (k,).
-        x: Squared speed (ds/dt)² at the grid points, 0 at both ends and positive between, (k,).
+        x: Squared speed (ds/dt)² at the grid points, positive between the ends, (k,).
         u: Path acceleration d²s/dt² = dx/ds / 2 at the grid points, shape (k,).
     """
 
@@ -51,7 +51,7 @@ def _stretch(square: Floats) -> Floats:
     return np.where(small, 1.0 + square / 3.0 + square**2 / 5.0, far)
 
 
-def from_control(s: Floats, control: Floats) -> Profile:
+def spline_profile(s: Floats, control: Floats) -> Profile:
     """Make the profile whose squared speed is a quadratic B-spline with these control values.
 
     Source: between grid points x is the quadratic that runs from chord to chord of the control
@@ -59,11 +59,21 @@ def from_control(s: Floats, control: Floats) -> Profile:
 
     Args:
         s: Grid, shape (k,).
-        control: Control values at the stations (`trajopt.retime.stages.stations`), 0 at both
-            ends and positive between, shape (k + 1,).
+        control: Control values at the stations (`trajopt.retime.stages.stations`), shape (k + 1,).
     """
     station = np.concatenate((s[:1], (s[:-1] + s[1:]) / 2.0, s[-1:]))
     distance, rise = np.diff(station), np.diff(control)
     x = control[:-1] + (s - station[:-1]) / distance * rise
-    x[-1] = 0.0
     return Profile(s, x, rise / (2.0 * distance))
+
+
+def from_control(s: Floats, control: Floats) -> Profile:
+    """Make the profile from rest to rest with these control values.
+
+    Args:
+        s: Grid, shape (k,).
+        control: Control values at the stations, 0 at both ends and positive between, shape (k + 1,).
+    """
+    profile = spline_profile(s, control)
+    profile.x[-1] = 0.0  # not off by a rounding error
+    return profile

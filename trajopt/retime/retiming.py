@@ -31,13 +31,13 @@ def retime(
 ) -> Retimed | RetimeFailure:
     """Make a path smooth and find the fastest trajectory along it, from rest to rest.
 
-    The trajectory holds the velocity and acceleration limits at all times (the extremes of its
+    The trajectory holds the velocity, acceleration and jerk limits at all times (the extremes of its
     polynomials are computed), and the limits of torques and tools at its points and densely between.
 
     Args:
         path: A polyline; it may have repeated knots, or go nowhere at all.
         limits: Limits of its joints; slower motions are asked for by `JointLimits.scaled`.
-            Jerk limits are not used.
+            Where a joint that moves has a jerk limit, jerks are limited.
         inverse_dynamics: Torques of the joints at positions, velocities and accelerations; without
             it effort limits are not used. Joints with infinite effort limits have none.
         tools: Limited speeds of tools.

@@ -54,18 +54,22 @@ class SmoothPath:
     def _curvature(self) -> "BSpline":
         return self._slope.derivative(1)
 
+    @cached_property
+    def _bend(self) -> "BSpline":
+        return self._curvature.derivative(1)
+
     def __call__(self, s: Floats, order: int = 0) -> Floats:
         """Evaluate the path or a derivative with respect to s.
 
         Args:
             s: Parameters, shape (m,) [s].
-            order: 0, 1 or 2.
+            order: 0 to 3.
 
         Returns:
             Shape (m, n), joint units per s^order.
         """
         if order > 0:
-            return (self._slope if order == 1 else self._curvature)(s)
+            return (self._slope, self._curvature, self._bend)[order - 1](s)
         position = self.origin + self._position(s)
         position[s >= self.length] = self.goal  # not off by the last bit
         return position

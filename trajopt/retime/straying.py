@@ -4,6 +4,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.retime.profile import Profile
+from trajopt.retime.ramp import RampedPath
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.states import within
 from trajopt.trajectory import Trajectory
@@ -12,14 +13,14 @@ AHEAD = 0.01
 """How far a piece may run ahead of its profile or behind, as a part of its length on the path."""
 
 
-def straying(path: SmoothPath, profile: Profile, trajectory: Trajectory) -> Floats:
+def straying(path: SmoothPath | RampedPath, profile: Profile, trajectory: Trajectory) -> Floats:
     """Distance of the middle of each quintic piece from the path.
 
     The trajectory has the position, velocity and acceleration of the path at its points; between
     them it strays most about the middle, with the sixth power of the length of the piece.
 
     Args:
-        path: The smooth path.
+        path: The smooth path, over the parameter of the profile.
         profile: The profile with which the trajectory was made.
         trajectory: Of k points.
 

@@ -2,10 +2,13 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from trajopt.arrays import Bools, Floats, readonly
 from trajopt.model.limits import JointLimits
 from trajopt.retime.course import Bounds, Course, course, fastest_profile, trajectory
 from trajopt.retime.grid import even_grid, finer_grid, first_grid, turned
+from trajopt.retime.jerk_timing import JerkTimer, JerkTiming, limited_jerk
 from trajopt.retime.options import RetimeOptions
 from trajopt.retime.peaks import Peaks, Slowdown, motion_peaks, slowdown, tightened, with_torque
 from trajopt.retime.refusal import exceeded, unholdable
@@ -114,6 +117,8 @@ class _PathTimer:
         failure = unholdable(fine, self.limits, self.torque)
         if failure is not None:
             return failure
+        if limited_jerk(self.limits, np.abs(fine.dq).max(axis=0)):
+            return self._with_jerk(fine)
         first = self._attempt(fine, fine.bounds, refinable=True)
         best, passes = self._improved(first)
         needed = best.slowdown
@@ -123,6 +128,13 @@ class _PathTimer:
         if isinstance(held, Slowdown):
             return exceeded(best.course, held, self.limits, self.torque)
         return Timing(held, best.course.s, first.duration_at_points, passes)
+
+    def _with_jerk(self, fine: Course) -> Timing | RetimeFailure:
+        timer = JerkTimer(self.path, self.limits, self.torque, self.along, self.tools, self.options)
+        found = timer.run(fastest_profile(fine, fine.bounds))
+        if isinstance(found, JerkTiming):
+            return Timing(found.trajectory, found.s, found.first_duration, found.passes)
+        return exceeded(*found, self.limits, self.torque)
 
     def _course(self, s: Floats) -> Course:
         return course(self.path, s, self.limits, torque=self.along, tools=self.tools)
@@ -185,13 +197,17 @@ def time_path(
 
     Args:
         path: The smooth path, of positive length.
-        limits: Velocity and acceleration limits.
+        limits: Velocity, acceleration and jerk limits.
         options: Number of points and passes.
         torque: Torque limits, if there are any.
         tools: Limited speeds of tools, if there are any.
     """
-    velocity, acceleration = limits.velocity * STRICT, limits.acceleration * STRICT
-    limits = replace(limits, velocity=readonly(velocity), acceleration=readonly(acceleration))
+    limits = replace(
+        limits,
+        velocity=readonly(limits.velocity * STRICT),
+        acceleration=readonly(limits.acceleration * STRICT),
+        jerk=readonly(limits.jerk * STRICT),
+    )
     torque = None if torque is None else replace(torque, limit=torque.limit * STRICT)
     tools = None if tools is None else replace(tools, limit=tools.limit * (1.0 - TOOL_ROOM))
     along = None if torque is None else torque_along(path, torque)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.retime.ramp import RampedPath
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.stages import Rows
 from trajopt.retime.torque import TorqueLimits
@@ -48,6 +49,34 @@ class TorqueAlong:
         bend = 2.0 * (begin - 2.0 * middle + end)
         a, b, c = np.moveaxis(begin + part * ((end - begin) - bend * (1.0 - part)), 1, 0)
         return Rows(a, b, c)
+
+
+@dataclass(frozen=True, eq=False)
+class RampedTorque:
+    """The same torque over the clock of a ramped path.
+
+    Attributes:
+        along: The torque along the path.
+        ramp: The path over the clock.
+    """
+
+    along: TorqueAlong
+    ramp: RampedPath
+
+    @property
+    def limits(self) -> TorqueLimits:
+        """The limited joints."""
+        return self.along.limits
+
+    def __call__(self, clock: Floats) -> Rows:
+        """Interpolate at clocks, shape (k,): d²s/dt² = s' u + s'' x and (ds/dt)² = s'^2 x."""
+        rows, first, second = (
+            self.along(self.ramp.way(clock)),
+            self.ramp.way(clock, 1),
+            self.ramp.way(clock, 2),
+        )
+        b = rows.a * second[:, None] + rows.b * first[:, None] ** 2
+        return Rows(rows.a * first[:, None], b, rows.c)
 
 
 def torque_along(path: SmoothPath, limits: TorqueLimits) -> TorqueAlong:

@@ -1,4 +1,4 @@
-"""Position, velocity and acceleration limits of joints, judged at all times."""
+"""Position, velocity, acceleration and jerk limits of joints, judged at all times."""
 
 from dataclasses import dataclass
 
@@ -36,7 +36,8 @@ def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
     """Judge the limits; where one is passed, every joint that passes it gets a check of its own.
 
     Extremes of polynomials are exact to rounding, so the checks hold for every time. A linear
-    trajectory states no acceleration; jerk is reported where it is limited, and not required.
+    trajectory states no acceleration, and so no jerk. Where jerk is limited the acceleration must not jump
+    either, not even from and to the rest before and after the motion.
 
     Args:
         motion: The motion.
@@ -47,8 +48,40 @@ def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
     if motion.differentiable:
         checks += _of_order(motion, 2, -limits.acceleration, limits.acceleration)
         if np.isfinite(limits.jerk).any():
-            checks += _of_order(motion, 3, -limits.jerk, limits.jerk)[:1]
+            checks += _jumps(motion, limits) or _of_order(motion, 3, -limits.jerk, limits.jerk)
     return tuple(checks)
+
+
+def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
+    """State the largest jump of the acceleration of each joint whose jerk is limited, if there is any."""
+    rest = np.zeros((1, len(limits.jerk)))
+    cubic, lengths = motion.group[2].coefficients, np.diff(motion.trajectory.times)
+    reached = np.zeros(cubic.shape[1:])
+    for coefficient in cubic:
+        reached = reached * lengths[:, None] + coefficient
+    jumps = np.abs(np.concatenate((cubic[-1], rest)) - np.concatenate((rest, reached)))
+    limited = np.isfinite(limits.jerk)
+    worst = np.where(limited, jumps.max(axis=0), 0.0)
+    checks: list[Check] = []
+    for joint, name in enumerate(motion.reduced.joint_names):
+        if worst[joint] <= motion.options.excess * limits.acceleration[joint]:
+            continue
+        row = int(jumps[:, joint].argmax())
+        checks.append(
+            Check(
+                name=QUANTITIES[3],
+                subject=name,
+                value=None,
+                bound=float(limits.jerk[joint]),
+                unit=joint_unit(motion.reduced.scene.robot, name, order=3),
+                time=float(motion.trajectory.times[row]),
+                slack=None,
+                evidence=Evidence.PROVEN,
+                holds=False,
+                detail=f"the acceleration of {name} jumps by {worst[joint]:.4g}, its jerk is limited",
+            )
+        )
+    return checks
 
 
 def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[Check]:
@@ -65,8 +98,6 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
         limited = bool(np.isfinite(found.bounds[joint]))
         detail = f"{name} reaches {found.values[joint]:.6g}"
         detail += f", its limit is {found.bounds[joint]:.6g}" if limited else " and has no limit"
-        if order == 3:
-            detail += "; jumps of acceleration between segments are not counted"
         checks.append(
             Check(
                 name=QUANTITIES[order],
@@ -79,7 +110,6 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
                 evidence=Evidence.PROVEN,
                 holds=holds,
                 detail=detail,
-                required=order < 3,
             )
         )
     return checks

@@ -1,0 +1,174 @@
+"""Timing a smooth path with limits on the jerk: rest to rest, with no acceleration at the ends.
+
+The fastest motion without such limits is averaged over the time that the acceleration takes to rise. On the
+clock of that motion a squared clock speed near 1 is what is looked for, which a `Program` finds. What comes
+out gives the next clock: then everything is even in time, also where the jerk makes a corner much slower.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.limits import JointLimits
+from trajopt.retime.barrier import minimise, scaled_inside
+from trajopt.retime.course import Bounds, Course, course, trajectory
+from trajopt.retime.options import RetimeOptions
+from trajopt.retime.peaks import Peaks, Slowdown, slowdown, tightened
+from trajopt.retime.profile import Profile, spline_profile
+from trajopt.retime.program import program
+from trajopt.retime.ramp import RampedPath, RoughMotion, ramped
+from trajopt.retime.smooth import SmoothPath
+from trajopt.retime.straying import straying
+from trajopt.retime.stretch import hold, measured, slowed
+from trajopt.retime.tool import ToolLimits
+from trajopt.retime.torque import TorqueLimits
+from trajopt.retime.torque_along import RampedTorque, TorqueAlong
+from trajopt.trajectory import Trajectory
+
+FIRST_AVERAGE = 2.0
+"""Least time that the first motion is averaged over, in intervals of the grid."""
+SHOWN = 1.0
+"""The acceleration does not rise to its limit in less time than this, in intervals of the grid: faster
+changes would happen between the points, unseen."""
+ROUGH_GAP = 3e-2
+"""Part of the duration that the first solution may be from the least."""
+GAP = 2e-3
+"""The same of the last."""
+PASSES = 4
+"""Most times that the limits are tightened where the trajectory exceeds them between its points."""
+STRAY = 5e-6
+"""Farthest that a piece may leave the path [rad | m]; else the grid is made finer."""
+FINER = 1.6
+"""By this factor."""
+GRIDS = 3
+"""Most grids that are tried."""
+
+
+@dataclass(frozen=True, eq=False)
+class JerkTiming:
+    """A jerk-limited trajectory.
+
+    Attributes:
+        trajectory: It holds all limits.
+        s: Path parameter of each of its points, shape (k,).
+        first_duration: What the program asks for, whose rows hold at points [s].
+        passes: How many programs were solved.
+    """
+
+    trajectory: Trajectory
+    s: Floats
+    first_duration: float
+    passes: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Attempt:
+    bounds: Bounds
+    profile: Profile
+    trajectory: Trajectory
+    peaks: Peaks
+    slowdown: Slowdown
+
+    @property
+    def duration(self) -> float:
+        """What it takes when slowed down to hold all limits [s]."""
+        return self.trajectory.duration * max(1.0, self.slowdown.factor)
+
+
+@dataclass(frozen=True, eq=False)
+class JerkTimer:
+    """Finds nearly the fastest timing within limits on the jerk too.
+
+    Attributes:
+        path: The smooth path, of positive length.
+        limits: Limits of its joints; jerk limits that are infinite are none.
+        torque: Torque limits, if there are any.
+        along: The torque along the path, if there are torque limits.
+        tools: Limited speeds of tools, if there are any.
+        options: Number of points.
+    """
+
+    path: SmoothPath
+    limits: JointLimits
+    torque: TorqueLimits | None
+    along: TorqueAlong | None
+    tools: ToolLimits | None
+    options: RetimeOptions
+
+    def run(self, fastest: Profile) -> JerkTiming | tuple[Course, Slowdown]:
+        """Find the timing.
+
+        Args:
+            fastest: The fastest profile without jerk limits.
+
+        Returns:
+            The timing, or the course and the limit on it that is exceeded however slow the motion is.
+        """
+        count = self.options.points
+        rise = float((self.limits.acceleration / self.limits.jerk).max())
+        average = max(min(rise, fastest.duration), FIRST_AVERAGE * fastest.duration / count)
+        rough = RoughMotion(fastest.times, fastest.s, np.sqrt(fastest.x))
+        ramp = ramped(self.path, rough, average=average, count=count)
+        on = self._course(ramp)
+        motion = _moved(ramp, self._profile(on, ramp, on.bounds, gap=ROUGH_GAP))
+        passes, grids = 1, 0
+        while True:
+            ramp = ramped(self.path, motion, average=0.0, count=count)
+            on = self._course(ramp)
+            best, tried = self._improved(on, ramp)
+            passes, grids = passes + tried, grids + 1
+            if grids == GRIDS or straying(ramp, best.profile, best.trajectory).max() <= STRAY:
+                break
+            motion, count = _moved(ramp, best.profile), round(count * FINER)
+        held = hold(on, self._lasting(best.trajectory), best.slowdown, torque=self.torque, tools=self.tools)
+        if isinstance(held, Slowdown):
+            return on, held
+        return JerkTiming(held, ramp.way(on.s), best.profile.duration, passes)
+
+    def _course(self, ramp: RampedPath) -> Course:
+        torque = None if self.along is None else RampedTorque(self.along, ramp)
+        on = course(ramp, ramp.clock, self.limits, torque=torque, tools=self.tools)
+        jerk = np.tile(self.limits.jerk, (len(ramp.clock) - 1, 1))
+        return replace(on, bounds=replace(on.bounds, jerk=jerk))
+
+    def _profile(self, on: Course, ramp: RampedPath, bounds: Bounds, *, gap: float) -> Profile:
+        cell = float(on.s[-1]) / self.options.points
+        shown = self.limits.acceleration / (SHOWN * cell)
+        assert bounds.jerk is not None
+        asked = program(on, ramp, replace(bounds, jerk=np.minimum(bounds.jerk, shown)))
+        start = scaled_inside(asked, np.ones(len(on.s) + 1))
+        return spline_profile(on.s, minimise(asked, start, gap=gap).z)
+
+    def _attempt(self, on: Course, ramp: RampedPath, bounds: Bounds) -> _Attempt:
+        profile = self._profile(on, ramp, bounds, gap=GAP)
+        moved = trajectory(on, profile, self.limits.joint_names)
+        peaks = measured(on, moved, torque=self.torque, tools=self.tools)
+        return _Attempt(bounds, profile, moved, peaks, slowdown(on, peaks))
+
+    def _improved(self, on: Course, ramp: RampedPath) -> tuple[_Attempt, int]:
+        """Lower limits where they are exceeded between the points, while that makes the motion faster."""
+        attempt = best = self._attempt(on, ramp, on.bounds)
+        passes = 1
+        while passes <= PASSES and attempt.slowdown.factor > 1.0 + self.options.remainder:
+            attempt = self._attempt(on, ramp, tightened(on, attempt.bounds, attempt.peaks))
+            best, passes = attempt if attempt.duration < best.duration else best, passes + 1
+        return best, passes
+
+    def _lasting(self, moved: Trajectory) -> Trajectory:
+        return slowed(moved, max(1.0, self.options.shortest / moved.duration))
+
+
+def _moved(ramp: RampedPath, profile: Profile) -> RoughMotion:
+    speed = ramp.way(profile.s, 1) * np.sqrt(profile.x)
+    return RoughMotion(profile.times, ramp.way(profile.s), speed)
+
+
+def limited_jerk(limits: JointLimits, moving: Floats) -> bool:
+    """Say whether a joint that moves has a jerk limit.
+
+    Args:
+        limits: Of the joints.
+        moving: How far each moves, shape (n,) [rad | m].
+    """
+    return bool(np.isfinite(limits.jerk[moving > 0.0]).any())

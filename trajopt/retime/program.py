@@ -1,0 +1,147 @@
+"""The program of a jerk-limited profile: minimise the duration within rows of limits.
+
+The unknowns are control values z at the stations of a squared clock speed y, a quadratic B-spline as in
+`trajopt.retime.profile`, but positive at the ends too. With p = dq/dclock and so on, at a grid point
+
+    acceleration  q'' = p u + p' y,                   u = y' / 2,
+    jerk          q''' = sqrt(y) (p y'' / 2 + 3/2 p' y' + p'' y).
+
+The acceleration is linear in z. The jerk's limit reads |linear in z| <= jerk / sqrt(y), whose right-hand
+side is convex: its tangent lies below, so that what holds with the tangent holds truly.
+
+Source: the form of the rows is that of Debrouwere et al., Time-optimal path following for robots with
+convex-concave constraints using sequential convex programming, IEEE T-RO 29(6), 2013.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.retime.course import Bounds, Course
+from trajopt.retime.ramp import RampedPath
+from trajopt.retime.stages import LEAST_ROOM, squared_speed_bound, stations
+
+LARGEST = 1e4
+"""Bound of the squared clock speed where nothing else bounds it [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Rows of limits, in blocks of three neighbouring control values, one block an interval of the grid.
+
+    Attributes:
+        weight: Of 1 / sqrt(z) in the duration, shape (k + 1,) [s].
+        bound: What z must stay below, shape (k + 1,).
+        rows: Factors of the values, shape (k - 1, m + r, 3): m of acceleration and torque, then r of jerk.
+        above: What the first m values must stay below, positive, shape (k - 1, m).
+        below: What their negatives must stay below, positive, shape (k - 1, m).
+        jerk: Limits of the other values times sqrt(y), shape (k - 1, r).
+        speed: Factors of y at the start and at the end of each interval, shape (k - 1, 2, 3).
+    """
+
+    weight: Floats
+    bound: Floats
+    rows: Floats
+    above: Floats
+    below: Floats
+    jerk: Floats
+    speed: Floats
+
+
+def windows(z: Floats) -> Floats:
+    """Three neighbouring control values for each interval: (k + 1,) -> (k - 1, 3)."""
+    return np.stack((z[:-2], z[1:-1], z[2:]), axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A program at some control values: how far all rows are from their limits.
+
+    Attributes:
+        z: The control values, shape (k + 1,).
+        above: Distance of the values from their upper limits, shape (k - 1, m + r).
+        below: Distance from their lower limits, shape (k - 1, m + r).
+        slope: Derivative of each jerk row's limit by y, shape (k - 1, r).
+    """
+
+    z: Floats
+    above: Floats
+    below: Floats
+    slope: Floats
+
+    @property
+    def inside(self) -> bool:
+        """Whether all rows hold with something left."""
+        return bool(self.above.min() > 0.0 and self.below.min() > 0.0)
+
+
+def at(program: Program, z: Floats) -> State:
+    """Evaluate all rows at positive control values."""
+    window = windows(z)
+    values = (program.rows @ window[:, :, None])[:, :, 0]
+    half = program.jerk.shape[1] // 2
+    y = np.repeat((program.speed @ window[:, :, None])[:, :, 0], half, axis=1)
+    limit = program.jerk / np.sqrt(y)
+    return State(
+        z,
+        np.hstack((program.above, limit)) - values,
+        np.hstack((program.below, limit)) + values,
+        limit / (-2.0 * y),
+    )
+
+
+def duration(program: Program, z: Floats) -> float:
+    """Return about what the motion takes [s]."""
+    return float((program.weight / np.sqrt(z)).sum())
+
+
+def program(course: Course, ramp: RampedPath, bounds: Bounds) -> Program:
+    """Write the limits of a path over a clock as a program.
+
+    Args:
+        course: The path on the grid of the clock.
+        ramp: The path over the clock.
+        bounds: The limits; those of the jerk must be given, infinite where there is none.
+    """
+    s, count = course.s, len(course.s) - 1
+    station = stations(s)
+    apart, width = np.diff(station), np.diff(s)
+    part = (s - station[:-1]) / apart
+    joints, limited = int(course.dq.shape[1]), int(course.rows.a.shape[1])
+    moving: Ints = np.nonzero((course.dq != 0.0).any(axis=0))[0]
+    columns: Ints = np.concatenate((moving, np.arange(joints, limited)))
+
+    none = np.zeros(count)
+    value = np.stack((1.0 - part, part), axis=1)  # of y at a grid point, by the stations beside it
+    slope = np.stack((-1.0 / apart, 1.0 / apart), axis=1)  # of y' there
+    speed = np.stack((np.c_[value[:-1], none], np.c_[none, value[1:]]), axis=1)
+    rate = np.stack((np.c_[slope[:-1], none], np.c_[none, slope[1:]]), axis=1)
+    curvature = (rate[:, 1] - rate[:, 0]) / width[:, None]
+
+    a, b = course.rows.a[:-1, columns, None], course.rows.b[:-1, columns, None]
+    linear = a * (rate[:, :1] / 2.0) + b * speed[:, :1]
+    middle = (s[:-1] + s[1:]) / 2.0
+    jerks: list[Floats] = []
+    for end, at_end in enumerate((slice(None, -1), slice(1, None))):
+        p, dp = course.dq[at_end][:, moving, None], course.ddq[at_end][:, moving, None]
+        ddp = ramp.third(s[at_end], middle)[:, moving, None]
+        jerks.append(
+            p * (curvature[:, None] / 2.0) + dp * (1.5 * rate[:, None, end]) + ddp * speed[:, None, end]
+        )
+
+    assert bounds.jerk is not None
+    room, c = bounds.rows[:-1, columns], course.rows.c[:-1, columns]
+    weight = np.zeros(count + 2)
+    share = speed.sum(axis=1) / 3.0 + (0.0, 1.0 / 3.0, 0.0)  # of each control value in the mean of y
+    for place in range(3):
+        weight[place : place + count] += width * share[:, place]
+    return Program(
+        weight,
+        np.minimum(squared_speed_bound(course.slope, bounds.velocity), LARGEST),
+        np.concatenate((linear, *jerks), axis=1),
+        np.maximum(room - c, LEAST_ROOM * room),
+        np.maximum(room + c, LEAST_ROOM * room),
+        np.tile(bounds.jerk[:, moving], 2),
+        speed,
+    )
