@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 
 from tests.retime.retime_cases import make_limits, make_path
 from trajopt.arrays import Floats
-from trajopt.retime import Retimed, cores, extremes, reachability, retime
+from trajopt.retime import Retimed, barrier, cores, extremes, reachability, retime
+from trajopt.retime.program import Program, at, duration
 from trajopt.retime.stages import Rows, rooms, stages, stations
 from trajopt.trajectory import Trajectory
 
@@ -140,3 +142,72 @@ def test_plain_python_takes_over_where_there_is_no_core(monkeypatch: pytest.Monk
     plain = retime(path, limits)
     assert isinstance(fast, Retimed) and isinstance(plain, Retimed)
     np.testing.assert_allclose(fast.trajectory.duration, plain.trajectory.duration, rtol=1e-6)
+
+
+def random_program(rng: np.random.Generator, *, blocks: int, linear: int, half: int) -> Program:
+    rows = rng.normal(size=(blocks, linear + 2 * half, 3)) * 10.0 ** rng.uniform(-1.0, 1.0)
+    part = rng.uniform(0.2, 0.8, (blocks, 2))
+    speed = np.zeros((blocks, 2, 3))
+    speed[:, 0, :2] = np.stack((1.0 - part[:, 0], part[:, 0]), axis=1)
+    speed[:, 1, 1:] = np.stack((1.0 - part[:, 1], part[:, 1]), axis=1)
+    above, below = rng.uniform(0.1, 2.0, (2, blocks, linear))
+    jerk = rng.uniform(0.1, 2.0, (blocks, 2 * half))
+    bound = np.where(rng.random(blocks + 2) < 0.5, 1e4, rng.uniform(0.1, 2.0, blocks + 2))
+    return Program(rng.uniform(0.5, 1.5, blocks + 2), bound, rows, above, below, jerk, speed)
+
+
+@needs_native
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10**6), st.integers(0, 5), st.integers(1, 4))
+def test_the_barrier_goes_where_plain_python_goes(seed: int, linear: int, half: int) -> None:
+    rng = np.random.default_rng(seed)
+    program = random_program(rng, blocks=int(rng.integers(3, 40)), linear=linear, half=half)
+    z = np.full(len(program.weight), rng.uniform(0.5, 2.0))
+    found = cores.minimise(program, z, first_gap=0.3, gap=3e-3)
+    expected = barrier.minimise(program, z, first_gap=0.3, gap=3e-3)
+    assert found.z[0] == found.z[1] and found.z[-1] == found.z[-2]
+    assert at(program, found.z).inside and (found.z < program.bound).all()
+    assert duration(program, found.z) == pytest.approx(duration(program, expected.z), rel=1e-4)
+    assert found.steps <= 60
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_barrier_ends_near_the_least(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    program = random_program(rng, blocks=12, linear=3, half=0)  # convex: any other solver finds the same
+    gap = 1e-3
+    found = barrier.minimise(program, np.ones(14), first_gap=0.3, gap=gap)
+
+    def cost(inner: Floats) -> float:
+        return duration(program, np.concatenate((inner[:1], inner, inner[-1:])))
+
+    def room(inner: Floats) -> Floats:
+        z = np.concatenate((inner[:1], inner, inner[-1:]))
+        state = at(program, z)
+        return np.concatenate((state.above.ravel(), state.below.ravel(), program.bound - z))
+
+    least = minimize(
+        cost,
+        found.z[1:-1],
+        method="SLSQP",
+        bounds=[(1e-6, None)] * 12,
+        constraints={"type": "ineq", "fun": room},
+        options={"maxiter": 500, "ftol": 1e-12},
+    )
+    assert (1.0 - 1e-6) * least.fun <= duration(program, found.z) <= (1.0 + 2.0 * gap) * least.fun
+
+
+@needs_native
+def test_programs_that_do_not_fit_together_are_refused() -> None:
+    from trajopt.native import reachability as core
+
+    program = random_program(np.random.default_rng(0), blocks=5, linear=2, half=1)
+    tables = [program.rows, program.above, program.below, program.jerk, program.speed]
+    columns = [program.weight, program.bound]
+    core.minimise(*columns, *tables, np.ones(7), 0.3, 0.1)
+    with pytest.raises(ValueError, match="two rows more"):
+        core.minimise(*columns, *tables, np.ones(6), 0.3, 0.1)
+    with pytest.raises(ValueError, match="rows must be"):
+        core.minimise(*columns, program.rows, program.above[:, :1], *tables[2:], np.ones(7), 0.3, 0.1)
+    with pytest.raises(ValueError, match="a row for each block"):
+        core.minimise(*columns, program.rows, program.above[:3], *tables[2:], np.ones(7), 0.3, 0.1)

@@ -1,4 +1,4 @@
-"""Stub of the native core `reachability`; in plain Python: `trajopt.retime.reachability` and `extremes`."""
+"""Stub of the native core `reachability`; its bodies in plain Python are in `trajopt.retime`."""
 
 from trajopt.arrays import Floats
 
@@ -15,6 +15,39 @@ def fastest(distance: Floats, a: Floats, b: Floats, c: Floats, limit: Floats, bo
 
     Returns:
         Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.
+
+    Raises:
+        ValueError: If the shapes do not match.
+    """
+
+def minimise(
+    weight: Floats,
+    bound: Floats,
+    rows: Floats,
+    above: Floats,
+    below: Floats,
+    jerk: Floats,
+    speed: Floats,
+    z: Floats,
+    first_gap: float,
+    gap: float,
+) -> tuple[Floats, int]:
+    """Find control values of nearly the least duration; the program is that of `trajopt.retime.program`.
+
+    Args:
+        weight: Of 1 / sqrt(z) in the duration, shape (k + 2,).
+        bound: What z must stay below, shape (k + 2,).
+        rows: Factors of the limited values in k blocks, shape (k, m + r, 3).
+        above: Upper limits of the first m, shape (k, m).
+        below: Limits of their negatives, shape (k, m).
+        jerk: Limits of the others times sqrt(y), shape (k, r); the first half at the starts.
+        speed: Factors of y at the starts and the ends, shape (k, 2, 3).
+        z: Where to start, positive; scaled to be within the limits, shape (k + 2,).
+        first_gap: Part of the duration that the first barrier leaves open.
+        gap: Part of it that the last barrier does.
+
+    Returns:
+        The control values, shape (k + 2,), and how many Newton steps were taken.
 
     Raises:
         ValueError: If the shapes do not match.

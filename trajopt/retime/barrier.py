@@ -5,6 +5,9 @@ definite and no step within the tangents leaves the limits themselves. The barri
 holds the duration up by a known part: the number of rows over the weight of the duration.
 
 Source: Boyd and Vandenberghe, Convex Optimization, 2004, chapter 11.
+
+This is the body in plain Python of a part of the native core `reachability`, and its oracle: see
+`trajopt.retime.cores`.
 """
 
 from dataclasses import dataclass
@@ -14,8 +17,6 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.retime.program import Program, State, at, duration, windows
 
-FIRST_GAP = 0.3
-"""Part of the duration that the first barrier leaves open."""
 TIGHTER = 0.1
 """Factor of the gap from one barrier to the next."""
 STEPS = 12
@@ -45,22 +46,26 @@ class Minimum:
     steps: int
 
 
-def minimise(program: Program, z: Floats, *, gap: float) -> Minimum:
+def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> Minimum:
     """Find control values of nearly the least duration.
 
     Args:
         program: The program.
-        z: Control values strictly within all limits, shape (k + 1,).
+        z: Positive control values to start from, the first two equal and the last two, shape (k + 1,).
+        first_gap: Part of the duration that the first barrier leaves open.
         gap: Part of the duration that may be missing to the least.
     """
-    steps, state = 0, at(program, z)
+    steps, state = 0, at(program, scaled_inside(program, z))
     rows = 2 * state.above.size + len(z)
-    open_ = FIRST_GAP
+    open_ = first_gap
     while True:
         weight = rows / (open_ * duration(program, state.z))
         for _ in range(STEPS):
-            state, decrement = _step(program, state, weight)
+            found, decrement = _step(program, state, weight)
             steps += 1
+            if found is None:
+                break
+            state = found
             if decrement < SETTLED * rows:
                 break
         if open_ <= gap:
@@ -100,8 +105,8 @@ def _merit(program: Program, state: State, weight: float) -> float:
     return weight * duration(program, state.z) - float(barrier)
 
 
-def _step(program: Program, state: State, weight: float) -> tuple[State, float]:
-    """Take one Newton step; also return the squared Newton decrement."""
+def _step(program: Program, state: State, weight: float) -> tuple[State | None, float]:
+    """Take one Newton step, if it makes anything better; also return the squared Newton decrement."""
     from scipy.linalg import solveh_banded
 
     gradient, bands = _derivatives(program, state, weight)
@@ -115,7 +120,7 @@ def _step(program: Program, state: State, weight: float) -> tuple[State, float]:
         if _merit(program, trial, weight) <= merit - ARMIJO * part * decrement:
             return trial, decrement
         part /= 2.0
-    return state, 0.0
+    return None, decrement
 
 
 def _reach(program: Program, state: State, direction: Floats) -> float:

@@ -4,7 +4,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.native import installed
-from trajopt.retime import extremes, reachability
+from trajopt.retime import barrier, extremes, reachability
+from trajopt.retime.program import Program
 from trajopt.retime.stages import Rows, rooms, stages, stations
 from trajopt.trajectory import Trajectory
 
@@ -29,6 +30,18 @@ def fastest(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
     from trajopt.native import reachability as core
 
     return core.fastest(np.diff(stations(s)), rows.a, rows.b, rows.c, limit, bound)
+
+
+def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> barrier.Minimum:
+    """Find control values of nearly the least duration, as `trajopt.retime.barrier.minimise` does."""
+    if not NATIVE:
+        return barrier.minimise(program, z, first_gap=first_gap, gap=gap)
+    from trajopt.native import reachability as core
+
+    tables = (program.rows, program.above, program.below, program.jerk, program.speed)
+    rows, above, below, jerk, speed = (np.ascontiguousarray(table) for table in tables)
+    found = core.minimise(program.weight, program.bound, rows, above, below, jerk, speed, z, first_gap, gap)
+    return barrier.Minimum(*found)
 
 
 def motion_extremes(trajectory: Trajectory) -> tuple[Floats, Floats, Floats]:

@@ -11,12 +11,12 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
-from trajopt.retime.barrier import minimise, scaled_inside
+from trajopt.retime.cores import minimise
 from trajopt.retime.course import Bounds, Course, course, trajectory
+from trajopt.retime.jerk_program import JerkRows, jerk_rows
 from trajopt.retime.options import RetimeOptions
 from trajopt.retime.peaks import Peaks, Slowdown, slowdown, tightened
 from trajopt.retime.profile import Profile, spline_profile
-from trajopt.retime.program import program
 from trajopt.retime.ramp import RampedPath, RoughMotion, ramped
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.straying import straying
@@ -31,9 +31,11 @@ FIRST_AVERAGE = 2.0
 SHOWN = 1.0
 """The acceleration does not rise to its limit in less time than this, in intervals of the grid: faster
 changes would happen between the points, unseen."""
+FIRST_GAP = 0.3
+"""Part of the duration that the first barrier leaves open, when nothing is known of the solution."""
 ROUGH_GAP = 3e-2
 """Part of the duration that the first solution may be from the least."""
-GAP = 2e-3
+GAP = 3e-3
 """The same of the last."""
 PASSES = 4
 """Most times that the limits are tightened where the trajectory exceeds them between its points."""
@@ -63,8 +65,19 @@ class JerkTiming:
 
 
 @dataclass(frozen=True, eq=False)
+class _Start:
+    """Where to start from, and how far that is from the least duration, as a part of it."""
+
+    control: Floats
+    gap: float
+
+
+@dataclass(frozen=True, eq=False)
 class _Attempt:
+    """A trajectory within some bounds at its points, and what it uses of the limits."""
+
     bounds: Bounds
+    control: Floats
     profile: Profile
     trajectory: Trajectory
     peaks: Peaks
@@ -111,12 +124,13 @@ class JerkTimer:
         rough = RoughMotion(fastest.times, fastest.s, np.sqrt(fastest.x))
         ramp = ramped(self.path, rough, average=average, count=count)
         on = self._course(ramp)
-        motion = _moved(ramp, self._profile(on, ramp, on.bounds, gap=ROUGH_GAP))
+        control = self._control(jerk_rows(on, ramp), on.bounds, _even(on), gap=ROUGH_GAP)
+        motion = _moved(ramp, spline_profile(on.s, control))
         passes, grids = 1, 0
         while True:
             ramp = ramped(self.path, motion, average=0.0, count=count)
             on = self._course(ramp)
-            best, tried = self._improved(on, ramp)
+            best, tried = self._improved(jerk_rows(on, ramp))
             passes, grids = passes + tried, grids + 1
             if grids == GRIDS or straying(ramp, best.profile, best.trajectory).max() <= STRAY:
                 break
@@ -132,31 +146,37 @@ class JerkTimer:
         jerk = np.tile(self.limits.jerk, (len(ramp.clock) - 1, 1))
         return replace(on, bounds=replace(on.bounds, jerk=jerk))
 
-    def _profile(self, on: Course, ramp: RampedPath, bounds: Bounds, *, gap: float) -> Profile:
-        cell = float(on.s[-1]) / self.options.points
+    def _control(self, rows: JerkRows, bounds: Bounds, start: _Start, *, gap: float) -> Floats:
+        cell = float(rows.course.s[-1]) / self.options.points
         shown = self.limits.acceleration / (SHOWN * cell)
         assert bounds.jerk is not None
-        asked = program(on, ramp, replace(bounds, jerk=np.minimum(bounds.jerk, shown)))
-        start = scaled_inside(asked, np.ones(len(on.s) + 1))
-        return spline_profile(on.s, minimise(asked, start, gap=gap).z)
+        asked = rows.within(replace(bounds, jerk=np.minimum(bounds.jerk, shown)))
+        return minimise(asked, start.control, first_gap=start.gap, gap=gap).z
 
-    def _attempt(self, on: Course, ramp: RampedPath, bounds: Bounds) -> _Attempt:
-        profile = self._profile(on, ramp, bounds, gap=GAP)
+    def _attempt(self, rows: JerkRows, bounds: Bounds, start: _Start) -> _Attempt:
+        control, on = self._control(rows, bounds, start, gap=GAP), rows.course
+        profile = spline_profile(on.s, control)
         moved = trajectory(on, profile, self.limits.joint_names)
         peaks = measured(on, moved, torque=self.torque, tools=self.tools)
-        return _Attempt(bounds, profile, moved, peaks, slowdown(on, peaks))
+        return _Attempt(bounds, control, profile, moved, peaks, slowdown(on, peaks))
 
-    def _improved(self, on: Course, ramp: RampedPath) -> tuple[_Attempt, int]:
+    def _improved(self, rows: JerkRows) -> tuple[_Attempt, int]:
         """Lower limits where they are exceeded between the points, while that makes the motion faster."""
-        attempt = best = self._attempt(on, ramp, on.bounds)
+        on = rows.course
+        attempt = best = self._attempt(rows, on.bounds, _even(on))
         passes = 1
         while passes <= PASSES and attempt.slowdown.factor > 1.0 + self.options.remainder:
-            attempt = self._attempt(on, ramp, tightened(on, attempt.bounds, attempt.peaks))
+            bounds = tightened(on, attempt.bounds, attempt.peaks)
+            attempt = self._attempt(rows, bounds, _Start(attempt.control, GAP))
             best, passes = attempt if attempt.duration < best.duration else best, passes + 1
         return best, passes
 
     def _lasting(self, moved: Trajectory) -> Trajectory:
         return slowed(moved, max(1.0, self.options.shortest / moved.duration))
+
+
+def _even(on: Course) -> _Start:
+    return _Start(np.ones(len(on.s) + 1), FIRST_GAP)
 
 
 def _moved(ramp: RampedPath, profile: Profile) -> RoughMotion:

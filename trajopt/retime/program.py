@@ -17,13 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.retime.course import Bounds, Course
-from trajopt.retime.ramp import RampedPath
-from trajopt.retime.stages import LEAST_ROOM, squared_speed_bound, stations
-
-LARGEST = 1e4
-"""Bound of the squared clock speed where nothing else bounds it [-]."""
+from trajopt.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,54 +88,3 @@ def at(program: Program, z: Floats) -> State:
 def duration(program: Program, z: Floats) -> float:
     """Return about what the motion takes [s]."""
     return float((program.weight / np.sqrt(z)).sum())
-
-
-def program(course: Course, ramp: RampedPath, bounds: Bounds) -> Program:
-    """Write the limits of a path over a clock as a program.
-
-    Args:
-        course: The path on the grid of the clock.
-        ramp: The path over the clock.
-        bounds: The limits; those of the jerk must be given, infinite where there is none.
-    """
-    s, count = course.s, len(course.s) - 1
-    station = stations(s)
-    apart, width = np.diff(station), np.diff(s)
-    part = (s - station[:-1]) / apart
-    joints, limited = int(course.dq.shape[1]), int(course.rows.a.shape[1])
-    moving: Ints = np.nonzero((course.dq != 0.0).any(axis=0))[0]
-    columns: Ints = np.concatenate((moving, np.arange(joints, limited)))
-
-    none = np.zeros(count)
-    value = np.stack((1.0 - part, part), axis=1)  # of y at a grid point, by the stations beside it
-    slope = np.stack((-1.0 / apart, 1.0 / apart), axis=1)  # of y' there
-    speed = np.stack((np.c_[value[:-1], none], np.c_[none, value[1:]]), axis=1)
-    rate = np.stack((np.c_[slope[:-1], none], np.c_[none, slope[1:]]), axis=1)
-    curvature = (rate[:, 1] - rate[:, 0]) / width[:, None]
-
-    a, b = course.rows.a[:-1, columns, None], course.rows.b[:-1, columns, None]
-    linear = a * (rate[:, :1] / 2.0) + b * speed[:, :1]
-    middle = (s[:-1] + s[1:]) / 2.0
-    jerks: list[Floats] = []
-    for end, at_end in enumerate((slice(None, -1), slice(1, None))):
-        p, dp = course.dq[at_end][:, moving, None], course.ddq[at_end][:, moving, None]
-        ddp = ramp.third(s[at_end], middle)[:, moving, None]
-        jerks.append(
-            p * (curvature[:, None] / 2.0) + dp * (1.5 * rate[:, None, end]) + ddp * speed[:, None, end]
-        )
-
-    assert bounds.jerk is not None
-    room, c = bounds.rows[:-1, columns], course.rows.c[:-1, columns]
-    weight = np.zeros(count + 2)
-    share = speed.sum(axis=1) / 3.0 + (0.0, 1.0 / 3.0, 0.0)  # of each control value in the mean of y
-    for place in range(3):
-        weight[place : place + count] += width * share[:, place]
-    return Program(
-        weight,
-        np.minimum(squared_speed_bound(course.slope, bounds.velocity), LARGEST),
-        np.concatenate((linear, *jerks), axis=1),
-        np.maximum(room - c, LEAST_ROOM * room),
-        np.maximum(room + c, LEAST_ROOM * room),
-        np.tile(bounds.jerk[:, moving], 2),
-        speed,
-    )

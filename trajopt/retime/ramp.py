@@ -67,17 +67,21 @@ class RampedPath:
             return self.path(s, 1) * first
         return self.path(s, 2) * first**2 + self.path(s, 1) * self.way(clock, 2)[:, None]
 
-    def third(self, clock: Floats, within: Floats) -> Floats:
-        """Evaluate the third derivative of the positions by the clock.
+    def third(self, clock: Floats) -> tuple[Floats, Floats]:
+        """Evaluate the third derivative of the positions by the clock, in the intervals of a grid.
 
         Args:
-            clock: Where, shape (k,).
-            within: Clocks inside the pieces of the path that are meant, where its third derivative, which is
-                constant in each, does not jump, shape (k,).
+            clock: The grid, shape (k,); the path's third derivative jumps at points of it only.
+
+        Returns:
+            At the start and at the end of each interval, shape (k - 1, n) each.
         """
-        s, one, two = self.way(clock), self.way(clock, 1)[:, None], self.way(clock, 2)[:, None]
-        bent = self.path(self.way(within), 3) * one**3 + 3.0 * self.path(s, 2) * one * two
-        return bent + self.path(s, 1) * self.way(clock, 3)[:, None]
+        middle = (clock[:-1] + clock[1:]) / 2.0
+        constant, s = self.path(self.way(middle), 3), self.way(clock)
+        one, two, three = (self.way(clock, order)[:, None] for order in (1, 2, 3))
+        others = 3.0 * self.path(s, 2) * (one * two) + self.path(s, 1) * three
+        cube = one**3
+        return constant * cube[:-1] + others[:-1], constant * cube[1:] + others[1:]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-// What retiming does for every grid point and piece, on plain arrays: see passes.hpp and extremes.hpp.
+// What retiming does for every grid point and piece, on plain arrays: see passes.hpp, barrier.hpp, extremes.hpp.
 #include <cstddef>
 #include <initializer_list>
 #include <stdexcept>
@@ -8,6 +8,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include "barrier.hpp"
 #include "extremes.hpp"
 #include "passes.hpp"
 
@@ -43,6 +44,28 @@ Array fastest(const Column& distance, const Table& a, const Table& b, const Tabl
   return handed(std::move(control), {points + 1});
 }
 
+nb::tuple minimise(const Column& weight, const Column& bound, const Coefficients& rows, const Table& above,
+                   const Table& below, const Table& jerk, const Coefficients& speed, const Column& z, double first_gap,
+                   double gap) {
+  const std::size_t blocks = rows.shape(0), linear = above.shape(1), jerks = jerk.shape(1);
+  if (rows.shape(1) != linear + jerks || rows.shape(2) != 3 || jerks % 2 != 0 || below.shape(1) != linear ||
+      speed.shape(1) != 2 || speed.shape(2) != 3)
+    throw std::invalid_argument("rows must be (blocks, above's columns + jerk's, 3), speed (blocks, 2, 3)");
+  for (const std::size_t rows_of : {above.shape(0), below.shape(0), jerk.shape(0), speed.shape(0)})
+    if (rows_of != blocks) throw std::invalid_argument("tables must have a row for each block");
+  for (const Column* column : {&weight, &bound, &z})
+    if (column->shape(0) != blocks + 2) throw std::invalid_argument("columns must have two rows more than blocks");
+  std::vector<double> found;
+  int steps = 0;
+  {
+    nb::gil_scoped_release released;
+    const barrier::Program program{weight.data(), bound.data(), rows.data(), above.data(), below.data(),
+                                   jerk.data(),   speed.data(), blocks,      linear,       jerks};
+    found = barrier::minimise(program, std::vector<double>(z.data(), z.data() + blocks + 2), first_gap, gap, steps);
+  }
+  return nb::make_tuple(handed(std::move(found), {blocks + 2}), steps);
+}
+
 nb::tuple motion_extremes(const Coefficients& coefficients, const Column& widths) {
   const std::size_t pieces = coefficients.shape(1), joints = coefficients.shape(2), count = pieces * joints;
   if (coefficients.shape(0) != 6 || widths.shape(0) != pieces)
@@ -64,5 +87,7 @@ nb::tuple motion_extremes(const Coefficients& coefficients, const Column& widths
 NB_MODULE(reachability, m) {
   m.def("fastest", &fastest, nb::arg("distance"), nb::arg("a"), nb::arg("b"), nb::arg("c"), nb::arg("limit"),
         nb::arg("bound"));
+  m.def("minimise", &minimise, nb::arg("weight"), nb::arg("bound"), nb::arg("rows"), nb::arg("above"),
+        nb::arg("below"), nb::arg("jerk"), nb::arg("speed"), nb::arg("z"), nb::arg("first_gap"), nb::arg("gap"));
   m.def("motion_extremes", &motion_extremes, nb::arg("coefficients"), nb::arg("widths"));
 }
