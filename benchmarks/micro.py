@@ -16,7 +16,7 @@ import trajopt as to
 from benchmarks.page import table, write_section
 from benchmarks.problems import past_pillar
 from trajopt.query import query_of
-from trajopt.query.dynamics import DynamicsQuery
+from trajopt.query.dynamics import dynamics_of
 from trajopt.query.plain import PlainQuery
 from trajopt.retime import retime
 from trajopt.seeds import straight_line
@@ -53,7 +53,7 @@ def pieces(problem: to.Problem) -> dict[str, float]:
     at = nlp.linearise(line, coarse)
     moves = nlp.lower < nlp.upper
     box = np.where(moves, 0.5, 0.0)
-    torque = DynamicsQuery(reduced).torque
+    torque = dynamics_of(reduced).torque
 
     def near(query_class: Callable[..., object]) -> Callable[[], object]:
         return lambda: query_class(reduced).near(motion.positions, reach)  # pyright: ignore

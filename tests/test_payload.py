@@ -14,7 +14,7 @@ from trajopt import terms
 from trajopt.errors import ProblemError, ShapeError
 from trajopt.model.payload import loaded_model, payloads
 from trajopt.query import query_of
-from trajopt.query.dynamics import DynamicsQuery
+from trajopt.query.dynamics import dynamics_of
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.verify import Evidence, VerifyOptions, When, check_requirement
@@ -36,9 +36,9 @@ def test_planner_and_judge_agree_on_the_torque_of_a_load(tmp_path: Path) -> None
     times, torques = inverse_dynamics(motion)
     inner = (times[:, None] != there.times).all(axis=1)
     q, v, a = (there(times[inner], order) for order in range(3))
-    heavy = DynamicsQuery(replace(model, model=loaded_model(model)))
+    heavy = dynamics_of(replace(model, model=loaded_model(model)))
     assert torques[inner] == pytest.approx(heavy.torque(q, v, a), abs=1e-8)
-    light = DynamicsQuery(model).torque(q, v, a)
+    light = dynamics_of(model).torque(q, v, a)
     assert np.abs(torques[inner] - light).max() > 1.0
 
 

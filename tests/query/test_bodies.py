@@ -14,6 +14,7 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.query.compiled import CompiledQuery
 from trajopt.query.contacts import Contacts
+from trajopt.query.dynamics import CompiledDynamics, PlainDynamics
 from trajopt.query.plain import PlainQuery
 
 SHAPES: dict[str, Shape] = {
@@ -172,3 +173,13 @@ def test_arrays_of_the_wrong_shape_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="as many ends as starts"):
         query.displacement(np.zeros((2, 4)), np.zeros((3, 4)))
     assert len(query.near(np.zeros((0, 4)), reach).distance) == 0
+
+
+def test_torques(tmp_path: Path) -> None:
+    rng = np.random.default_rng(5)
+    reduced = world(tmp_path, SHAPES["box"], rng)
+    states = rng.uniform(*limits(reduced), (20, 4)), rng.normal(size=(20, 4)), rng.normal(size=(20, 4))
+    plain, compiled = PlainDynamics(reduced), CompiledDynamics(reduced)
+    np.testing.assert_allclose(compiled.torque(*states), plain.torque(*states), atol=1e-10)
+    with pytest.raises(ValueError, match="one number for each state and joint"):
+        compiled.torque(states[0], states[1][:5], states[2])

@@ -24,6 +24,12 @@ class Cell:
         accuracy: tuple[float, float, float],
     ) -> None: ...
 
+class Dynamics:
+    """Inverse dynamics of many states."""
+
+    def __init__(self, model: pin.Model, expand: Floats, offset: Floats) -> None: ...
+    def torques(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats: ...
+
 class Query:
     """What one thread asks a cell with."""
 

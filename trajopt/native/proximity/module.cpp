@@ -1,4 +1,4 @@
-// Binding of the core that places a robot and finds what it is near to.
+// Binding of the core that places a robot, finds what it is near to, and what its joints must hold.
 //
 // Pinocchio's model and Coal's geometries are the very objects that Python made: boost.python hands out the C++
 // objects inside, so nothing of a robot's description is copied or built twice.
@@ -6,6 +6,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include "../arrays.hpp"
+#include "dynamics.hpp"
 #include "tracker.hpp"
 
 namespace nb = nanobind;
@@ -27,18 +28,26 @@ Vector3 vector_at(const Matrix<double>& values, size_t row) {
   return Eigen::Map<const Vector3>(values.data() + 3 * row);
 }
 
+Robot make_robot(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset) {
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  expect(expand.shape(0) == offset.shape(0), "as many offsets as model joints");
+  return Robot(inside<const pinocchio::Model&>(model, "not a pinocchio model"),
+               Eigen::Map<const RowMajor>(expand.data(), expand.shape(0), expand.shape(1)),
+               Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.shape(0)));
+}
+
+Dynamics* make_dynamics(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset) {
+  return new Dynamics(make_robot(model, expand, offset));
+}
+
 Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset,
                const nb::list& geometries, const Vector<std::int64_t>& joint, const Block<double>& rotation,
                const Matrix<double>& translation, const Matrix<double>& centre, const Matrix<double>& half,
                const Vector<std::int64_t>& first, const Vector<std::int64_t>& second,
                const std::tuple<double, double, double>& accuracy) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Robot robot(inside<const pinocchio::Model&>(model, "not a pinocchio model"),
-              Eigen::Map<const RowMajor>(expand.data(), expand.shape(0), expand.shape(1)),
-              Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.shape(0)));
+  Robot robot = make_robot(model, expand, offset);
   const size_t count = nb::len(geometries);
-  expect(expand.shape(0) == offset.shape(0), "as many offsets as model joints");
   expect(joint.shape(0) == count && rotation.shape(0) == count && translation.shape(0) == count &&
              centre.shape(0) == count && half.shape(0) == count,
          "as many joints, placements and boxes as geometries");
@@ -148,12 +157,32 @@ Numpy<double> displacement(Query& query, const Matrix<double>& from, const Matri
   return hand_over(std::move(largest), {samples});
 }
 
+// Torques of the group's joints at as many states.
+Numpy<double> torques(Dynamics& dynamics, const Matrix<double>& positions, const Matrix<double>& velocities,
+                      const Matrix<double>& accelerations) {
+  const size_t states = positions.shape(0), dofs = dynamics.dofs();
+  for (const auto* rows : {&positions, &velocities, &accelerations}) {
+    expect(rows->shape(0) == states && rows->shape(1) == dofs, "one number for each state and joint of the group");
+  }
+  std::vector<double> result(states * dofs);
+  {
+    nb::gil_scoped_release release;
+    for (size_t at = 0; at < result.size(); at += dofs) {
+      dynamics(positions.data() + at, velocities.data() + at, accelerations.data() + at, result.data() + at);
+    }
+  }
+  return hand_over(std::move(result), {states, dofs});
+}
+
 }  // namespace
 
 NB_MODULE(proximity, m) {
   nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "joint"_a,
                                   "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
                                   "accuracy"_a, nb::keep_alive<1, 2>());
+  nb::class_<Dynamics>(m, "Dynamics")
+      .def(nb::new_(&make_dynamics), "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())
+      .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a);
   nb::class_<Query>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
       .def("near", &near, "positions"_a, "reach"_a)
