@@ -18,7 +18,7 @@ from tests.retime.retime_cases import (
 )
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
-from trajopt.retime import Retimed, RetimeOptions, ToolLimits, retime
+from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, ToolLimits, retime
 from trajopt.retime.jerk_peaks import jerk_peaks
 from trajopt.retime.timing import Timing, time_path
 from trajopt.trajectory import Path, Trajectory
@@ -188,3 +188,11 @@ def test_extremes_of_the_jerk_are_exact() -> None:
         found = np.abs(trajectory(t, 3)).max(axis=0)
         np.testing.assert_allclose(peaks[piece], found, rtol=5e-3)
         assert (found <= peaks[piece] * (1.0 + 1e-12)).all()
+
+
+def test_a_joint_without_jerk_may_stand_still_only() -> None:
+    limits = with_jerk(make_limits(2), np.array((50.0, 0.0)))
+    assert (jerk_peaks(timed(make_path([[0.0, 0.5], [1.0, 0.5]]), limits).trajectory)[:, 1] == 0.0).all()
+    refused = retime(make_path([[0.0, 0.0], [1.0, 1.0]]), limits)
+    assert isinstance(refused, RetimeFailure)
+    assert refused.joint == "joint1" and "jerk" in refused.reason

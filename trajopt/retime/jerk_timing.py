@@ -15,20 +15,20 @@ from trajopt.retime.cores import minimise
 from trajopt.retime.course import Bounds, Course, course, trajectory
 from trajopt.retime.jerk_program import JerkRows, jerk_rows
 from trajopt.retime.options import RetimeOptions
-from trajopt.retime.peaks import Peaks, Slowdown, slowdown, tightened
+from trajopt.retime.peaks import Peaks, Slowdown, motion_peaks, slowdown, tightened, with_torque
 from trajopt.retime.profile import Profile, spline_profile
 from trajopt.retime.ramp import RampedPath, RoughMotion, ramped
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.straying import straying
-from trajopt.retime.stretch import hold, measured, slowed
+from trajopt.retime.stretch import hold, slowed
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
 from trajopt.retime.torque_along import RampedTorque, TorqueAlong
 from trajopt.trajectory import Trajectory
 
-FIRST_AVERAGE = 2.0
+FIRST_AVERAGE = 1.0
 """Least time that the first motion is averaged over, in intervals of the grid."""
-SHOWN = 1.0
+SHOWN = 0.5
 """The acceleration does not rise to its limit in less time than this, in intervals of the grid: faster
 changes would happen between the points, unseen."""
 FIRST_GAP = 0.3
@@ -39,6 +39,10 @@ GAP = 3e-3
 """The same of the last."""
 PASSES = 4
 """Most times that the limits are tightened where the trajectory exceeds them between its points."""
+REMAINDER = 2e-3
+"""Part of the duration that the final uniform stretch may add without another pass."""
+TRIFLE = 1e-9
+"""Jerk limits that are smaller count with this, where only a scale is wanted [rad/s^3 | m/s^3]."""
 STRAY = 5e-6
 """Farthest that a piece may leave the path [rad | m]; else the grid is made finer."""
 FINER = 1.6
@@ -82,11 +86,12 @@ class _Attempt:
     trajectory: Trajectory
     peaks: Peaks
     slowdown: Slowdown
+    torque_known: bool
 
     @property
-    def duration(self) -> float:
-        """What it takes when slowed down to hold all limits [s]."""
-        return self.trajectory.duration * max(1.0, self.slowdown.factor)
+    def merit(self) -> tuple[bool, float]:
+        """Whether the torque is unknown, and the duration when slowed down to hold all limits [s]."""
+        return not self.torque_known, self.trajectory.duration * max(1.0, self.slowdown.factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +124,7 @@ class JerkTimer:
             The timing, or the course and the limit on it that is exceeded however slow the motion is.
         """
         count = self.options.points
-        rise = float((self.limits.acceleration / self.limits.jerk).max())
+        rise = float((self.limits.acceleration / np.maximum(self.limits.jerk, TRIFLE)).max())
         average = max(min(rise, fastest.duration), FIRST_AVERAGE * fastest.duration / count)
         rough = RoughMotion(fastest.times, fastest.s, np.sqrt(fastest.x))
         ramp = ramped(self.path, rough, average=average, count=count)
@@ -135,7 +140,10 @@ class JerkTimer:
             if grids == GRIDS or straying(ramp, best.profile, best.trajectory).max() <= STRAY:
                 break
             motion, count = _moved(ramp, best.profile), round(count * FINER)
-        held = hold(on, self._lasting(best.trajectory), best.slowdown, torque=self.torque, tools=self.tools)
+        needed = best.slowdown
+        if not best.torque_known:
+            needed = slowdown(on, with_torque(best.peaks, best.trajectory, self.torque))
+        held = hold(on, best.trajectory, needed, torque=self.torque, tools=self.tools)
         if isinstance(held, Slowdown):
             return on, held
         return JerkTiming(held, ramp.way(on.s), best.profile.duration, passes)
@@ -157,22 +165,30 @@ class JerkTimer:
         control, on = self._control(rows, bounds, start, gap=GAP), rows.course
         profile = spline_profile(on.s, control)
         moved = trajectory(on, profile, self.limits.joint_names)
-        peaks = measured(on, moved, torque=self.torque, tools=self.tools)
-        return _Attempt(bounds, control, profile, moved, peaks, slowdown(on, peaks))
+        moved = slowed(moved, max(1.0, self.options.shortest / moved.duration))
+        peaks = motion_peaks(moved, self.tools, jerk=True)
+        needed = slowdown(on, peaks)
+        if 1.0 < needed.factor <= 1.0 + REMAINDER:
+            # Only a stretch is left to do: then the torque need not be measured before it and after.
+            moved = slowed(moved, needed.factor * (1.0 + 1e-12))
+            peaks = motion_peaks(moved, self.tools, jerk=True)
+            needed = slowdown(on, peaks)
+        torque_known = self.torque is None or needed.factor <= 1.0 + REMAINDER
+        if self.torque is not None and torque_known:
+            peaks = with_torque(peaks, moved, self.torque)
+            needed = slowdown(on, peaks)
+        return _Attempt(bounds, control, profile, moved, peaks, needed, torque_known)
 
     def _improved(self, rows: JerkRows) -> tuple[_Attempt, int]:
         """Lower limits where they are exceeded between the points, while that makes the motion faster."""
         on = rows.course
         attempt = best = self._attempt(rows, on.bounds, _even(on))
         passes = 1
-        while passes <= PASSES and attempt.slowdown.factor > 1.0 + self.options.remainder:
+        while passes <= PASSES and attempt.slowdown.factor > 1.0 + REMAINDER:
             bounds = tightened(on, attempt.bounds, attempt.peaks)
             attempt = self._attempt(rows, bounds, _Start(attempt.control, GAP))
-            best, passes = attempt if attempt.duration < best.duration else best, passes + 1
+            best, passes = attempt if attempt.merit < best.merit else best, passes + 1
         return best, passes
-
-    def _lasting(self, moved: Trajectory) -> Trajectory:
-        return slowed(moved, max(1.0, self.options.shortest / moved.duration))
 
 
 def _even(on: Course) -> _Start:

@@ -102,7 +102,7 @@ def factors(course: Course, peaks: Peaks) -> Floats:
     )
     parts = [speed, np.sqrt(np.maximum(square, 0.0))]
     if peaks.jerk is not None and course.bounds.jerk is not None:
-        parts.append(np.cbrt(peaks.jerk / course.bounds.jerk))
+        parts.append(np.cbrt(_share(peaks.jerk, course.bounds.jerk)))
     return np.hstack(parts)
 
 
@@ -128,9 +128,14 @@ def tightened(course: Course, bounds: Bounds, peaks: Peaks) -> Bounds:
     floor = still + LEAST_ROOM * (limit - still)
     jerk = bounds.jerk
     if jerk is not None and peaks.jerk is not None and course.bounds.jerk is not None:
-        share = np.maximum(peaks.jerk / course.bounds.jerk, 1.0)
+        share = np.maximum(_share(peaks.jerk, course.bounds.jerk), 1.0)
         jerk = jerk / np.maximum(np.maximum(share, _shifted(share, 1)), _shifted(share, -1))
     return Bounds(bounds.velocity / stations, np.maximum(bounds.rows - beside, floor), jerk)
+
+
+def _share(jerk: Floats, limit: Floats) -> Floats:
+    """Used part of the limits; joints with a limit of zero stand still."""
+    return jerk / np.where(limit > 0.0, limit, 1.0)
 
 
 def _shifted(rows: Floats, by: int) -> Floats:

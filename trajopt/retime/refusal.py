@@ -16,7 +16,8 @@ GRAVITY = 1.0 - 1e-6
 def immovable(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
     """Find a joint that the path moves although a limit forbids it to move at all."""
     moved = np.ptp(line.corners, axis=0) > 0.0
-    for name, limit in (("velocity", limits.velocity), ("acceleration", limits.acceleration)):
+    named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
+    for name, limit in named:
         stuck = np.nonzero(moved & (limit <= 0.0))[0]
         if len(stuck):
             joint = limits.joint_names[int(stuck[0])]

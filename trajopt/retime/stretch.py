@@ -1,7 +1,7 @@
 """The last step: one uniform stretch of time, so that every limit holds truly."""
 
 from trajopt.retime.course import Course
-from trajopt.retime.peaks import Peaks, Slowdown, motion_peaks, slowdown, with_torque
+from trajopt.retime.peaks import Slowdown, motion_peaks, slowdown, with_torque
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
 from trajopt.trajectory import Trajectory
@@ -37,16 +37,9 @@ def hold(
             return trajectory
         # Each next stretch goes a little beyond, more and more: it must not end in rounding errors.
         trajectory = slowed(trajectory, needed.factor * (1.0 + 1e-12 * 8.0**attempt))
-        needed = slowdown(course, measured(course, trajectory, torque=torque, tools=tools))
+        moved = motion_peaks(trajectory, tools, jerk=course.bounds.jerk is not None)
+        needed = slowdown(course, with_torque(moved, trajectory, torque))
     return trajectory if needed.factor <= 1.0 + ROUNDING else needed
-
-
-def measured(
-    course: Course, trajectory: Trajectory, *, torque: TorqueLimits | None, tools: ToolLimits | None
-) -> Peaks:
-    """Measure everything that is limited."""
-    motion = motion_peaks(trajectory, tools, jerk=course.bounds.jerk is not None)
-    return with_torque(motion, trajectory, torque)
 
 
 def slowed(trajectory: Trajectory, factor: float) -> Trajectory:
