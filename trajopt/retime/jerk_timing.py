@@ -33,9 +33,11 @@ SHOWN = 0.5
 changes would happen between the points, unseen."""
 FIRST_GAP = 0.3
 """Part of the duration that the first barrier leaves open, when nothing is known of the solution."""
-ROUGH_GAP = 3e-2
+ROUGH_POINTS = 0.6
+"""Part of the points on the first clock."""
+ROUGH_GAP = 6e-2
 """Part of the duration that the first solution may be from the least."""
-GAP = 3e-3
+GAP = 4e-3
 """The same of the last."""
 PASSES = 4
 """Most times that the limits are tightened where the trajectory exceeds them between its points."""
@@ -127,7 +129,7 @@ class JerkTimer:
         rise = float((self.limits.acceleration / np.maximum(self.limits.jerk, TRIFLE)).max())
         average = max(min(rise, fastest.duration), FIRST_AVERAGE * fastest.duration / count)
         rough = RoughMotion(fastest.times, fastest.s, np.sqrt(fastest.x))
-        ramp = ramped(self.path, rough, average=average, count=count)
+        ramp = ramped(self.path, rough, average=average, count=round(ROUGH_POINTS * count))
         on = self._course(ramp)
         control = self._control(jerk_rows(on, ramp), on.bounds, _even(on), gap=ROUGH_GAP)
         motion = _moved(ramp, spline_profile(on.s, control))
