@@ -196,3 +196,18 @@ def test_a_joint_without_jerk_may_stand_still_only() -> None:
     refused = retime(make_path([[0.0, 0.0], [1.0, 1.0]]), limits)
     assert isinstance(refused, RetimeFailure)
     assert refused.joint == "joint1" and "jerk" in refused.reason
+
+
+def test_it_says_which_limits_decide() -> None:
+    free = timed(make_path([[0.0], [4.0]]), make_limits(1))  # 0.25 s up, 1.75 s at full speed, 0.25 s down
+    assert list(free.binding) == ["velocity", "acceleration"]
+    assert free.binding["velocity"] == pytest.approx(1.75 / 2.25, abs=0.03)
+    assert free.binding["acceleration"] == pytest.approx(0.5 / 2.25, abs=0.03)
+    slow = timed(make_path([[0.0], [0.01]]), with_jerk(make_limits(1), 10.0))
+    assert list(slow.binding) == ["jerk"]
+    assert slow.binding["jerk"] > 0.9
+    tools = ToolLimits(lambda q, v: np.abs(v), np.array((0.5,)), ("speed of tip",))
+    held = retime(make_path([[0.0], [4.0]]), make_limits(1), tools=tools)
+    assert isinstance(held, Retimed)
+    assert held.binding["tool speed"] > 0.9
+    assert timed(make_path([[0.5], [0.5]]), make_limits(1)).binding == {}

@@ -19,6 +19,8 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
             f"  motion of {trajectory.duration:.3f} s in {len(trajectory.times)} points, path of "
             f"{path.length:.2f} rad, at most {result.timed.deviation * 1000:.1f} mm from the checked path"
         )
+        decisive = ", ".join(f"{kind} {part:.0%}" for kind, part in result.timed.binding.items())
+        lines.append(f"  as fast as its limits allow: {decisive or 'none decides'} of the time")
     if result.certificate is not None:
         lines += ["", "certificate", *_indented(str(result.certificate))]
     if notes:

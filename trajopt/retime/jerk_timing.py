@@ -5,12 +5,14 @@ clock of that motion a squared clock speed near 1 is what is looked for, which a
 out gives the next clock: then everything is even in time, also where the jerk makes a corner much slower.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.retime.binding import binding
 from trajopt.retime.cores import minimise
 from trajopt.retime.course import Bounds, Course, course, trajectory
 from trajopt.retime.jerk_program import JerkRows, jerk_rows
@@ -62,12 +64,14 @@ class JerkTiming:
         s: Path parameter of each of its points, shape (k,).
         first_duration: What the program asks for, whose rows hold at points [s].
         passes: How many programs were solved.
+        binding: Kind of limit -> part of the duration for which it decides how fast the motion is.
     """
 
     trajectory: Trajectory
     s: Floats
     first_duration: float
     passes: int
+    binding: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,13 +146,15 @@ class JerkTimer:
             if grids == GRIDS or straying(ramp, best.profile, best.trajectory).max() <= STRAY:
                 break
             motion, count = _moved(ramp, best.profile), round(count * FINER)
-        needed = best.slowdown
+        peaks = best.peaks
         if not best.torque_known:
-            needed = slowdown(on, with_torque(best.peaks, best.trajectory, self.torque))
+            peaks = with_torque(peaks, best.trajectory, self.torque)
+        needed = slowdown(on, peaks)
         held = hold(on, best.trajectory, needed, torque=self.torque, tools=self.tools)
         if isinstance(held, Slowdown):
             return on, held
-        return JerkTiming(held, ramp.way(on.s), best.profile.duration, passes)
+        decides = binding(on, peaks, measured=best.trajectory, final=held)
+        return JerkTiming(held, ramp.way(on.s), best.profile.duration, passes, decides)
 
     def _course(self, ramp: RampedPath) -> Course:
         torque = None if self.along is None else RampedTorque(self.along, ramp)

@@ -1,5 +1,6 @@
 """What retiming returns: a timed trajectory, or the reason why there is none."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from trajopt.trajectory import Trajectory
@@ -17,12 +18,15 @@ class Retimed:
             first profile, which keeps them at the points only [s]; a trifle below 0 where a finer grid
             has gained more.
         passes: How many times the profile was computed.
+        binding: Kind of limit (velocity, acceleration, torque, jerk, tool speed) -> part of the duration
+            for which it decides how fast the motion is; what is missing to 1 no limit decides alone.
     """
 
     trajectory: Trajectory
     deviation: float
     added_duration: float
     passes: int
+    binding: Mapping[str, float]
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ def retime(
     line = polyline(path.knots, limits.velocity)
     torque = _torque_limits(limits, inverse_dynamics)
     if float(np.abs(line.corners).max()) <= STILL:
-        return Retimed(_standing(path, options.shortest), 0.0, 0.0, 0)
+        return Retimed(_standing(path, options.shortest), 0.0, 0.0, 0, {})
     failure = immovable(line, limits)
     if failure is not None:
         return failure
@@ -71,7 +71,7 @@ def retime(
     if isinstance(timing, RetimeFailure):
         return timing
     added = timing.trajectory.duration - timing.first_duration
-    return Retimed(timing.trajectory, smoothing.deviation, added, timing.passes)
+    return Retimed(timing.trajectory, smoothing.deviation, added, timing.passes, timing.binding)
 
 
 def _check(path: Path, limits: JointLimits) -> None:

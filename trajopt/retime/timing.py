@@ -1,11 +1,13 @@
 """Timing a smooth path: the fastest profile whose trajectory holds all limits at all times."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, readonly
 from trajopt.model.limits import JointLimits
+from trajopt.retime.binding import binding
 from trajopt.retime.course import Bounds, Course, course, fastest_profile, trajectory
 from trajopt.retime.grid import even_grid, finer_grid, first_grid, turned
 from trajopt.retime.jerk_timing import JerkTimer, JerkTiming, limited_jerk
@@ -45,12 +47,14 @@ class Timing:
         s: Path parameter of each of its points, shape (k,).
         first_duration: What the profile would take that holds the limits at the points only [s].
         passes: How many times the profile was computed.
+        binding: Kind of limit -> part of the duration for which it decides how fast the motion is.
     """
 
     trajectory: Trajectory
     s: Floats
     first_duration: float
     passes: int
+    binding: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,19 +125,21 @@ class _PathTimer:
             return self._with_jerk(fine)
         first = self._attempt(fine, fine.bounds, refinable=True)
         best, passes = self._improved(first)
-        needed = best.slowdown
+        needed, peaks = best.slowdown, best.peaks
         if not best.measured:
-            needed = slowdown(best.course, with_torque(best.peaks, best.trajectory, self.torque))
+            peaks = with_torque(peaks, best.trajectory, self.torque)
+            needed = slowdown(best.course, peaks)
         held = hold(best.course, best.trajectory, needed, torque=self.torque, tools=self.tools)
         if isinstance(held, Slowdown):
             return exceeded(best.course, held, self.limits, self.torque)
-        return Timing(held, best.course.s, first.duration_at_points, passes)
+        decides = binding(best.course, peaks, measured=best.trajectory, final=held)
+        return Timing(held, best.course.s, first.duration_at_points, passes, decides)
 
     def _with_jerk(self, fine: Course) -> Timing | RetimeFailure:
         timer = JerkTimer(self.path, self.limits, self.torque, self.along, self.tools, self.options)
         found = timer.run(fastest_profile(fine, fine.bounds))
         if isinstance(found, JerkTiming):
-            return Timing(found.trajectory, found.s, found.first_duration, found.passes)
+            return Timing(found.trajectory, found.s, found.first_duration, found.passes, found.binding)
         return exceeded(*found, self.limits, self.torque)
 
     def _course(self, s: Floats) -> Course:
