@@ -20,7 +20,7 @@ from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
 from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure
-from trajopt.seeds import bumps, goal_candidates, straight_line
+from trajopt.seeds import bumps, choose_waypoints, goal_candidates, line_through
 from trajopt.solvers import Iteration, SolveResult, Sqp
 from trajopt.terms import Acceleration, Jerk, Velocity, constrain
 from trajopt.terms.along import judged
@@ -33,6 +33,8 @@ from trajopt.verify import Certificate, Examination, Judge, Moment
 
 PATH_TOLERANCES = (5e-3, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
+WAYPOINT_TOLERANCE = 1e-4
+"""The same, a third time, for problems with waypoints: they may be at corners of the path [m]."""
 GOALS_TRIED = 3
 """Goal configurations that are planned to, nearest first."""
 ATTEMPTS = 48
@@ -93,9 +95,21 @@ class _Planning:
             goals, refusal = self._goals()
         if refusal is not None:
             return refusal
-        return self._attempt(goals[:GOALS_TRIED])
+        with self._stage("seed"):
+            counts = Counts()
+            waypoints = choose_waypoints(
+                self.problem.reduced,
+                self.problem.waypoint_requirements,
+                self.problem.requirements,
+                rng=self.rng,
+                counts=counts,
+            )
+            self._count(distance_calls=counts.distances, forward_kinematics=counts.forward_kinematics)
+        if waypoints.problem:
+            return self._result(Status.NO_WAYPOINT, waypoints.problem)
+        return self._attempt([(*waypoints.found, goal) for goal in goals[:GOALS_TRIED]])
 
-    def _attempt(self, goals: Sequence[Floats]) -> Result:
+    def _attempt(self, goals: Sequence[Sequence[Floats]]) -> Result:
         """Plan from one first guess after the other; the result that came nearest if none succeeds."""
         best: Result | None = None
         for nlp, seed in islice(self._seeds(goals), ATTEMPTS):
@@ -107,23 +121,23 @@ class _Planning:
         assert best is not None
         return best
 
-    def _seeds(self, goals: Sequence[Floats]) -> Iterator[tuple[KnotsNlp, Floats]]:
-        """Yield first guesses: the straight line to every goal, then bent ones in turn.
+    def _seeds(self, goals: Sequence[Sequence[Floats]]) -> Iterator[tuple[KnotsNlp, Floats]]:
+        """Yield first guesses: straight legs through the stops to every goal, then bent ones in turn.
 
         Where goal configurations were searched for, the program first gets each of them as it is,
         and only then the nearest with the freedom to choose another: that is harder to solve.
         """
-        problem = self.problem
-        programs = [(problem, goal) for goal in goals]
+        problem, reduced = self.problem, self.problem.reduced
+        programs = [(problem, stops) for stops in goals]
         if fixed_goal(problem) is None and _end_is_free(problem):
-            programs = [(_ending_at(problem, goal), goal) for goal in goals] + programs[:1]
+            programs = [(_ending_at(problem, stops[-1]), stops) for stops in goals] + programs[:1]
         bent: list[tuple[KnotsNlp, Iterator[Floats]]] = []
-        for asked, goal in programs:
+        for asked, stops in programs:
             with self._stage("optimise"):
-                line = straight_line(problem.reduced.start_positions, goal, problem.knots)
-                nlp = transcribe(asked, line)
-                bent.append((nlp, bumps(line, nlp.scale, self.rng)))
-            yield nlp, line
+                line = line_through(reduced, (reduced.start_positions, *stops), problem.knots)
+                nlp = transcribe(asked, line.knots, line.places)
+                bent.append((nlp, bumps(line.knots, nlp.scale, self.rng)))
+            yield nlp, line.knots
         for nlp, guesses in cycle(bent):
             yield nlp, next(guesses)
 
@@ -144,7 +158,7 @@ class _Planning:
         if not solved.feasible:
             return self._result(Status.STUCK, reasons.stuck(problem, solved), path=path, solve=solved)
         result: Result | None = None
-        for tolerance in PATH_TOLERANCES:
+        for tolerance in (*PATH_TOLERANCES, *((WAYPOINT_TOLERANCE,) if problem.waypoints else ())):
             with self._stage("retime"):
                 timed = time_path(problem, nlp.query, path, tolerance=tolerance)
             if isinstance(timed, RetimeFailure):
@@ -167,6 +181,7 @@ class _Planning:
             timed.trajectory,
             goals=problem.goals,
             constraints=problem.requirements,
+            waypoints=problem.waypoint_requirements,
             sampled=judged(problem.own_constraints, query_of(problem.reduced)),
             tool_speeds=problem.tool_speeds,
             limits=problem.limits,

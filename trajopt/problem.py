@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ProblemNotFound
@@ -33,6 +34,9 @@ class Problem:
         goal: What must hold at the end: one requirement or several.
         group: The planning group; may be left out where the robot has one only.
         constraints: What must hold all the way: requirements, or residuals of your own with bounds.
+        waypoints: What must hold on the way, in order: for each a requirement or several, held together
+            at one moment that the planner chooses. The timed motion rounds the corners of the path, so
+            tolerances of a millimetre or more are kept best.
         costs: What to minimise; squared velocity and acceleration unless told otherwise.
         knots: Number of knots of the path.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
@@ -46,6 +50,7 @@ class Problem:
     goal: Requirement | Sequence[Requirement]
     group: str = ""
     constraints: Sequence[Requirement | Constraint] = ()
+    waypoints: Sequence[Requirement | Sequence[Requirement]] = ()
     costs: Sequence[Cost] | None = None
     knots: int = DEFAULT_KNOTS
     velocity_scaling: float = 1.0
@@ -70,6 +75,11 @@ class Problem:
         goals = (self.goal,) if isinstance(self.goal, Requirement) else tuple(self.goal)
         _check_kinds(goals, self.constraints, self.knots)
         object.__setattr__(self, "goal", goals)
+        waypoints = tuple(
+            (item,) if isinstance(item, Requirement) else tuple(item) for item in self.waypoints
+        )
+        _check_waypoints(waypoints, self.knots)
+        object.__setattr__(self, "waypoints", waypoints)
         object.__setattr__(self, "constraints", tuple(self.constraints))
         costs = default_costs() if self.costs is None else tuple(self.costs)
         object.__setattr__(self, "costs", costs)
@@ -78,7 +88,7 @@ class Problem:
                 raise ProblemError(f"{label} must lie in (0, 1], is {getattr(self, label)}")
         tools = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else tuple(self.tool_speed)
         object.__setattr__(self, "tool_speed", tools)
-        for requirement in (*goals, *self.constraints):
+        for requirement in (*goals, *chain(*waypoints), *self.constraints):
             self._check_names(requirement)
         for tool in tools:
             self.scene.holder(tool.frame)
@@ -114,6 +124,11 @@ class Problem:
         return tuple(self.tool_speed)
 
     @property
+    def waypoint_requirements(self) -> tuple[tuple[Requirement, ...], ...]:
+        """What must hold at each waypoint, in order."""
+        return tuple((item,) if isinstance(item, Requirement) else tuple(item) for item in self.waypoints)
+
+    @property
     def own_constraints(self) -> tuple[Constraint, ...]:
         """What must hold and is code: the judge can sample it, not prove it."""
         return tuple(item for item in self.constraints if isinstance(item, Constraint))
@@ -135,6 +150,7 @@ class Problem:
         lines = [
             f"Problem {self.name!r}: {self.scene.robot.name}, group {self.group!r}, {self.knots} knots",
             f"  around it    {objects}; clearance {self.scene.margin * 1000:g} mm",
+            *(f"  on the way   {' and '.join(map(str, item))}" for item in self.waypoint_requirements),
             *(f"  at the end   {goal}" for goal in self.goals),
             *(
                 f"  all the way  {item if isinstance(item, Requirement) else item.residual.name}"
@@ -163,6 +179,16 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
             raise ProblemError(f"{item!r} is neither a requirement nor a Constraint")
     if not isinstance(knots, int) or knots < 3:
         raise ProblemError(f"knots must be a whole number, at least 3; are {knots}")
+
+
+def _check_waypoints(waypoints: Sequence[Sequence[object]], knots: int) -> None:
+    for place, wanted in enumerate(waypoints, start=1):
+        if not wanted or not all(isinstance(item, Requirement) for item in wanted):
+            raise ProblemError(f"waypoint {place} is no requirement and no sequence of such: {wanted!r}")
+    if knots < len(waypoints) + 2:
+        raise ProblemError(
+            f"{len(waypoints)} waypoints need at least {len(waypoints) + 2} knots, not {knots}"
+        )
 
 
 def named_problem(name: str) -> Problem:

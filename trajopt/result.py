@@ -26,6 +26,7 @@ class Status(Enum):
     NO_INVERSE_KINEMATICS = (
         "no configuration found that reaches the goal: move it nearer or widen its tolerance"
     )
+    NO_WAYPOINT = "no configuration found for a waypoint: move it or widen its tolerance"
     STUCK = (
         "the solver stopped where constraints do not hold: a local minimum, which another goal "
         "configuration, a smaller margin or waypoints may avoid"

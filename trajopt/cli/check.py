@@ -50,6 +50,7 @@ def check(
         motion,
         goals=problem.goals,
         constraints=problem.requirements,
+        waypoints=problem.waypoint_requirements,
         limits=problem.limits,
         tool_speeds=problem.tool_speeds,
     )

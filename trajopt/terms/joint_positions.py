@@ -1,13 +1,14 @@
 """Positions of some joints."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Ints
+from trajopt.arrays import Floats, Ints
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import JointPositions
+from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
@@ -52,6 +53,21 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
             )
     places = np.array([reduced.joint_names.index(joint) for joint in inside], dtype=np.int64)
     return places, tuple(inside)
+
+
+def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> Floats | None:
+    """Return the group's positions, shape (n,), if joint positions are all that is required and fix all.
+
+    Raises:
+        ProblemError: If a joint outside the group is required to be where it is not.
+    """
+    positions = np.full(len(reduced.joint_names), np.nan)
+    for item in required:
+        if not isinstance(item, JointPositions):
+            return None
+        places, names = group_places(item, reduced)
+        positions[places] = [item.positions[name] for name in names]
+    return None if np.isnan(positions).any() else positions
 
 
 @constrain.register

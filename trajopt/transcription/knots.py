@@ -1,18 +1,20 @@
 """Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints, readonly
+from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
-from trajopt.model.requirements import JointPositions
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Rows
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query, query_of
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
-from trajopt.terms.joint_positions import group_places
+from trajopt.terms.joint_positions import fixed_positions
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE, Residual
 from trajopt.trajectory import Path
@@ -109,14 +111,7 @@ def _in_window(residual: Residual, motion: Motion, window: Window) -> Rows:
 
 def fixed_goal(problem: Problem) -> Floats | None:
     """Return the group's positions at the goal, shape (n,), if the goals fix all of them."""
-    reduced = problem.reduced
-    goal = np.full(len(reduced.joint_names), np.nan)
-    for required in problem.goals:
-        if not isinstance(required, JointPositions):
-            return None
-        places, names = group_places(required, reduced)
-        goal[places] = [required.positions[name] for name in names]
-    return None if np.isnan(goal).any() else goal
+    return fixed_positions(problem.goals, problem.reduced)
 
 
 def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float:
@@ -131,17 +126,20 @@ def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float
     return float(times.max(initial=0.0))
 
 
-def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
+def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> KnotsNlp:
     """Write a problem as a program over knots.
 
     Args:
         problem: The problem.
         seed: A first guess of the knots, shape (N, n): how long the motion will take is guessed
             from it, for windows of allowed contact.
+        waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
 
     Raises:
-        ProblemError: If a requirement has no term, or asks a joint outside the group to move.
+        ProblemError: If a requirement has no term, or asks a joint outside the group to move, or there is
+            not one knot for each waypoint.
     """
+    _check_waypoints(problem, waypoint_knots)
     reduced = problem.reduced
     counts = Counts()
     query = query_of(reduced, counts)
@@ -151,7 +149,8 @@ def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
     lower[0] = upper[0] = reduced.start_positions
     if goal is not None:
         lower[-1] = upper[-1] = goal
-    guess = shortest_duration(limits, seed[0], seed[-1])
+    stops = seed[[0, *waypoint_knots, len(seed) - 1]]
+    guess = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
     duration = 1.5 * max(guess, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
     margins = tapered_margins(query_of(reduced, counts), count, goal, duration)
     clearance = constraint(
@@ -166,12 +165,26 @@ def transcribe(problem: Problem, seed: Floats) -> KnotsNlp:
     if goal is None:
         for required in problem.goals:
             items.extend(constrain(required, reduced, END))
+    for place, wanted in zip(waypoint_knots, problem.waypoint_requirements, strict=True):
+        window = Window(place / (count - 1), place / (count - 1))
+        for required in wanted:
+            items.extend(constrain(required, reduced, window))
     span = limits.upper - limits.lower
     prismatic = np.array(
         [reduced.model.joints[i].shortname().startswith("JointModelP") for i in _joint_ids(problem)]
     )
     scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
     return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items))
+
+
+def _check_waypoints(problem: Problem, places: Sequence[int]) -> None:
+    wanted = len(problem.waypoint_requirements)
+    inner = (0, *places, problem.knots - 1)
+    if len(places) != wanted or any(a >= b for a, b in pairwise(inner)):
+        raise ProblemError(
+            f"{wanted} waypoints need as many knots, increasing, between 1 and {problem.knots - 2}; "
+            f"given are {list(places)}"
+        )
 
 
 def _joint_ids(problem: Problem) -> list[int]:

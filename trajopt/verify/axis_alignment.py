@@ -7,6 +7,8 @@ from trajopt.model.requirements import AxisAlignment
 from trajopt.verify.certificate import Check
 from trajopt.verify.interval_proof import Excess, prove_over_time
 from trajopt.verify.motion import Motion
+from trajopt.verify.quantities import quantities
+from trajopt.verify.quantity import Quantity
 from trajopt.verify.relative_motion import RelativeMotion
 from trajopt.verify.requirement import (
     Component,
@@ -15,6 +17,23 @@ from trajopt.verify.requirement import (
     proof_at_end,
     requirement_check,
 )
+
+
+@quantities.register
+def _(requirement: AxisAlignment, motion: Motion) -> tuple[Quantity, ...]:
+    moving = RelativeMotion(motion, requirement.frame, reference=requirement.reference, offset=np.zeros(3))
+    return (
+        Quantity(
+            kind="axis",
+            name="angle to the direction",
+            subject=requirement.frame,
+            unit="rad",
+            limit=requirement.tolerance,
+            states=lambda times: moving.placements(times)[0] @ requirement.axis,
+            number=lambda axes: _angles(axes, requirement.direction),
+            bound=None,
+        ),
+    )
 
 
 @check_requirement.register

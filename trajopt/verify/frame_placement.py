@@ -14,6 +14,8 @@ from trajopt.model.requirements import FramePlacement, RotationCoordinates
 from trajopt.verify.certificate import Check
 from trajopt.verify.interval_proof import Excess, Proof, prove_over_time
 from trajopt.verify.motion import Motion
+from trajopt.verify.quantities import quantities
+from trajopt.verify.quantity import Quantity
 from trajopt.verify.relative_motion import RateBounds, RelativeMotion
 from trajopt.verify.requirement import (
     When,
@@ -26,6 +28,37 @@ from trajopt.verify.requirement import (
 AXES = ("x", "y", "z")
 Sizes = Callable[[Floats, Floats], Floats]
 Changes = Callable[[Floats, RateBounds], tuple[Floats, Floats]]
+
+
+@quantities.register
+def _(requirement: FramePlacement, motion: Motion) -> tuple[Quantity, ...]:
+    moving = RelativeMotion(
+        motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
+    )
+    goal = requirement.placement
+
+    def off(times: Floats) -> Floats:
+        return (moving.placements(times)[1] - goal.translation) @ goal.rotation
+
+    def turned(times: Floats) -> Floats:
+        return rotation_error(goal.rotation.T @ moving.placements(times)[0], requirement)
+
+    free = np.where(requirement.rotation_tolerance >= np.pi, np.inf, requirement.rotation_tolerance)
+    parts = (("position", "m", requirement.position_tolerance, off), ("rotation", "rad", free, turned))
+    return tuple(
+        Quantity(
+            kind=kind,
+            name=f"{kind} beyond the tolerance",
+            subject=requirement.frame,
+            unit=unit,
+            limit=0.0,
+            states=states,
+            number=lambda error, tolerance=tolerance: _excess(np.abs(error), tolerance),
+            bound=None,
+        )
+        for kind, unit, tolerance, states in parts
+        if np.isfinite(tolerance).any()
+    )
 
 
 @check_requirement.register

@@ -9,7 +9,34 @@ from trajopt.verify.interval_proof import Proof
 from trajopt.verify.joint_unit import joint_unit
 from trajopt.verify.motion import Motion
 from trajopt.verify.polynomials import Extremes
+from trajopt.verify.quantities import quantities
+from trajopt.verify.quantity import Quantity
 from trajopt.verify.requirement import When, check_requirement, proof_at_end
+
+
+@quantities.register
+def _(requirement: JointPositions, motion: Motion) -> tuple[Quantity, ...]:
+    joints = tuple(requirement.positions)
+    matrix, offset = joint_rows(motion, joints)
+    wanted = np.array([requirement.positions[joint] for joint in joints])
+    below = np.array([requirement.below[joint] for joint in joints])
+    above = np.array([requirement.above[joint] for joint in joints])
+
+    def states(times: Floats) -> Floats:
+        return motion.trajectory(times) @ matrix.T + offset - wanted
+
+    return (
+        Quantity(
+            kind="joints",
+            name="deviation beyond the tolerance",
+            subject=", ".join(joints),
+            unit="",
+            limit=0.0,
+            states=states,
+            number=lambda off: np.maximum(off - above, -below - off).max(axis=1),
+            bound=None,
+        ),
+    )
 
 
 @check_requirement.register

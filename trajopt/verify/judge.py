@@ -34,6 +34,7 @@ from trajopt.verify.options import VerifyOptions
 from trajopt.verify.requirement import When, check_requirement
 from trajopt.verify.sampled import SampledCheck, sampled_check
 from trajopt.verify.tool_speed import tool_speed_checks
+from trajopt.verify.waypoints import waypoint_checks
 from trajopt.verify.workspace import workspace
 
 REQUIREMENT_MODULES = (
@@ -83,6 +84,7 @@ class Judge:
         *,
         goals: Sequence[Requirement],
         constraints: Sequence[Requirement] = (),
+        waypoints: Sequence[Sequence[Requirement]] = (),
         sampled: Sequence[SampledCheck] = (),
         limits: JointLimits | None = None,
         tool_speeds: Sequence[ToolSpeed] = (),
@@ -102,6 +104,7 @@ class Judge:
         for when, requirements in ((When.END, goals), (When.ALWAYS, constraints)):
             for requirement in requirements:
                 checks += check_requirement(requirement, motion, when)
+        checks += waypoint_checks(motion, waypoints)
         checks += [sampled_check(check, motion) for check in sampled]
         checks += limit_checks(motion, bounds)
         checks += torque_checks(motion, bounds)
@@ -139,6 +142,7 @@ def verify(
     *,
     goals: Sequence[Requirement],
     constraints: Sequence[Requirement] = (),
+    waypoints: Sequence[Sequence[Requirement]] = (),
     sampled: Sequence[SampledCheck] = (),
     limits: JointLimits | None = None,
     tool_speeds: Sequence[ToolSpeed] = (),
@@ -151,6 +155,7 @@ def verify(
         trajectory: Of the group's joints.
         goals: What must hold at the end; all of them.
         constraints: What must hold at all times.
+        waypoints: What must hold together at some moment, for each waypoint, in this order.
         sampled: Constraints in user code, judged at samples.
         limits: Limits of the group's joints; those of the model when None.
         tool_speeds: Largest speeds of tools.
@@ -167,6 +172,7 @@ def verify(
         trajectory,
         goals=goals,
         constraints=constraints,
+        waypoints=waypoints,
         sampled=sampled,
         limits=limits,
         tool_speeds=tool_speeds,

@@ -1,0 +1,113 @@
+"""First guesses that pass waypoints: a configuration for each, and the knots they are held at."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.query import Counts, query_of
+from trajopt.seeds.inverse_kinematics import goal_candidates
+from trajopt.terms.joint_positions import fixed_positions
+
+
+@dataclass(frozen=True, eq=False)
+class WaypointLine:
+    """Straight legs from stop to stop.
+
+    Attributes:
+        knots: Shape (N, n).
+        places: The knot of each waypoint, increasing; neither the first nor the last.
+    """
+
+    knots: Floats
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class WaypointChoice:
+    """Configurations of waypoints.
+
+    Attributes:
+        found: One for each waypoint, in order, up to the first that has none.
+        problem: Why that one has none; empty if all have one.
+    """
+
+    found: tuple[Floats, ...]
+    problem: str
+
+
+def choose_waypoints(
+    reduced: ReducedModel,
+    waypoints: Sequence[Sequence[Requirement]],
+    always: Sequence[Requirement],
+    *,
+    rng: np.random.Generator,
+    counts: Counts,
+) -> WaypointChoice:
+    """Choose a configuration for each waypoint: of those that touch nothing the nearest to the one before.
+
+    Args:
+        reduced: The robot and its surroundings.
+        waypoints: What must hold at each, in order.
+        always: What must hold all the way.
+        rng: Draws the starts of the search.
+        counts: Takes the work done.
+    """
+    query = query_of(reduced, counts)
+    last = reduced.start_positions
+    found: list[Floats] = []
+    for number, wanted in enumerate(waypoints, start=1):
+        fixed = fixed_positions(wanted, reduced)
+        if fixed is not None:
+            contacts = query.near(fixed[None, :], np.zeros(len(reduced.pairs.margin)))
+            if len(contacts.distance):
+                worst = int(np.argmin(contacts.distance))
+                first, second = reduced.owners(int(contacts.pair[worst]))
+                depth = -1000.0 * float(contacts.distance[worst])
+                return WaypointChoice(
+                    tuple(found), f"at waypoint {number} {first} is {depth:.1f} mm inside {second}"
+                )
+            last = fixed
+        else:
+            seen = goal_candidates(reduced, (*wanted, *always), rng=rng, counts=counts)
+            if not seen.free:
+                why = f"misses it by {seen.nearest_miss:.3g} (m, rad)" if not seen.colliding else "collides"
+                return WaypointChoice(
+                    tuple(found), f"the nearest configuration tried for waypoint {number} {why}"
+                )
+            last = min(seen.free, key=lambda q, before=last: _effort(reduced, before, q))
+        found.append(last)
+    return WaypointChoice(tuple(found), "")
+
+
+def line_through(reduced: ReducedModel, stops: Sequence[Floats], knots: int) -> WaypointLine:
+    """Lay straight legs through stops; each gets knots in proportion to its length in joint space.
+
+    The length of a leg is the time it takes at the joints' full speed.
+
+    Args:
+        reduced: The robot; gives the speeds.
+        stops: Start, waypoints and goal, shape (n,) each.
+        knots: How many, ends included; more than there are legs.
+    """
+    legs = len(stops) - 1
+    lengths = np.array([_effort(reduced, *pair) for pair in pairwise(stops)])
+    # No leg is so short that it gets no knots of its own.
+    along = np.concatenate(([0.0], np.cumsum(np.maximum(lengths, 1e-6))))
+    places = [round(float(share) * (knots - 1)) for share in along / along[-1]]
+    for leg in range(1, legs):
+        places[leg] = max(places[leg], places[leg - 1] + 1)
+    for leg in range(legs - 1, 0, -1):
+        places[leg] = min(places[leg], places[leg + 1] - 1)
+    line = [stops[0][None]]
+    for leg, (first, last) in enumerate(pairwise(places)):
+        line.append(np.linspace(stops[leg], stops[leg + 1], last - first + 1)[1:])
+    return WaypointLine(np.concatenate(line), tuple(places[1:-1]))
+
+
+def _effort(reduced: ReducedModel, start: Floats, end: Floats) -> float:
+    return float(np.max(np.abs(end - start) / reduced.limits.velocity))
