@@ -46,5 +46,8 @@ from trajopt.problem import named_problem as named_problem
 from trajopt.result import Plan as Plan
 from trajopt.result import Result as Result
 from trajopt.result import Status as Status
+from trajopt.seeds import goal_configurations as goal_configurations
+from trajopt.suite import refused as refused
 from trajopt.trajectory import Path as Path
 from trajopt.trajectory import Trajectory as Trajectory
+from trajopt.verify import examine as examine

@@ -164,3 +164,29 @@ def test_help(command: str) -> None:
     done = trajopt(command, "--help")
     assert done.returncode == 0
     assert ("--json" in done.stdout and "exit status" in done.stdout.lower()) or command == "view"
+
+
+def test_suite(folder: Path) -> None:
+    out, page = folder / "suite.json", folder / "suite.html"
+    wanted = "past_pillar_panda,start_in_collision"
+    done = trajopt("suite", "--problems", wanted, "--random", 1, "--json", out, "--html", page)
+    if "trajopt-planner[robots]" in done.stderr:
+        pytest.skip(done.stderr)
+    assert done.returncode == 0, done.stderr + done.stdout
+    entries = json.loads(out.read_text())["problems"]
+    told = [(entry["problem"], entry["instance"], entry["expected"]) for entry in entries]
+    assert told == [
+        ("past_pillar_panda", "fixed", "solved"),
+        ("past_pillar_panda", "random 1", "solved"),
+        ("start_in_collision", "fixed", "START_IN_COLLISION"),
+    ]
+    assert all(entry["as_expected"] and entry["cpu_seconds"] > 0.0 for entry in entries)
+    fields = {"name", "subject", "worst", "bound", "unit", "time", "evidence", "holds"}
+    assert all(set(item) == fields for entry in entries for item in entry["constraints"])
+    assert "3 of 3 as expected" in done.stdout and "goal: axis" in done.stdout
+    assert page.read_text().startswith("<!doctype html>") and "past_pillar_panda" in page.read_text()
+
+
+def test_suite_knows_no_such_problem() -> None:
+    done = trajopt("suite", "--problems", "past_pillow_panda")
+    assert done.returncode == 2 and "past_pillar_panda" in done.stderr

@@ -1,0 +1,52 @@
+"""A narrow passage between two plates."""
+
+import numpy as np
+
+import trajopt as to
+
+from .arms import Arm, panda, pointing, xarm7
+from .drawing import near, until_feasible
+
+
+def between_plates_panda(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the Panda.
+
+    What is hard: the hand is wider than the passage unless it is turned edgewise, and the plates are
+    too large to go around.
+
+    Args:
+        rng: Draws the plates and the point between them; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(panda(), rng)
+
+
+def between_plates_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the xArm7: its wrist enters the passage with little to spare."""
+    return _draw(xarm7(), rng)
+
+
+def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
+    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+
+
+def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
+    gap, height = near(rng, 0.15, 0.01), near(rng, 0.35, 0.05)
+    at = near(rng, -0.5, 0.4)
+    stands = to.placement(rpy=(0.0, 0.0, at)) * to.placement(
+        (near(rng, arm.reach, 0.04), 0.0, 0.0), rpy=(0.0, 0.0, near(rng, 0.3, 0.3))
+    )
+    plates = [
+        (to.Box(0.5, 0.02, height), to.placement((0.0, side * (gap / 2 + 0.01), height / 2)))
+        for side in (-1, 1)
+    ]
+    scene = to.Scene(arm.robot).add("plates", plates, stands)
+    inside = stands * np.array((0.0, 0.0, height - near(rng, 0.1, 0.03)))
+    return to.Problem(
+        scene=scene,
+        group=arm.group,
+        start=arm.ready,
+        goal=pointing(arm, tuple(inside.tolist()), (0.0, 0.0, -1.0), cone=0.3, position_tolerance=0.01),
+        name="between plates",
+    )

@@ -1,0 +1,37 @@
+"""Random instances: drawn again until start and goal can be reached."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+import trajopt as to
+
+DRAWS = 200
+"""Instances that are drawn before giving up."""
+
+
+def until_feasible(make: Callable[[], to.Problem], rng: np.random.Generator) -> to.Problem:
+    """Draw instances until the start is clear and a configuration clear of everything holds the goal.
+
+    Args:
+        make: Draws an instance; raises `TrajoptError` where the arm cannot even begin.
+        rng: Draws the starts of the search for goal configurations.
+
+    Raises:
+        TrajoptError: If no instance is feasible.
+    """
+    for _ in range(DRAWS):
+        try:
+            problem = make()
+        except to.TrajoptError:
+            continue
+        reduced = problem.reduced
+        clear = to.examine(reduced, reduced.start_positions).clear
+        if clear and to.goal_configurations(problem, rng=rng):
+            return problem
+    raise to.TrajoptError(f"none of {DRAWS} instances has a start and a goal that are clear")
+
+
+def near(rng: np.random.Generator | None, value: float, spread: float) -> float:
+    """Return the value itself for the fixed instance, else one drawn within a spread around it."""
+    return value if rng is None else float(rng.uniform(value - spread, value + spread))

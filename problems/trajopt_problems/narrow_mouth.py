@@ -1,0 +1,65 @@
+"""An arm reaches into a box through a narrow mouth."""
+
+import numpy as np
+
+import trajopt as to
+
+from .arms import Arm, panda, pointing, ur5, with_rod
+from .drawing import near, until_feasible
+from .furniture import hollow_box
+
+
+def narrow_mouth_panda(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the Panda.
+
+    What is hard: hand and wrist pass the mouth with about three centimetres to spare, turned along
+    its long side, and what enters must stay aligned while it goes down.
+
+    Args:
+        rng: Draws the box, its mouth and the depth; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(panda(), rng)
+
+
+def narrow_mouth_ur5(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the UR5: a rod in its flange enters, and no joint is to spare."""
+    return _draw(ur5(), rng)
+
+
+def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
+    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+
+
+def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
+    height, depth = near(rng, 0.3, 0.03), near(rng, 0.14, 0.02)
+    mouth = (near(rng, 0.13, 0.01), arm.width + near(rng, 0.07, 0.01))
+    at = near(rng, -0.45, 0.3)
+    away = near(rng, arm.reach, 0.04)
+    stands = to.placement(rpy=(0.0, 0.0, at)) * to.placement(
+        (away, 0.0, height / 2), rpy=(0.0, 0.0, near(rng, 0.5, 0.4))
+    )
+    scene = (
+        to.Scene(arm.robot)
+        .add("table", to.Box(1.0, 1.6, 0.04), to.placement((0.7, 0.0, -0.05)))
+        .add("box", hollow_box((0.3, 0.4, height), mouth=mouth), stands)
+    )
+    frame = arm.tip
+    if arm is ur5():
+        scene, frame = with_rod(arm, scene), "rod_tip"
+    inside = stands * np.array((0.0, 0.0, height / 2 - depth))
+    return to.Problem(
+        scene=scene,
+        group=arm.group,
+        start=arm.ready,
+        goal=pointing(
+            arm,
+            tuple(inside.tolist()),
+            (0.0, 0.0, -1.0),
+            cone=0.2,
+            position_tolerance=0.01,
+            frame=frame,
+        ),
+        name="narrow mouth",
+    )

@@ -1,0 +1,75 @@
+"""Every installed problem, by the judge alone: what is asked holds, what cannot be done is refused."""
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.suite import Definition, definitions, run
+from trajopt.suite.entry import judge_anew
+
+RANDOM = 10
+"""Random instances of each problem that has some."""
+
+PROBLEMS = definitions()
+
+
+def identify(value: object) -> str:
+    return value.name if isinstance(value, Definition) else str(value)
+
+
+def as_expected(definition: Definition, draw: int) -> None:
+    try:
+        entry = run(definition, draw)
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+    assert entry.status is definition.expected, f"{entry.status.name}: {entry.message}"
+    assert [item for item in entry.constraints if not item.holds] == []
+    assert entry.as_expected
+    if entry.status is to.Status.SOLVED:
+        judged = {item.name.split(":")[0] for item in entry.constraints}
+        assert {"clearance", "start", "velocity", "acceleration"} <= judged, judged
+
+
+@pytest.mark.parametrize("definition", PROBLEMS, ids=identify)
+def test_fixed_instance(definition: Definition) -> None:
+    as_expected(definition, 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("draw", range(1, RANDOM + 1))
+@pytest.mark.parametrize("definition", [item for item in PROBLEMS if item.randomised], ids=identify)
+def test_random_instance(definition: Definition, draw: int) -> None:
+    as_expected(definition, draw)
+
+
+def test_there_is_enough_to_prove() -> None:
+    refusals = {item.expected for item in PROBLEMS} - {to.Status.SOLVED}
+    assert len(PROBLEMS) >= 24
+    assert sum(item.expected is not to.Status.SOLVED for item in PROBLEMS) >= 6
+    assert len(refusals) >= 6, "each without a solution for another reason"
+
+
+@pytest.mark.parametrize("definition", PROBLEMS, ids=identify)
+def test_says_what_is_hard(definition: Definition) -> None:
+    assert (definition.make.__doc__ or "").startswith("Return the problem")
+
+
+def test_random_instances_differ_and_come_again() -> None:
+    (definition,) = (item for item in PROBLEMS if item.name == "past_pillar_panda")
+    first, again, other = (definition.problem(draw).start_positions for draw in (1, 1, 2))
+    np.testing.assert_array_equal(first, again)
+    assert np.abs(first - other).max() > 1e-3
+
+
+def test_judge_refuses_a_motion_through_the_pillar() -> None:
+    """The suite would see it if a planner called such a motion a success."""
+    problem = to.named_problem("past_pillar_panda")
+    motion = to.plan(problem).require().trajectory
+    through = to.Trajectory(
+        motion.joint_names,
+        np.array([0.0, 9.0]),
+        np.stack((motion(0.0), motion(motion.duration))),
+        np.zeros((2, len(motion.joint_names))),
+    )
+    refused = {check.name.split(":")[0] for check in judge_anew(problem, through).failed}
+    assert refused == {"clearance"}, refused
