@@ -50,4 +50,5 @@ from trajopt.seeds import goal_configurations as goal_configurations
 from trajopt.suite import refused as refused
 from trajopt.trajectory import Path as Path
 from trajopt.trajectory import Trajectory as Trajectory
+from trajopt.verify import Moment as Moment
 from trajopt.verify import examine as examine

@@ -90,6 +90,22 @@ def xarm7() -> Arm:
     )
 
 
+@cache
+def two_pandas() -> Arm:
+    """Return two Pandas as one arm of fourteen joints; its tool is that of the left one."""
+    robot = to.load("two_pandas")
+    fingers = {f"{side}_panda_finger_joint{count}": 0.02 for side in ("left", "right") for count in (1, 2)}
+    return Arm(
+        robot,
+        "both",
+        "left_panda_hand_tcp",
+        tuple(f"{side}_{link}" for side in ("left", "right") for link in panda().hand),
+        {**robot.state("ready", group="both"), **fingers},
+        width=0.21,
+        reach=0.55,
+    )
+
+
 def pointing(
     arm: Arm,
     point: tuple[float, float, float],

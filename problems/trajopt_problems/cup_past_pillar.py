@@ -4,6 +4,8 @@ import numpy as np
 
 import trajopt as to
 
+from .drawing import near, until_feasible
+
 START = {
     "panda_joint1": -0.6,
     "panda_joint2": 0.0086,
@@ -18,7 +20,7 @@ START = {
 """The hand points down over the right half of the table, its fingers around the cup's rim [rad | m]."""
 
 
-def problem(tilt: float = np.radians(5.0)) -> to.Problem:
+def problem(tilt: float = np.radians(5.0), rng: np.random.Generator | None = None) -> to.Problem:
     """Return the problem: carry the cup past the pillar without tilting it.
 
     What is hard: the straight line in joint space runs through the pillar, which is too high to lift
@@ -26,14 +28,24 @@ def problem(tilt: float = np.radians(5.0)) -> to.Problem:
 
     Args:
         tilt: Largest angle between the cup's axis and the vertical [rad].
+        rng: Draws where the pillar stands, how thick it is and where the cup goes; the fixed instance
+            when None.
 
     Expected outcome: solved from the straight line.
     """
+    return _problem(tilt, None) if rng is None else until_feasible(lambda: _problem(tilt, rng), rng)
+
+
+def _problem(tilt: float, rng: np.random.Generator | None) -> to.Problem:
     panda = to.load("panda")
     scene = (
         to.Scene(panda)
         .add("table", to.Box(0.9, 1.4, 0.04), to.placement((0.65, 0.0, -0.02)))
-        .add("pillar", to.Cylinder(0.05, 0.8), to.placement((0.55, 0.0, 0.4)))
+        .add(
+            "pillar",
+            to.Cylinder(near(rng, 0.05, 0.02), 0.8),
+            to.placement((near(rng, 0.55, 0.05), near(rng, 0.0, 0.08), 0.4)),
+        )
         .add(
             "cup",
             to.Cylinder(0.034, 0.12),
@@ -48,7 +60,7 @@ def problem(tilt: float = np.radians(5.0)) -> to.Problem:
         start=START,
         goal=to.frame_placement(
             "cup",
-            to.placement((0.41, 0.30, 0.14)),
+            to.placement((near(rng, 0.41, 0.1), near(rng, 0.30, 0.05), near(rng, 0.14, 0.04))),
             position_tolerance=1e-3,
             rotation_tolerance=(tilt, tilt, np.inf),
         ),

@@ -1,6 +1,7 @@
 """Robots ready to load: URDF, SRDF and joint limits, one sub-package each.
 
 * ``panda``: Franka Emika Panda with its hand, 7 + 2 joints.
+* ``two_pandas``: two of them side by side, with a group ``both``.
 * ``ur5``: Universal Robots UR5 (CB3), 6 joints.
 * ``xarm7``: UFACTORY xArm7, 7 joints.
 * ``planar2``: a planar arm of two links for teaching, made of primitives.
