@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from html import escape
 
+from trajopt.result import Status
 from trajopt.suite.entry import Entry, Held, outcome
 from trajopt.suite.table import number, summary
 
@@ -11,8 +12,13 @@ STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; }
 h1 { font-size: 1.5rem; margin-bottom: .2rem; }
 details { border: 1px solid var(--line); border-radius: 6px; margin: .4rem 0; }
-summary { cursor: pointer; display: grid; grid-template-columns: 1.5rem 17rem 6.5rem 14rem 1fr 5rem;
-  gap: .8rem; padding: .45rem .8rem; align-items: baseline; list-style: none; }
+summary { cursor: pointer; display: grid; grid-template-columns: 1.2rem 15rem 5.5rem 16rem 1fr 5rem;
+  gap: .1rem .8rem; padding: .45rem .8rem; align-items: baseline; list-style: none; }
+@media (max-width: 62rem) {
+  summary { grid-template-columns: 1.2rem 1fr 6rem; }
+  summary .faint, summary .seconds, summary .told { grid-column: 2 / 4; text-align: left; }
+  table { display: block; overflow-x: auto; }
+}
 summary::-webkit-details-marker { display: none; }
 summary b { overflow-wrap: anywhere; }
 .seconds { text-align: right; font-variant-numeric: tabular-nums; }
@@ -44,16 +50,28 @@ def page(entries: Sequence[Entry]) -> str:
 
 def _entry(entry: Entry) -> str:
     good = entry.as_expected
-    told = outcome(entry.status)
+    told = _words(entry.status)
     if entry.status is not entry.expected:
-        told += f", expected {outcome(entry.expected)}"
-    duration = "" if entry.duration is None else f"motion of {entry.duration:.2f} s"
+        told += f", expected {_words(entry.expected)}"
     return (
         f'<details{"" if good else " open"}><summary><span class="{"good" if good else "bad"}">'
         f"{'✓' if good else '✗'}</span><b>{escape(entry.problem)}</b><span>{entry.instance}</span>"
-        f'<span>{escape(told)}</span><span class="faint">{duration}</span>'
+        f'<span class="told">{escape(told)}</span><span class="faint">{_motion(entry)}</span>'
         f'<span class="seconds">{1000 * entry.cpu_seconds:.0f} ms</span></summary>{_inside(entry)}</details>'
     )
+
+
+def _words(status: Status) -> str:
+    """Return an outcome as a reader says it."""
+    return outcome(status).replace("_", " ").lower()
+
+
+def _motion(entry: Entry) -> str:
+    """Say how long a motion takes and how near it comes to anything; nothing where there is none."""
+    if entry.duration is None:
+        return ""
+    near = [item.worst for item in entry.constraints if item.name == "clearance" and item.worst is not None]
+    return ", ".join([f"motion of {entry.duration:.2f} s", *(f"{1000 * gap:.1f} mm clear" for gap in near)])
 
 
 def _inside(entry: Entry) -> str:
