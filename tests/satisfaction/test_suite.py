@@ -70,6 +70,7 @@ def test_judge_refuses_a_motion_through_the_pillar() -> None:
         np.array([0.0, 9.0]),
         np.stack((motion(0.0), motion(motion.duration))),
         np.zeros((2, len(motion.joint_names))),
+        np.zeros((2, len(motion.joint_names))),
     )
     refused = {check.name.split(":")[0] for check in judge_anew(problem, through).failed}
     assert refused == {"clearance"}, refused
