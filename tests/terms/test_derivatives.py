@@ -129,6 +129,13 @@ def away(frame: str, length: float) -> Callable[[World], Residual]:
     return build
 
 
+def height(at: World) -> Callable[[Floats], Floats]:
+    def tip(positions: Floats) -> Floats:
+        return at.reduced.scene.placement_of("tip", at.reduced.all_positions(positions)).translation
+
+    return tip
+
+
 FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.Velocity: [lambda _: terms.Velocity()],
     terms.Acceleration: [lambda _: terms.Acceleration()],
@@ -151,6 +158,11 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.SmallestSingularValue: [away("held", 0.3), away("finger", 0.3), away("finger", 0.0)],
     terms.LostManipulability: [lambda _: terms.LostManipulability("finger", 0.01, 0.2)],
     terms.GravityShare: [lambda at: terms.GravityShare(at.reduced, np.arange(4))],
+    terms.OwnResidual: [
+        lambda at: terms.own("tip", height(at)),
+        lambda _: terms.own("squares", lambda q: q**2, jacobian=lambda q: np.diag(2.0 * q)),
+    ],
+    terms.Exceeded: [lambda _: terms.Exceeded(camera("world"))],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 

@@ -9,6 +9,10 @@ from trajopt.terms.gaze import ViewAngle as ViewAngle
 from trajopt.terms.gaze import ViewDistance as ViewDistance
 from trajopt.terms.gravity_torque import GravityShare as GravityShare
 from trajopt.terms.joint_positions import JointPosition as JointPosition
+from trajopt.terms.own import OwnResidual as OwnResidual
+from trajopt.terms.own import own as own
+from trajopt.terms.penalty import Exceeded as Exceeded
+from trajopt.terms.penalty import penalty as penalty
 from trajopt.terms.point_on_arc import ArcCoordinates as ArcCoordinates
 from trajopt.terms.position_in_region import RegionCoordinates as RegionCoordinates
 from trajopt.terms.requirement import constrain as constrain
