@@ -22,6 +22,7 @@ from trajopt.model.requirements import frame_placement as frame_placement
 from trajopt.model.requirements import gaze as gaze
 from trajopt.model.requirements import gravity_torque as gravity_torque
 from trajopt.model.requirements import joint_positions as joint_positions
+from trajopt.model.requirements import line_of_sight as line_of_sight
 from trajopt.model.requirements import point_on_arc as point_on_arc
 from trajopt.model.requirements import point_on_line as point_on_line
 from trajopt.model.requirements import point_on_plane as point_on_plane

@@ -163,6 +163,11 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
         lambda _: terms.own("squares", lambda q: q**2, jacobian=lambda q: np.diag(2.0 * q)),
     ],
     terms.Exceeded: [lambda _: terms.Exceeded(camera("world"))],
+    terms.SightClearance: [
+        lambda at: terms.SightClearance(
+            at.reduced, to.line_of_sight("tip", (0.66, 0.2, 0.4), origin=(0, 0, 0.2), ignore=["held"])
+        )
+    ],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 

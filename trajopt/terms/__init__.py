@@ -9,6 +9,7 @@ from trajopt.terms.gaze import ViewAngle as ViewAngle
 from trajopt.terms.gaze import ViewDistance as ViewDistance
 from trajopt.terms.gravity_torque import GravityShare as GravityShare
 from trajopt.terms.joint_positions import JointPosition as JointPosition
+from trajopt.terms.line_of_sight import SightClearance as SightClearance
 from trajopt.terms.own import OwnResidual as OwnResidual
 from trajopt.terms.own import own as own
 from trajopt.terms.penalty import Exceeded as Exceeded

@@ -17,6 +17,7 @@ from trajopt.verify import (
     gaze,
     gravity_torque,
     joint_positions,
+    line_of_sight,
     point_on_arc,
     position_in_region,
     singularity_distance,
@@ -48,6 +49,7 @@ REQUIREMENT_MODULES = (
     coupled_joints,
     singularity_distance,
     gravity_torque,
+    line_of_sight,
 )
 """Modules that register the checks of built-in requirements when they are imported."""
 

@@ -22,6 +22,8 @@ from trajopt.model.requirements.gravity_torque import gravity_torque as gravity_
 from trajopt.model.requirements.joint_positions import JOINT_TOLERANCE as JOINT_TOLERANCE
 from trajopt.model.requirements.joint_positions import JointPositions as JointPositions
 from trajopt.model.requirements.joint_positions import joint_positions as joint_positions
+from trajopt.model.requirements.line_of_sight import LineOfSight as LineOfSight
+from trajopt.model.requirements.line_of_sight import line_of_sight as line_of_sight
 from trajopt.model.requirements.point_on_arc import PointOnArc as PointOnArc
 from trajopt.model.requirements.point_on_arc import point_on_arc as point_on_arc
 from trajopt.model.requirements.position_in_region import Member as Member

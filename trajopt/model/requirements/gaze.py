@@ -14,7 +14,7 @@ from trajopt.model.requirements.requirement import WORLD, Requirement, direction
 class Gaze(Requirement):
     """A target point lies within a view cone of a frame's axis and within a range of distances.
 
-    Whether something stands in between is not asked.
+    Whether something stands in between is for `LineOfSight` to ask.
 
     Attributes:
         frame: The camera: link, tool frame or attached object.

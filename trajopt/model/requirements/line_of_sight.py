@@ -1,0 +1,84 @@
+"""Nothing stands between a frame and a point."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ProblemError
+from trajopt.model.requirements.requirement import WORLD, Requirement, positive
+
+MARGIN = 0.01
+"""Clearance that the line of sight keeps unless told otherwise [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class LineOfSight(Requirement):
+    """The straight line from a camera to a target keeps clear of the scene's objects.
+
+    Objects are their convex parts; the robot's links are not looked at. What the camera and the target
+    are frames of is left out.
+
+    Attributes:
+        frame: The camera: link, tool frame or object.
+        target: The point it looks at, in `reference`, shape (3,) [m].
+        margin: Smallest distance of the line from an object, > 0 [m].
+        origin: Where in the camera's frame the line begins, shape (3,) [m].
+        reference: "world", or a link, tool frame or object whose frame the target is in.
+        ignored: Objects that may be in between.
+    """
+
+    frame: str
+    target: Floats
+    margin: float
+    origin: Floats
+    reference: str
+    ignored: frozenset[str]
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Camera, reference and the objects that are ignored."""
+        return (self.frame, self.reference, *sorted(self.ignored))
+
+    def __repr__(self) -> str:
+        """Show camera, target and margin."""
+        return (
+            f"LineOfSight({self.frame!r} to {self.target.tolist()} in {self.reference!r}, "
+            f"clear by {self.margin:g} m)"
+        )
+
+
+def line_of_sight(
+    frame: str,
+    target: ArrayLike,
+    *,
+    margin: float = MARGIN,
+    origin: ArrayLike = (0.0, 0.0, 0.0),
+    reference: str = WORLD,
+    ignore: Iterable[str] = (),
+) -> LineOfSight:
+    """Keep objects out of the line from a camera to a point; `gaze` keeps the point in view.
+
+    Args:
+        frame: The camera: link, tool frame or object.
+        target: The point, in `reference`, shape (3,) [m].
+        margin: Smallest distance of the line from an object, > 0 [m].
+        origin: Where in the camera's frame the line begins, shape (3,) [m].
+        reference: "world", or the name of what the target is fixed to.
+        ignore: Objects that may be in between, such as the one that is looked at.
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If the margin is not positive, or `ignore` is a single name.
+    """
+    if isinstance(ignore, str):
+        raise ProblemError(f"line_of_sight: ignore is a collection of names, is {ignore!r}")
+    return LineOfSight(
+        frame,
+        floats("target", target, (3,)),
+        positive("margin", margin),
+        floats("origin", origin, (3,)),
+        reference,
+        frozenset(ignore),
+    )
