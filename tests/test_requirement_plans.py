@@ -80,3 +80,33 @@ def test_a_camera_keeps_looking_at_a_point(panda: to.Robot) -> None:
     ).require()
     kinds = [check.name for check in plan.certificate.checks if check.name.startswith("path")]
     assert kinds == ["path: gaze", "path: distance", "path: distance"]
+
+
+REGION = to.Box(0.1, 0.1, 0.1), to.placement((0.4, 0.3, 0.3))
+
+
+@pytest.mark.parametrize(
+    "goal",
+    [
+        [to.position_in_region(TCP, *REGION)],
+        [to.position_in_region(TCP, [REGION, (to.Sphere(0.05), to.placement((0.3, -0.4, 0.4)))])],
+        [
+            to.point_on_line(TCP, (0.4, 0.3, 0.3), (0, 0, 1), length=0.4, tolerance=1e-3),
+            to.axis_alignment(TCP, direction=(0, 0, -1), tolerance=0.05),
+        ],
+        [to.point_on_arc(TCP, to.placement((0.3, 0, 0.4)), radius=0.3, sweep=2.0, tolerance=1e-3)],
+        [
+            to.gaze(TCP, (0.5, 0.2, 0.0), angle=0.2, nearest=0.2, farthest=0.4),
+            to.singularity_distance(TCP, 0.05),
+        ],
+        [to.coupled_joints({"panda_joint2": 1, "panda_joint4": 1}, -2.0, tolerance=0.01)],
+    ],
+    ids=["region", "union", "line", "arc", "gaze", "coupled"],
+)
+def test_goals_of_each_kind_are_found(panda: to.Robot, goal: list[Requirement]) -> None:
+    """The search for goal configurations needs no knowledge of the kinds of requirements."""
+    problem = to.Problem(scene=to.Scene(panda), group="panda_arm", start=START, goal=goal)
+    plan = to.plan(problem).require()
+    found = [check for check in plan.certificate.checks if check.name.startswith("goal")]
+    assert len(found) >= len(goal)
+    assert all(check.holds for check in found)
