@@ -49,6 +49,8 @@ TRIFLE = 1e-9
 """Jerk limits that are smaller count with this, where only a scale is wanted [rad/s^3 | m/s^3]."""
 STRAY = 5e-6
 """Farthest that a piece may leave the path [rad | m]; else the grid is made finer."""
+COARSE = 1.03
+"""A motion that must run slower by more than this factor, after all passes, gets a finer grid as well."""
 FINER = 1.6
 """By this factor."""
 GRIDS = 3
@@ -143,7 +145,8 @@ class JerkTimer:
             on = self._course(ramp)
             best, tried = self._improved(jerk_rows(on, ramp))
             passes, grids = passes + tried, grids + 1
-            if grids == GRIDS or straying(ramp, best.profile, best.trajectory).max() <= STRAY:
+            coarse = straying(ramp, best.profile, best.trajectory).max() > STRAY
+            if grids == GRIDS or not (coarse or best.slowdown.factor > COARSE):
                 break
             motion, count = _moved(ramp, best.profile), round(count * FINER)
         peaks = best.peaks
