@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from trajopt import Robot, Scene, placement
-from trajopt.errors import FileFormatError, GroupNotFound, JointNotFound, ObjectNotFound
+from trajopt.errors import FileFormatError, GroupNotFound, JointNotFound, NameNotFound, ObjectNotFound
 from trajopt.model.shapes import Sphere
 from trajopt.moveit import RequestFile, SceneFile, read_request
 from trajopt.problem import Problem
@@ -62,6 +62,17 @@ def test_what_is_ignored_is_noted(request_of: Read) -> None:
         "num_planning_attempts",
         "max_cartesian_speed",
     }
+
+
+@pytest.mark.parametrize("key", ["cartesian_speed_limited_link", "cartesian_speed_end_effector_link"])
+def test_the_speed_of_a_link_is_limited(request_of: Read, key: str) -> None:
+    request = request_of(body(f"max_cartesian_speed: 0.25, {key}: hand"))
+    (limited,) = request.problem().tool_speeds
+    assert (limited.frame, limited.linear, limited.angular) == ("hand", 0.25, float("inf"))
+    assert not request.notes
+    with pytest.raises(NameNotFound):
+        request_of(body(f"max_cartesian_speed: 0.25, {key}: nothing"))
+    assert request_of(body(f"max_cartesian_speed: 0, {key}: hand")).problem().tool_speeds == ()
 
 
 def test_start_over_scene_over_default(scene_of: Callable[[str], SceneFile], request_of: Read) -> None:

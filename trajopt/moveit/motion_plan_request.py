@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import GroupNotFound
+from trajopt.errors import FrameNotFound, GroupNotFound
 from trajopt.model.groups import ALL_JOINTS
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
+from trajopt.model.tool_speed import ToolSpeed, tool_speed
 from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.constraints import read_constraints
 from trajopt.moveit.document import Node, read_document
@@ -20,11 +21,13 @@ from trajopt.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.problem import Problem
 
 IGNORED = ("planner_id", "pipeline_id", "num_planning_attempts", "reference_trajectories")
+LIMITED_LINK = ("cartesian_speed_limited_link", "cartesian_speed_end_effector_link")
+"""What names the link whose speed is limited, in MoveIt of today and of old."""
 REQUEST_FIELDS = (
     *("workspace_parameters", "start_state", "goal_constraints", "path_constraints"),
     *("trajectory_constraints", "group_name", "allowed_planning_time"),
     *("max_velocity_scaling_factor", "max_acceleration_scaling_factor", "max_cartesian_speed"),
-    *("cartesian_speed_limited_link", "cartesian_speed_end_effector_link"),
+    *LIMITED_LINK,
     *IGNORED,
 )
 
@@ -42,6 +45,7 @@ class RequestFile:
         constraints: What must hold all the way.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        tool_speed: Largest speeds of tools.
         allowed_planning_time: Time to plan for [s]; None where the file leaves it open.
         notes: Sentences on what was taken differently from how it is written, or left out.
     """
@@ -54,6 +58,7 @@ class RequestFile:
     constraints: tuple[Requirement, ...]
     velocity_scaling: float
     acceleration_scaling: float
+    tool_speed: tuple[ToolSpeed, ...]
     allowed_planning_time: float | None
     notes: tuple[str, ...]
 
@@ -67,6 +72,7 @@ class RequestFile:
             constraints=self.constraints,
             velocity_scaling=self.velocity_scaling,
             acceleration_scaling=self.acceleration_scaling,
+            tool_speed=self.tool_speed,
             name=self.path.stem,
         )
 
@@ -102,8 +108,6 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     constraints, around = read_constraints(document["path_constraints"], around, reading)
     if document["trajectory_constraints"].only(("constraints",))["constraints"].elements():
         raise document["trajectory_constraints"].error("is not supported")
-    if document["max_cartesian_speed"].number(0.0) > 0.0:
-        notes.append("max_cartesian_speed: is ignored")
     notes.extend(f"{key}: is ignored" for key in IGNORED if document[key].value)
     return RequestFile(
         path=Path(path),
@@ -114,9 +118,24 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
         constraints=constraints,
         velocity_scaling=_read_scaling(document["max_velocity_scaling_factor"]),
         acceleration_scaling=_read_scaling(document["max_acceleration_scaling_factor"]),
+        tool_speed=_read_tool_speed(document, around, notes),
         allowed_planning_time=_read_time(document["allowed_planning_time"]),
         notes=tuple(notes),
     )
+
+
+def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[ToolSpeed, ...]:
+    """Read the speed limit of a link; MoveIt takes the end of the group's chain where none is named."""
+    limit = document["max_cartesian_speed"].number(0.0)
+    if limit <= 0.0:
+        return ()
+    for key in LIMITED_LINK:
+        link = document[key].text("")
+        if link:
+            require(document[key], FrameNotFound, "frame", link, scene.robot.frame_names)
+            return (tool_speed(link, linear=limit),)
+    notes.append(f"max_cartesian_speed: is ignored, {LIMITED_LINK[0]} names no link")
+    return ()
 
 
 def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requirement:
