@@ -23,7 +23,15 @@ def between_plates_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def between_plates_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the xArm7: its wrist enters the passage with little to spare."""
+    """Return the problem for the xArm7.
+
+    What is hard: its wrist enters the passage with little to spare.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(xarm7(), rng)
 
 

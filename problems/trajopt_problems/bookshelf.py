@@ -29,12 +29,28 @@ def bookshelf_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def bookshelf_ur5(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the UR5: as for the Panda, without a joint to spare."""
+    """Return the problem for the UR5.
+
+    What is hard: as for the Panda, without a joint to spare.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(ur5(), rng)
 
 
 def bookshelf_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the xArm7: as for the Panda, with joints that turn further."""
+    """Return the problem for the xArm7.
+
+    What is hard: as for the Panda, with joints that turn further.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(xarm7(), rng)
 
 

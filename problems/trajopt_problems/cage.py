@@ -23,7 +23,15 @@ def cage_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def cage_ur5(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the UR5: a rod in its flange enters, and no joint is to spare."""
+    """Return the problem for the UR5.
+
+    What is hard: a rod in its flange enters, and no joint is to spare.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(ur5(), rng)
 
 

@@ -26,7 +26,15 @@ def cup_through_gap_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def cup_through_gap_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the xArm7: as for the Panda, with the cup under its flange."""
+    """Return the problem for the xArm7.
+
+    What is hard: as for the Panda, with the cup under its flange.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(xarm7(), rng)
 
 

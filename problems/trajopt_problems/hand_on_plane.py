@@ -26,7 +26,15 @@ def hand_on_plane_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def hand_on_plane_ur5(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the UR5: the plane leaves it three joints of six."""
+    """Return the problem for the UR5.
+
+    What is hard: the plane leaves it three joints of six.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(ur5(), rng)
 
 

@@ -29,7 +29,15 @@ def insertion_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def insertion_ur5(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the UR5: six joints, the line fixes five of them."""
+    """Return the problem for the UR5.
+
+    What is hard: six joints, the line fixes five of them.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(ur5(), rng)
 
 

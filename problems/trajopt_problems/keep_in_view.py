@@ -26,7 +26,15 @@ def keep_in_view_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def keep_in_view_ur5(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the UR5: as for the Panda, without a joint to spare."""
+    """Return the problem for the UR5.
+
+    What is hard: as for the Panda, without a joint to spare.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(ur5(), rng)
 
 

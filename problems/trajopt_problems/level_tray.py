@@ -23,7 +23,15 @@ def level_tray_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def level_tray_ur5(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the UR5: level leaves it four joints of six."""
+    """Return the problem for the UR5.
+
+    What is hard: level leaves it four joints of six.
+
+    Args:
+        rng: As for the xArm7; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(ur5(), rng)
 
 

@@ -26,7 +26,15 @@ def pick_and_place_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def pick_and_place_ur5(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the UR5: as for the Panda, with the block held by suction."""
+    """Return the problem for the UR5.
+
+    What is hard: as for the Panda, with the block held by suction.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(ur5(), rng)
 
 

@@ -23,7 +23,15 @@ def turn_over_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
 
 def turn_over_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
-    """Return the problem for the xArm7: as for the Panda, with joints that turn further."""
+    """Return the problem for the xArm7.
+
+    What is hard: as for the Panda, with joints that turn further.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
     return _draw(xarm7(), rng)
 
 

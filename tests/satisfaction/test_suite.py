@@ -51,7 +51,10 @@ def test_there_is_enough_to_prove() -> None:
 
 @pytest.mark.parametrize("definition", PROBLEMS, ids=identify)
 def test_says_what_is_hard(definition: Definition) -> None:
-    assert (definition.make.__doc__ or "").startswith("Return the problem")
+    said = definition.make.__doc__ or ""
+    assert said.startswith("Return the problem")
+    assert "What is hard: " in said and "Expected outcome: " in said
+    assert ("Expected outcome: solved" in said) is (definition.expected is to.Status.SOLVED)
 
 
 def test_random_instances_differ_and_come_again() -> None:
