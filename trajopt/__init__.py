@@ -15,6 +15,7 @@ from trajopt.model.placement import Placement as Placement
 from trajopt.model.placement import placement as placement
 from trajopt.model.requirements import Requirement as Requirement
 from trajopt.model.requirements import RotationCoordinates as RotationCoordinates
+from trajopt.model.requirements import any_of as any_of
 from trajopt.model.requirements import axis_alignment as axis_alignment
 from trajopt.model.requirements import coupled_joints as coupled_joints
 from trajopt.model.requirements import distance_between as distance_between

@@ -1,47 +1,16 @@
-"""plan(problem): seeds, transcription, solver, retiming, judge. The only place where all meet.
+"""plan(problem): the whole of planning in one call; of a goal set, to the goal that comes easiest."""
 
-Everything it does can be done by hand, one arrow at a time; `plan` is the sequence a reader would
-have typed.
-"""
-
-import time
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from itertools import cycle, islice
+from dataclasses import replace
 
 import numpy as np
 
-from trajopt import reasons
-from trajopt.arrays import Floats
-from trajopt.model.requirements import joint_positions
+from trajopt.planning import ATTEMPTS, Planning, Progress
 from trajopt.problem import Problem
-from trajopt.query import Counts, query_of
 from trajopt.result import Result, Status
-from trajopt.retime import Retimed, RetimeFailure
-from trajopt.seeds import bumps, choose_waypoints, goal_candidates, line_through
-from trajopt.solvers import Iteration, SolveResult, Sqp
-from trajopt.terms import Acceleration, Jerk, Velocity, constrain
-from trajopt.terms.along import judged
-from trajopt.terms.motion import Motion
-from trajopt.terms.residual import WHOLE
-from trajopt.timing import timed as time_path
-from trajopt.trajectory import Path
-from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
-from trajopt.verify import Certificate, Examination, Judge, Moment
+from trajopt.solvers import Sqp
 
-PATH_TOLERANCES = (5e-3, 1e-3)
-"""How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
-WAYPOINT_TOLERANCE = 1e-4
-"""The same, a third time, for problems with waypoints: they may be at corners of the path [m]."""
-GOALS_TRIED = 3
-"""Goal configurations that are planned to, nearest first."""
-ATTEMPTS = 48
-"""First guesses that are tried before giving up."""
-
-Progress = Callable[[str, Iteration | None], None]
-"""Called with the stage, and with the solver's step while it works."""
+FIRST_ATTEMPTS = 4
+"""First guesses that every goal of a set gets before any gets more: straight lines."""
 
 
 def plan(
@@ -66,242 +35,41 @@ def plan(
     Raises:
         ProblemError: If a requirement cannot be asked of this robot.
     """
-    run = _Planning(problem, solver or Sqp(), rng or np.random.default_rng(0), progress)
-    return run.plan()
+    solver, rng = solver or Sqp(), rng or np.random.default_rng(0)
+    if problem.alternatives:
+        runs = {name: Planning(each, solver, rng, progress) for name, each in problem.alternatives.items()}
+        return _to_any(problem, runs)
+    run = Planning(problem, solver, rng, progress)
+    return run.prepare() or run.attempt(ATTEMPTS)
 
 
-@dataclass(eq=False)
-class _Planning:
-    """One call of `plan`: what it has done so far."""
-
-    problem: Problem
-    solver: Sqp
-    rng: np.random.Generator
-    progress: Progress | None
-    counts: dict[str, int] = field(default_factory=dict[str, int])
-    seconds: dict[str, float] = field(default_factory=dict[str, float])
-
-    @cached_property
-    def judge(self) -> Judge:
-        """The judge of this problem; it keeps its own kinematics and geometry."""
-        return Judge(self.problem.reduced)
-
-    def plan(self) -> Result:
-        with self._stage("examine"):
-            refusal = self._examine_start()
+def _to_any(problem: Problem, runs: dict[str, Planning]) -> Result:
+    """Plan to the nearest goal first; all get straight lines before any gets more than that."""
+    results: dict[str, Result] = {}
+    for name, run in runs.items():
+        refusal = run.prepare()
         if refusal is not None:
-            return refusal
-        with self._stage("seed"):
-            goals, refusal = self._goals()
-        if refusal is not None:
-            return refusal
-        with self._stage("seed"):
-            counts = Counts()
-            waypoints = choose_waypoints(
-                self.problem.reduced,
-                self.problem.waypoint_requirements,
-                self.problem.requirements,
-                rng=self.rng,
-                counts=counts,
-            )
-            self._count(distance_calls=counts.distances, forward_kinematics=counts.forward_kinematics)
-        if waypoints.problem:
-            return self._result(Status.NO_WAYPOINT, waypoints.problem)
-        return self._attempt([(*waypoints.found, goal) for goal in goals[:GOALS_TRIED]])
-
-    def _attempt(self, goals: Sequence[Sequence[Floats]]) -> Result:
-        """Plan from one first guess after the other; the result that came nearest if none succeeds."""
-        best: Result | None = None
-        for nlp, seed in islice(self._seeds(goals), ATTEMPTS):
-            result = self._from(nlp, seed)
-            if best is None or _rank(result) < _rank(best):
-                best = result
-            if best.status is Status.SOLVED:
-                break
-        assert best is not None
-        return best
-
-    def _seeds(self, goals: Sequence[Sequence[Floats]]) -> Iterator[tuple[KnotsNlp, Floats]]:
-        """Yield first guesses: straight legs through the stops to every goal, then bent ones in turn.
-
-        Where goal configurations were searched for, the program first gets each of them as it is,
-        and only then the nearest with the freedom to choose another: that is harder to solve.
-        """
-        problem, reduced = self.problem, self.problem.reduced
-        programs = [(problem, stops) for stops in goals]
-        if fixed_goal(problem) is None and _end_is_free(problem):
-            programs = [(_ending_at(problem, stops[-1]), stops) for stops in goals] + programs[:1]
-        bent: list[tuple[KnotsNlp, Iterator[Floats]]] = []
-        for asked, stops in programs:
-            with self._stage("optimise"):
-                line = line_through(reduced, (reduced.start_positions, *stops), problem.knots)
-                nlp = transcribe(asked, line.knots, line.places)
-                bent.append((nlp, bumps(line.knots, nlp.scale, self.rng)))
-            yield nlp, line.knots
-        for nlp, guesses in cycle(bent):
-            yield nlp, next(guesses)
-
-    def _from(self, nlp: KnotsNlp, seed: Floats) -> Result:
-        """Optimise from a first guess; time and judge what comes out."""
-        problem, before = self.problem, replace(nlp.counts)
-        with self._stage("optimise"):
-            solved = self.solver.solve(nlp, seed, progress=self._step)
-            path = nlp.decode(solved.x)
-        self._count(
-            attempts=1,
-            distance_calls=nlp.counts.distances - before.distances,
-            bounds=nlp.counts.bounds - before.bounds,
-            forward_kinematics=nlp.counts.forward_kinematics - before.forward_kinematics,
-            qp_solves=solved.qp_solves,
-            qp_iterations=solved.qp_iterations,
-        )
-        if not solved.feasible:
-            return self._result(Status.STUCK, reasons.stuck(problem, solved), path=path, solve=solved)
-        result: Result | None = None
-        for tolerance in (*PATH_TOLERANCES, *((WAYPOINT_TOLERANCE,) if problem.waypoints else ())):
-            with self._stage("retime"):
-                timed = time_path(problem, nlp.query, path, tolerance=tolerance)
-            if isinstance(timed, RetimeFailure):
-                return self._result(Status.NO_TIMING, timed.reason, path=path, solve=solved)
-            with self._stage("verify"):
-                certificate = self._verify(timed)
-            status = Status.SOLVED if certificate.verified else Status.NOT_VERIFIED
-            message = reasons.not_verified(certificate)
-            result = self._result(
-                status, message, path=path, solve=solved, timed=timed, certificate=certificate
-            )
-            if certificate.verified:
-                break
-        assert result is not None
-        return result
-
-    def _verify(self, timed: Retimed) -> Certificate:
-        problem = self.problem
-        certificate = self.judge.verify(
-            timed.trajectory,
-            goals=problem.goals,
-            constraints=problem.requirements,
-            waypoints=problem.waypoint_requirements,
-            sampled=judged(problem.own_constraints, query_of(problem.reduced)),
-            tool_speeds=problem.tool_speeds,
-            limits=problem.limits,
-        )
-        self._count(judge_distance_calls=certificate.counts.distances)
-        return certificate
-
-    def _examine_start(self) -> Result | None:
-        """Refuse a start that no motion can leave."""
-        reduced = self.problem.reduced
-        seen = self.judge.examine(reduced.start_positions, moment=Moment.START)
-        refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
-        if refusal is not None:
-            return refusal
-        broken = self._broken(reduced.start_positions)
-        if broken:
-            return self._result(Status.START_BREAKS_CONSTRAINT, broken)
-        return None
-
-    def _goals(self) -> tuple[Sequence[Floats], Result | None]:
-        """Return goal configurations, nearest first, or why there is none."""
-        reduced = self.problem.reduced
-        goal = fixed_goal(self.problem)
-        if goal is not None:
-            seen = self.judge.examine(goal, moment=Moment.END)
-            refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
-            broken = self._broken(goal)
-            if refusal is None and broken:
-                refusal = self._result(Status.GOAL_BREAKS_CONSTRAINT, broken)
-            return (goal,), refusal
-        counts = Counts()
-        wanted = (*self.problem.goals, *self.problem.requirements)
-        found = goal_candidates(reduced, wanted, rng=self.rng, counts=counts)
-        self._count(distance_calls=counts.distances, forward_kinematics=counts.forward_kinematics)
-        if found.free:
-            return found.free, None
-        if found.blocking is not None:
-            first, second, depth = found.blocking
-            return (), self._result(
-                Status.GOAL_IN_COLLISION,
-                f"all {found.colliding} configurations that reach the goal collide; in the nearest, "
-                f"{first} is {depth * 1000:.1f} mm inside {second}",
-            )
-        return (), self._result(
-            Status.NO_INVERSE_KINEMATICS,
-            f"the nearest of the configurations tried misses the goal by {found.nearest_miss:.3g} (m, rad)",
-        )
-
-    def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:
-        if seen.out_of_limits:
-            return self._result(limits, reasons.out_of_limits(seen))
-        if seen.collisions:
-            return self._result(collision, reasons.collisions(seen))
-        return None
-
-    def _broken(self, positions: Floats) -> str:
-        """Say which path constraint does not hold at a configuration, or nothing."""
-        reduced = self.problem.reduced
-        motion = Motion.standing(positions, query_of(reduced))
-        for required in self.problem.requirements:
-            for item in constrain(required, reduced, WHOLE, inset=0.0):
-                excess = item.excess(motion)
-                if excess > 0.0:
-                    return f"{required} is exceeded by {excess:.3g}"
-        return ""
-
-    def _result(
-        self,
-        status: Status,
-        message: str,
-        *,
-        path: Path | None = None,
-        solve: SolveResult | None = None,
-        timed: Retimed | None = None,
-        certificate: Certificate | None = None,
-    ) -> Result:
-        return Result(
-            problem=self.problem,
-            status=status,
-            message=message,
-            path=path,
-            solve=solve,
-            timed=timed,
-            certificate=certificate,
-            counts=dict(self.counts),
-            cpu_seconds=dict(self.seconds),
-        )
-
-    def _step(self, iteration: Iteration) -> None:
-        if self.progress is not None:
-            self.progress("optimise", iteration)
-
-    def _count(self, **numbers: int) -> None:
-        for name, number in numbers.items():
-            self.counts[name] = self.counts.get(name, 0) + number
-
-    @contextmanager
-    def _stage(self, name: str) -> Generator[None]:
-        if self.progress is not None:
-            self.progress(name, None)
-        begin = time.process_time()
-        yield
-        self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
+            results[name] = refusal
+    order = sorted((name for name in runs if name not in results), key=lambda name: runs[name].travel)
+    for attempts in (FIRST_ATTEMPTS, ATTEMPTS - FIRST_ATTEMPTS):
+        for name in order:
+            results[name] = runs[name].attempt(attempts)
+            if results[name].status is Status.SOLVED:
+                counts, seconds = _work(runs)
+                return replace(results[name], goal_name=name, counts=counts, cpu_seconds=seconds)
+    first = results[order[0] if order else next(iter(runs))]
+    message = "; ".join(f"{name}: {results[name].explain()}" for name in runs)
+    counts, seconds = _work(runs)
+    return replace(first, problem=problem, message=message, counts=counts, cpu_seconds=seconds)
 
 
-def _end_is_free(problem: Problem) -> bool:
-    """Whether any configuration that holds the goals will do: nothing but the program knows of more."""
-    known = (Velocity, Acceleration, Jerk)
-    return not problem.own_constraints and all(
-        isinstance(cost.residual, known) for cost in problem.costs or ()
-    )
-
-
-def _ending_at(problem: Problem, positions: Floats) -> Problem:
-    """Return the problem with a configuration of the group as its goal."""
-    goal = joint_positions(dict(zip(problem.reduced.joint_names, positions.tolist(), strict=True)))
-    return replace(problem, goal=goal)
-
-
-def _rank(result: Result) -> tuple[bool, float]:
-    """Order results by how near they came: feasible paths first, then by what they violate."""
-    solved = result.solve
-    return result.status is not Status.SOLVED, np.inf if solved is None else solved.at.violation
+def _work(runs: dict[str, Planning]) -> tuple[dict[str, int], dict[str, float]]:
+    """Sum up the counts and process times of all runs."""
+    counts: dict[str, int] = {}
+    seconds: dict[str, float] = {}
+    for run in runs.values():
+        for name, count in run.counts.items():
+            counts[name] = counts.get(name, 0) + count
+        for name, time in run.seconds.items():
+            seconds[name] = seconds.get(name, 0.0) + time
+    return counts, seconds

@@ -1,7 +1,7 @@
 """Problem: what a motion must achieve, frozen; it says what it is when printed."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
@@ -9,7 +9,7 @@ from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ProblemNotFound
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import Requirement
+from trajopt.model.requirements import GoalSet, Requirement
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.terms.residual import Constraint, Cost
@@ -31,7 +31,7 @@ class Problem:
     Attributes:
         scene: The robot and what is around it, with the clearance to keep.
         start: Name of a state, joint -> position [rad | m], or positions of all joints.
-        goal: What must hold at the end: one requirement or several.
+        goal: What must hold at the end: one requirement or several, or any one goal of a set.
         group: The planning group; may be left out where the robot has one only.
         constraints: What must hold all the way: requirements, or residuals of your own with bounds.
         waypoints: What must hold on the way, in order: for each a requirement or several, held together
@@ -47,7 +47,7 @@ class Problem:
 
     scene: Scene
     start: str | Mapping[str, float] | Floats
-    goal: Requirement | Sequence[Requirement]
+    goal: Requirement | Sequence[Requirement] | GoalSet
     group: str = ""
     constraints: Sequence[Requirement | Constraint] = ()
     waypoints: Sequence[Requirement | Sequence[Requirement]] = ()
@@ -72,9 +72,12 @@ class Problem:
         else:
             start = robot.positions(self.start)
         object.__setattr__(self, "start", start)
-        goals = (self.goal,) if isinstance(self.goal, Requirement) else tuple(self.goal)
+        if isinstance(self.goal, GoalSet):
+            goals = tuple(chain(*self.goal.alternatives.values()))
+        else:
+            goals = (self.goal,) if isinstance(self.goal, Requirement) else tuple(self.goal)
+            object.__setattr__(self, "goal", goals)
         _check_kinds(goals, self.constraints, self.knots)
-        object.__setattr__(self, "goal", goals)
         waypoints = tuple(
             (item,) if isinstance(item, Requirement) else tuple(item) for item in self.waypoints
         )
@@ -113,9 +116,22 @@ class Problem:
 
     @property
     def goals(self) -> tuple[Requirement, ...]:
-        """What must hold at the end."""
+        """What must hold at the end.
+
+        Raises:
+            ProblemError: If the goal is a set; each of its `alternatives` has goals of its own.
+        """
+        if isinstance(self.goal, GoalSet):
+            raise ProblemError(f"the goal is {self.goal}: ask one of the problem's alternatives")
         assert not isinstance(self.goal, Requirement)
         return tuple(self.goal)
+
+    @cached_property
+    def alternatives(self) -> Mapping[str, "Problem"]:
+        """The problem with each goal of its goal set alone, by the goal's name; empty for one goal."""
+        if not isinstance(self.goal, GoalSet):
+            return {}
+        return {name: replace(self, goal=goal) for name, goal in self.goal.alternatives.items()}
 
     @property
     def tool_speeds(self) -> tuple[ToolSpeed, ...]:
@@ -147,11 +163,12 @@ class Problem:
     def __repr__(self) -> str:
         """Say in a few lines what is asked."""
         objects = ", ".join(self.scene.objects) or "nothing"
+        ends = (self.goal,) if isinstance(self.goal, GoalSet) else self.goals
         lines = [
             f"Problem {self.name!r}: {self.scene.robot.name}, group {self.group!r}, {self.knots} knots",
             f"  around it    {objects}; clearance {self.scene.margin * 1000:g} mm",
             *(f"  on the way   {' and '.join(map(str, item))}" for item in self.waypoint_requirements),
-            *(f"  at the end   {goal}" for goal in self.goals),
+            *(f"  at the end   {goal}" for goal in ends),
             *(
                 f"  all the way  {item if isinstance(item, Requirement) else item.residual.name}"
                 for item in self.constraints

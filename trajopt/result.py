@@ -66,6 +66,7 @@ class Result:
         certificate: The judge's verdict, if it got so far.
         counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
+        goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
     """
 
     problem: Problem
@@ -77,6 +78,7 @@ class Result:
     certificate: Certificate | None
     counts: Mapping[str, int]
     cpu_seconds: Mapping[str, float]
+    goal_name: str = ""
 
     @property
     def verified(self) -> bool:
@@ -109,6 +111,7 @@ class Result:
             "verified": self.verified,
             "message": self.explain(),
             "name": self.problem.name,
+            "goal_name": self.goal_name,
             **motion,
             "certificate": None if self.certificate is None else self.certificate.as_dict(),
             "counts": dict(self.counts),
@@ -122,4 +125,6 @@ class Result:
     def explain(self) -> str:
         """Say how planning ended, with the particulars, in a sentence or two."""
         text = f"{self.status.name}: {self.status.value}"
+        if self.goal_name:
+            text += f", at the goal {self.goal_name!r}"
         return f"{text} ({self.message})" if self.message else text

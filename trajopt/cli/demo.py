@@ -11,7 +11,8 @@ from trajopt.cli.options import JsonOption
 from trajopt.cli.progress import progress_line
 from trajopt.cli.report import report
 from trajopt.moveit import write_trajectory
-from trajopt.plan import Progress, plan
+from trajopt.plan import plan
+from trajopt.planning import Progress
 from trajopt.problem import named_problem
 from trajopt.result import Plan
 from trajopt.simulate import Rollout, render, simulate

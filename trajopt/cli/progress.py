@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from rich.console import Console
 
-from trajopt.plan import Progress
+from trajopt.planning import Progress
 from trajopt.solvers import Iteration
 
 DOING = {

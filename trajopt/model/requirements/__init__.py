@@ -17,6 +17,8 @@ from trajopt.model.requirements.frame_placement import RotationCoordinates as Ro
 from trajopt.model.requirements.frame_placement import frame_placement as frame_placement
 from trajopt.model.requirements.gaze import Gaze as Gaze
 from trajopt.model.requirements.gaze import gaze as gaze
+from trajopt.model.requirements.goal_set import GoalSet as GoalSet
+from trajopt.model.requirements.goal_set import any_of as any_of
 from trajopt.model.requirements.gravity_torque import GravityTorque as GravityTorque
 from trajopt.model.requirements.gravity_torque import gravity_torque as gravity_torque
 from trajopt.model.requirements.joint_positions import JOINT_TOLERANCE as JOINT_TOLERANCE
