@@ -34,6 +34,8 @@ def waypoint_checks(motion: Motion, waypoints: Sequence[Sequence[Requirement]]) 
     earliest = 0.0
     for number, wanted in enumerate(waypoints, start=1):
         numbers = [item for requirement in wanted for item in quantities(requirement, motion)]
+        if not numbers:  # a line of sight past nothing holds at any moment
+            continue
         found = _check(motion, f"waypoint {number}", numbers, earliest)
         if found.holds and found.time is not None:
             earliest = found.time
