@@ -4,7 +4,7 @@ import numpy as np
 
 import trajopt as to
 
-from .arms import Arm, panda, pointing, xarm7
+from .arms import Arm, panda, pointing, ur5, xarm7
 from .drawing import near, until_feasible
 
 LENGTH = 0.5
@@ -36,6 +36,19 @@ def bar_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
     Expected outcome: solved.
     """
     return _draw(xarm7(), rng)
+
+
+def bar_ur5(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the UR5.
+
+    What is hard: as for the Panda, without fingers and without a joint to spare.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(ur5(), rng)
 
 
 def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -4,7 +4,7 @@ import numpy as np
 
 import trajopt as to
 
-from .arms import Arm, panda, pointing, xarm7
+from .arms import Arm, panda, pointing, ur5, with_rod, xarm7
 from .drawing import near, until_feasible
 
 
@@ -35,6 +35,19 @@ def between_plates_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
     return _draw(xarm7(), rng)
 
 
+def between_plates_ur5(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the UR5.
+
+    What is hard: a rod in its flange enters, and no joint is to spare.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(ur5(), rng)
+
+
 def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
     return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
 
@@ -50,11 +63,21 @@ def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
         for side in (-1, 1)
     ]
     scene = to.Scene(arm.robot).add("plates", plates, stands)
+    frame = arm.tip
+    if arm is ur5():
+        scene, frame = with_rod(arm, scene), "rod_tip"
     inside = stands * np.array((0.0, 0.0, height - near(rng, 0.1, 0.03)))
     return to.Problem(
         scene=scene,
         group=arm.group,
         start=arm.ready,
-        goal=pointing(arm, tuple(inside.tolist()), (0.0, 0.0, -1.0), cone=0.3, position_tolerance=0.01),
+        goal=pointing(
+            arm,
+            tuple(inside.tolist()),
+            (0.0, 0.0, -1.0),
+            cone=0.3,
+            position_tolerance=0.01,
+            frame=frame,
+        ),
         name="between plates",
     )

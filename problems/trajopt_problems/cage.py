@@ -4,7 +4,7 @@ import numpy as np
 
 import trajopt as to
 
-from .arms import Arm, panda, pointing, ur5, with_rod
+from .arms import Arm, panda, pointing, ur5, with_rod, xarm7
 from .drawing import near, until_feasible
 
 
@@ -33,6 +33,19 @@ def cage_ur5(rng: np.random.Generator | None = None) -> to.Problem:
     Expected outcome: solved.
     """
     return _draw(ur5(), rng)
+
+
+def cage_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the xArm7.
+
+    What is hard: its bare flange must go in between the bars, and its wrist with it.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(xarm7(), rng)
 
 
 def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

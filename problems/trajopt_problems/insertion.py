@@ -4,7 +4,7 @@ import numpy as np
 
 import trajopt as to
 
-from .arms import Arm, panda, ur5
+from .arms import Arm, panda, ur5, xarm7
 from .drawing import near, until_feasible
 from .furniture import hollow_box
 
@@ -39,6 +39,19 @@ def insertion_ur5(rng: np.random.Generator | None = None) -> to.Problem:
     Expected outcome: solved.
     """
     return _draw(ur5(), rng)
+
+
+def insertion_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the xArm7.
+
+    What is hard: as for the Panda, with joints that turn further.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(xarm7(), rng)
 
 
 def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -4,7 +4,7 @@ import numpy as np
 
 import trajopt as to
 
-from .arms import Arm, panda, pointing, ur5, with_rod
+from .arms import Arm, panda, pointing, ur5, with_rod, xarm7
 from .drawing import near, until_feasible
 from .furniture import hollow_box
 
@@ -36,6 +36,19 @@ def narrow_mouth_ur5(rng: np.random.Generator | None = None) -> to.Problem:
     return _draw(ur5(), rng)
 
 
+def narrow_mouth_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the xArm7.
+
+    What is hard: as for the Panda, with a rod in its flange.
+
+    Args:
+        rng: As for the Panda; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(xarm7(), rng)
+
+
 def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
     return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
 
@@ -54,13 +67,14 @@ def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
         .add("box", hollow_box((0.3, 0.4, height), mouth=mouth), stands)
     )
     frame = arm.tip
-    if arm is ur5():
+    if arm is not panda():
         scene, frame = with_rod(arm, scene), "rod_tip"
+    aside = pointing(arm, (0.35, 0.3, 0.5), (0.0, 0.0, -1.0), cone=0.5, frame=frame)
     inside = stands * np.array((0.0, 0.0, height / 2 - depth))
     return to.Problem(
         scene=scene,
         group=arm.group,
-        start=arm.ready,
+        start=arm.at(scene, *aside),
         goal=pointing(
             arm,
             tuple(inside.tolist()),
