@@ -1,0 +1,80 @@
+"""A torch follows a seam: through its points in order, tilted within a cone, free to spin about itself."""
+
+import numpy as np
+
+import trajopt as to
+
+from .arms import Arm, panda, ur5
+from .drawing import near, until_feasible
+
+POINTS = 16
+"""Of the seam, its end among them."""
+KNOTS = 33
+"""Two between any two points."""
+TOLERANCE = 2e-3
+"""How near a point of the seam is passed [m]."""
+
+
+def weld_seam_panda(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the Panda.
+
+    What is hard: the tip stays within two millimetres of the seam all the way and the torch leans by at
+    most 15 degrees, beside a plate that stands along the seam; only the spin is free.
+
+    Args:
+        rng: Draws where the seam lies and how it runs; the fixed instance when None.
+
+    Expected outcome: solved.
+    """
+    return _draw(panda(), rng)
+
+
+def weld_seam_ur5(rng: np.random.Generator | None = None) -> to.Problem:
+    """Return the problem for the UR5.
+
+    What is hard: as for the Panda, with the spin as the one freedom of six joints.
+
+    Args:
+        rng: As for the Panda.
+
+    Expected outcome: solved.
+    """
+    return _draw(ur5(), rng)
+
+
+def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
+    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+
+
+def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
+    length, turn, height = near(rng, 0.3, 0.05), near(rng, 0.2, 0.2), near(rng, 0.15, 0.03)
+    along = np.array((-np.sin(turn), np.cos(turn), 0.0))
+    middle = np.array((arm.reach - 0.05, near(rng, 0.0, 0.1), height))
+    points = middle + np.linspace(-0.5, 0.5, POINTS + 1)[:, None] * length * along
+    beside = middle + 0.16 * np.array((np.cos(turn), np.sin(turn), 0.0))
+    scene = (
+        to.Scene(arm.robot)
+        .add("table", to.Box(0.9, 1.4, 0.04), to.placement((0.65, 0.0, -0.02)))
+        .add("plate", to.Box(0.01, length, 0.1), to.placement(beside, rpy=(0.0, 0.0, turn)))
+    )
+
+    def at(point: np.ndarray) -> to.Requirement:
+        return to.frame_placement(
+            arm.tip, to.placement(point), position_tolerance=TOLERANCE, rotation_tolerance=np.inf
+        )
+
+    torch = (
+        to.axis_alignment(arm.tip, direction=(0.0, 0.0, -1.0), tolerance=np.radians(15.0)),
+        to.point_on_line(arm.tip, middle, along, tolerance=TOLERANCE),
+    )
+    return to.Problem(
+        scene=scene,
+        group=arm.group,
+        start=arm.at(scene, at(points[0]), *torch),
+        goal=at(points[-1]),
+        waypoints=[at(point) for point in points[1:-1]],
+        constraints=torch,
+        knots=KNOTS,
+        tool_speed=to.tool_speed(arm.tip, linear=0.1),
+        name="weld seam",
+    )
