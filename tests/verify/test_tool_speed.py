@@ -149,3 +149,43 @@ def test_a_planned_motion_keeps_the_tool_slow() -> None:
     )
     refused = verify(problem.reduced, mutated, goals=(), tool_speeds=problem.tool_speeds)
     assert "path: tool speed" in {check.name for check in refused.failed}
+
+
+def test_a_steady_speed_may_not_sag_nor_be_all_ramp(planar: ReducedModel) -> None:
+    """The first joint alone turns: the tip's speed is its rate times 1.1 m."""
+    limited = to.tool_speed("tip", linear=1.1 * 0.5, steady=0.1)
+
+    def judged(times: list[float], rates: list[float]) -> Check:
+        at, speed = np.array(times), np.array(rates)
+        turned = np.concatenate(([0.0], np.cumsum(np.diff(at) * (speed[1:] + speed[:-1]) / 2)))
+        knots = np.column_stack((turned, np.zeros(len(at))))
+        motion = Trajectory(planar.joint_names, at, knots, np.column_stack((speed, 0.0 * speed)))
+        certificate = verify(planar, motion, goals=(), tool_speeds=(limited,))
+        (check,) = (check for check in certificate.checks if check.name == "path: steady speed")
+        assert check.evidence is Evidence.SAMPLED
+        return check
+
+    top = 0.5 * 1.1 / tip_radius(planar)
+    assert judged([0.0, 0.1, 1.0, 1.1], [0.0, top, top, 0.0]).holds
+    sagging = judged([0.0, 0.1, 0.5, 1.0, 1.1], [0.0, top, 0.7 * top, top, 0.0])
+    assert not sagging.holds and sagging.time == pytest.approx(0.5, abs=0.01)
+    slow = judged([0.0, 0.1, 1.0, 1.1], [0.0, 0.5 * top, 0.5 * top, 0.0])
+    assert not slow.holds and "0% of the way" in slow.detail
+    ramps = judged([0.0, 1.0, 1.05, 2.05], [0.0, top, top, 0.0])
+    assert not ramps.holds
+
+
+def tip_radius(model: ReducedModel) -> float:
+    """Return how far the tip is from the first joint's axis with the arm stretched [m]."""
+    return float(
+        np.linalg.norm(model.scene.placement_of("tip", model.all_positions(np.zeros(2))).translation)
+    )
+
+
+def test_a_steady_speed_is_a_share_of_a_limit() -> None:
+    for wrong in (0.0, 1.0, -0.1):
+        with pytest.raises(ProblemError, match="steady is a share"):
+            to.tool_speed("tip", linear=1.0, steady=wrong)
+    with pytest.raises(ProblemError, match="steady is a share"):
+        to.tool_speed("tip", angular=1.0, steady=0.1)
+    assert "steady within 10%" in repr(to.tool_speed("tip", linear=1.0, steady=0.1))

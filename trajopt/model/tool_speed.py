@@ -21,18 +21,22 @@ class ToolSpeed:
         linear: Largest speed of the point [m/s]; inf for none.
         angular: Largest angular speed of the frame [rad/s]; inf for none.
         offset: The point, in the frame's coordinates, shape (3,) [m].
+        steady: Share of the linear limit by which the speed may fall below it between its ramps, as in
+            wiping or welding at constant speed; inf if it may be anything below.
     """
 
     frame: str
     linear: float
     angular: float
     offset: Floats
+    steady: float = np.inf
 
     def __repr__(self) -> str:
         """Show frame and limits."""
         limits = ((self.linear, "m/s"), (self.angular, "rad/s"))
         text = " and ".join(f"{limit:g} {unit}" for limit, unit in limits if np.isfinite(limit))
-        return f"ToolSpeed({self.frame!r} at most {text})"
+        steady = f", steady within {self.steady:.0%}" if np.isfinite(self.steady) else ""
+        return f"ToolSpeed({self.frame!r} at most {text}{steady})"
 
 
 def tool_speed(
@@ -41,18 +45,24 @@ def tool_speed(
     linear: float = np.inf,
     angular: float = np.inf,
     offset: ArrayLike = (0.0, 0.0, 0.0),
+    steady: float = np.inf,
 ) -> ToolSpeed:
     """Limit the speed of a tool: `tool_speed("panda_hand_tcp", linear=0.25)`.
+
+    The motion is the fastest within all limits, so where no joint is slower the tool moves at its limit;
+    `steady` makes the judge insist on it.
 
     Args:
         frame: Link, tool frame or attached object.
         linear: Largest speed of the point [m/s].
         angular: Largest angular speed of the frame [rad/s].
         offset: The point whose speed counts, in the frame's coordinates, shape (3,) [m].
+        steady: Share of the linear limit, in (0, 1), by which the speed may fall below it between its
+            ramps at both ends; any speed below the limit will do when left out.
 
     Raises:
         ShapeError: If a number is not usable.
-        ProblemError: If a limit is not positive, or there is none.
+        ProblemError: If a limit is not positive, or there is none, or a steady speed has no limit.
     """
     limits = {"linear": linear, "angular": angular}
     for name, limit in limits.items():
@@ -60,4 +70,11 @@ def tool_speed(
             raise ProblemError(f"tool_speed({frame!r}): the {name} limit must be positive, is {limit:g}")
     if np.isinf(list(limits.values())).all():
         raise ProblemError(f"tool_speed({frame!r}): give a linear limit, an angular one or both")
-    return ToolSpeed(frame, float(linear), float(angular), floats("offset", offset, (3,)))
+    if number(f"steady speed of {frame}", steady, infinite=True) != np.inf and (
+        not 0.0 < steady < 1.0 or np.isinf(linear)
+    ):
+        raise ProblemError(
+            f"tool_speed({frame!r}): steady is a share in (0, 1) of a linear limit, "
+            f"is {steady:g} of {linear:g}"
+        )
+    return ToolSpeed(frame, float(linear), float(angular), floats("offset", offset, (3,)), float(steady))

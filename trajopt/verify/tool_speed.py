@@ -10,12 +10,16 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.trajectory import Interpolation
-from trajopt.verify.certificate import Check
+from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.interval_proof import Excess, prove_over_time
 from trajopt.verify.motion import Motion
 from trajopt.verify.point_motion import PointMotion
 from trajopt.verify.requirement import Component, When, requirement_check
 
+SAMPLES = 2001
+"""Times at which a steady speed is looked at."""
+STEADY_SHARE = 0.5
+"""Share of the way that a steady speed must cover, so that the ramps are not all there is."""
 KINDS = (("tool speed", "m/s"), ("tool turning", "rad/s"))
 
 
@@ -32,7 +36,36 @@ def tool_speed_checks(motion: Motion, limited: ToolSpeed) -> tuple[Check, ...]:
     moving = PointMotion(motion, limited.frame, offset=limited.offset)
     limits = (limited.linear, limited.angular)
     found = [_check(motion, moving, limited, which=which) for which in (0, 1) if np.isfinite(limits[which])]
+    if np.isfinite(limited.steady):
+        found.append(_steadiness(motion, moving, limited))
     return tuple(found)
+
+
+def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Check:
+    """Judge that the speed does not fall between its ramps, and that the ramps are the lesser part."""
+    floor = (1.0 - limited.steady) * limited.linear
+    times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
+    speeds = np.linalg.norm(moving.speeds(times)[0], axis=1)
+    steady = np.flatnonzero(speeds >= floor)
+    if len(steady) == 0:
+        worst, share = int(speeds.argmax()), 0.0
+    else:
+        between = slice(int(steady[0]), int(steady[-1]) + 1)
+        worst = between.start + int(speeds[between].argmin())
+        share = float(speeds[between].sum() / speeds.sum())
+    value = float(speeds[worst])
+    return Check(
+        name=f"{When.ALWAYS.value}: steady speed",
+        subject=limited.frame,
+        value=value,
+        bound=floor,
+        unit="m/s",
+        time=float(times[worst]),
+        slack=value - floor,
+        evidence=Evidence.SAMPLED,
+        holds=value >= floor and share >= STEADY_SHARE,
+        detail=f"at least {value:.4g} m/s over {share:.0%} of the way, {floor:.4g} m/s are asked",
+    )
 
 
 def _check(motion: Motion, moving: PointMotion, limited: ToolSpeed, *, which: int) -> Check:
