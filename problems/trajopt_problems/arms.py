@@ -31,6 +31,17 @@ class Arm:
     width: float
     reach: float
 
+    def tip_at(self, point: np.ndarray, tolerance: float) -> to.Requirement:
+        """Require the tool's origin at a point of the world, turned as it likes.
+
+        Args:
+            point: Shape (3,) [m].
+            tolerance: Along each axis [m].
+        """
+        return to.frame_placement(
+            self.tip, to.placement(point), position_tolerance=tolerance, rotation_tolerance=np.inf
+        )
+
     def at(self, scene: to.Scene, *goals: to.Requirement) -> Mapping[str, float]:
         """Return a configuration that holds goals and is clear of a scene, joint -> position [rad].
 

@@ -5,7 +5,8 @@ import numpy as np
 import trajopt as to
 
 from .arms import Arm, panda, ur5
-from .drawing import near, until_feasible
+from .drawing import until_feasible
+from .stroke import stroke
 
 POINTS = 16
 """Of the seam, its end among them."""
@@ -47,32 +48,24 @@ def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    length, turn, height = near(rng, 0.3, 0.05), near(rng, 0.2, 0.2), near(rng, 0.15, 0.03)
-    along = np.array((-np.sin(turn), np.cos(turn), 0.0))
-    middle = np.array((arm.reach - 0.05, near(rng, 0.0, 0.1), height))
-    points = middle + np.linspace(-0.5, 0.5, POINTS + 1)[:, None] * length * along
-    beside = middle + 0.16 * np.array((np.cos(turn), np.sin(turn), 0.0))
+    seam = stroke(arm, rng, length=0.3, turn=0.2, height=0.15, points=POINTS)
+    beside = to.placement(seam.middle + 0.16 * seam.across, rpy=(0.0, 0.0, np.arctan2(*seam.across[1::-1])))
     scene = (
         to.Scene(arm.robot)
         .add("table", to.Box(0.9, 1.4, 0.04), to.placement((0.65, 0.0, -0.02)))
-        .add("plate", to.Box(0.01, length, 0.1), to.placement(beside, rpy=(0.0, 0.0, turn)))
+        .add("plate", to.Box(0.01, seam.length, 0.1), beside)
     )
-
-    def at(point: np.ndarray) -> to.Requirement:
-        return to.frame_placement(
-            arm.tip, to.placement(point), position_tolerance=TOLERANCE, rotation_tolerance=np.inf
-        )
-
     torch = (
         to.axis_alignment(arm.tip, direction=(0.0, 0.0, -1.0), tolerance=np.radians(15.0)),
-        to.point_on_line(arm.tip, middle, along, tolerance=TOLERANCE),
+        to.point_on_line(arm.tip, seam.middle, seam.along, tolerance=TOLERANCE),
     )
+    first, *between, last = (arm.tip_at(point, TOLERANCE) for point in seam.points)
     return to.Problem(
         scene=scene,
         group=arm.group,
-        start=arm.at(scene, at(points[0]), *torch),
-        goal=at(points[-1]),
-        waypoints=[at(point) for point in points[1:-1]],
+        start=arm.at(scene, first, *torch),
+        goal=last,
+        waypoints=between,
         constraints=torch,
         knots=KNOTS,
         tool_speed=to.tool_speed(arm.tip, linear=0.1),

@@ -5,12 +5,15 @@ import numpy as np
 import trajopt as to
 
 from .arms import Arm, panda, ur5
-from .drawing import near, until_feasible
+from .drawing import until_feasible
+from .stroke import stroke
 
-POINTS = 8
+POINTS = 6
 """Of a stroke, its end among them."""
-KNOTS = 33
+KNOTS = 25
 """Four between any two points."""
+TOLERANCE = 2e-3
+"""How near a point of the stroke is passed [m]."""
 SPEED, STEADY = 0.08, 0.1
 """Of the tool [m/s], and the share by which it may be slower between its ramps."""
 
@@ -47,28 +50,20 @@ def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    length, turn, height = near(rng, 0.4, 0.05), near(rng, 0.1, 0.2), near(rng, 0.12, 0.02)
-    along = np.array((-np.sin(turn), np.cos(turn), 0.0))
-    middle = np.array((arm.reach - 0.05, near(rng, 0.0, 0.05), height))
-    points = middle + np.linspace(-0.5, 0.5, POINTS + 1)[:, None] * length * along
-
-    def at(point: np.ndarray) -> to.Requirement:
-        return to.frame_placement(
-            arm.tip, to.placement(point), position_tolerance=2e-3, rotation_tolerance=np.inf
-        )
-
+    swipe = stroke(arm, rng, length=0.4, turn=0.1, height=0.12, points=POINTS)
     cloth = (
         to.axis_alignment(arm.tip, direction=(0.0, 0.0, -1.0), tolerance=np.radians(5.0)),
-        to.point_on_line(arm.tip, middle, along, tolerance=2e-3),
-        to.point_on_plane(arm.tip, middle, (0.0, 0.0, 1.0), tolerance=1e-3),
+        to.point_on_line(arm.tip, swipe.middle, swipe.along, tolerance=TOLERANCE),
+        to.point_on_plane(arm.tip, swipe.middle, (0.0, 0.0, 1.0), tolerance=TOLERANCE / 2),
     )
     scene = to.Scene(arm.robot).add("table", to.Box(0.9, 1.4, 0.04), to.placement((0.65, 0.0, -0.02)))
+    first, *between, last = (arm.tip_at(point, TOLERANCE) for point in swipe.points)
     return to.Problem(
         scene=scene,
         group=arm.group,
-        start=arm.at(scene, at(points[0]), *cloth),
-        goal=at(points[-1]),
-        waypoints=[at(point) for point in points[1:-1]],
+        start=arm.at(scene, first, *cloth),
+        goal=last,
+        waypoints=between,
         constraints=cloth,
         knots=KNOTS,
         tool_speed=to.tool_speed(arm.tip, linear=SPEED, steady=STEADY),

@@ -131,22 +131,18 @@ def _problem(arm: Arm, figure: Figure, rng: np.random.Generator | None) -> to.Pr
     flat = size * figure(np.linspace(0.0, 1.0, POINTS + 1)) @ np.array(((cos, sin), (-sin, cos)))
     points = centre + np.column_stack((flat, np.zeros(len(flat))))
 
-    def at(point: NDArray[np.float64]) -> to.Requirement:
-        return to.frame_placement(
-            arm.tip, to.placement(point), position_tolerance=TOLERANCE, rotation_tolerance=np.inf
-        )
-
     pen = (
         to.axis_alignment(arm.tip, direction=(0.0, 0.0, -1.0), tolerance=np.radians(5.0)),
         to.point_on_plane(arm.tip, (0.0, 0.0, HEIGHT), (0.0, 0.0, 1.0), tolerance=2e-3),
     )
     scene = to.Scene(arm.robot).add("table", to.Box(0.9, 1.4, 0.04), to.placement((0.65, 0.0, -0.02)))
+    first, *between, last = (arm.tip_at(point, TOLERANCE) for point in points)
     return to.Problem(
         scene=scene,
         group=arm.group,
-        start=arm.at(scene, at(points[0]), *pen),
-        goal=at(points[-1]),
-        waypoints=[at(point) for point in points[1:-1]],
+        start=arm.at(scene, first, *pen),
+        goal=last,
+        waypoints=between,
         constraints=pen,
         knots=KNOTS,
         name="writing",
