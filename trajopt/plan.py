@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from trajopt.methods import Knots, Method
 from trajopt.planning import ATTEMPTS, Planning, Progress
 from trajopt.problem import Problem
 from trajopt.result import Result, Status
-from trajopt.solvers import Sqp
 
 FIRST_ATTEMPTS = 4
 """First guesses that every goal of a set gets before any gets more: straight lines."""
@@ -16,7 +16,7 @@ FIRST_ATTEMPTS = 4
 def plan(
     problem: Problem,
     *,
-    solver: Sqp | None = None,
+    method: Method | None = None,
     rng: np.random.Generator | None = None,
     progress: Progress | None = None,
 ) -> Result:
@@ -24,7 +24,7 @@ def plan(
 
     Args:
         problem: What the motion must achieve.
-        solver: The solver with its options; the default when None.
+        method: Transcription and solver with their options; sequential QP over knots when None.
         rng: Draws the starts of inverse kinematics; a fixed seed when None, so that the answer is
             the same every time.
         progress: Called at every stage and every step of the solver.
@@ -35,11 +35,11 @@ def plan(
     Raises:
         ProblemError: If a requirement cannot be asked of this robot.
     """
-    solver, rng = solver or Sqp(), rng or np.random.default_rng(0)
+    method, rng = method or Knots(), rng or np.random.default_rng(0)
     if problem.alternatives:
-        runs = {name: Planning(each, solver, rng, progress) for name, each in problem.alternatives.items()}
+        runs = {name: Planning(each, method, rng, progress) for name, each in problem.alternatives.items()}
         return _to_any(problem, runs)
-    run = Planning(problem, solver, rng, progress)
+    run = Planning(problem, method, rng, progress)
     return run.prepare() or run.attempt(ATTEMPTS)
 
 

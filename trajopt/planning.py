@@ -15,20 +15,21 @@ import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats
+from trajopt.methods import Method, Outcome, Program
 from trajopt.model.requirements import joint_positions
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
 from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure
 from trajopt.seeds import bumps, choose_waypoints, goal_candidates, line_through
-from trajopt.solvers import Iteration, SolveResult, Sqp
+from trajopt.solvers import Iteration
 from trajopt.terms import Acceleration, Jerk, Velocity, constrain
 from trajopt.terms.along import judged
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.timing import timed as time_path
-from trajopt.trajectory import Path
-from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
+from trajopt.trajectory import Trajectory
+from trajopt.transcription import fixed_goal
 from trajopt.verify import Certificate, Examination, Judge, Moment
 
 PATH_TOLERANCES = (5e-3, 1e-3)
@@ -50,7 +51,7 @@ class Planning:
 
     Attributes:
         problem: The problem, with one goal.
-        solver: The solver with its options.
+        method: Transcription and solver, with their options.
         rng: Draws starts and bends.
         progress: Called at every stage and step.
         counts: Exact numbers of the work.
@@ -58,13 +59,13 @@ class Planning:
     """
 
     problem: Problem
-    solver: Sqp
+    method: Method
     rng: np.random.Generator
     progress: Progress | None
     counts: dict[str, int] = field(default_factory=dict[str, int])
     seconds: dict[str, float] = field(default_factory=dict[str, float])
     _stops: list[tuple[Floats, ...]] = field(default_factory=list[tuple[Floats, ...]])
-    _guesses: Iterator[tuple[KnotsNlp, Floats]] = field(default_factory=lambda: iter(()))
+    _guesses: Iterator[tuple[Program, Floats]] = field(default_factory=lambda: iter(()))
     _best: Result | None = None
 
     @cached_property
@@ -74,6 +75,9 @@ class Planning:
 
     def prepare(self) -> Result | None:
         """Look at the start and choose goal configurations; return why that is impossible, if it is."""
+        objection = self.method.objection(self.problem)
+        if objection:
+            return self._result(Status.METHOD_CANNOT, f"{self.method.name}: {objection}")
         with self._stage("examine"):
             refusal = self._examine_start()
         if refusal is not None:
@@ -107,8 +111,8 @@ class Planning:
 
     def attempt(self, attempts: int) -> Result:
         """Plan from so many more first guesses; the result that came nearest if none succeeds."""
-        for nlp, seed in islice(self._guesses, attempts):
-            result = self._from(nlp, seed)
+        for program, seed in islice(self._guesses, attempts):
+            result = self._from(program, seed)
             if self._best is None or _rank(result) < _rank(self._best):
                 self._best = result
             if self._best.status is Status.SOLVED:
@@ -116,7 +120,7 @@ class Planning:
         assert self._best is not None
         return self._best
 
-    def _seeds(self, goals: Sequence[Sequence[Floats]]) -> Iterator[tuple[KnotsNlp, Floats]]:
+    def _seeds(self, goals: Sequence[Sequence[Floats]]) -> Iterator[tuple[Program, Floats]]:
         """Yield first guesses: straight legs through the stops to every goal, then bent ones in turn.
 
         Where goal configurations were searched for, the program first gets each of them as it is,
@@ -126,54 +130,67 @@ class Planning:
         programs = [(problem, stops) for stops in goals]
         if fixed_goal(problem) is None and _end_is_free(problem):
             programs = [(_ending_at(problem, stops[-1]), stops) for stops in goals] + programs[:1]
-        bent: list[tuple[KnotsNlp, Iterator[Floats]]] = []
+        bent: list[tuple[Program, Iterator[Floats]]] = []
         for asked, stops in programs:
             with self._stage("optimise"):
                 line = line_through(reduced, (reduced.start_positions, *stops), problem.knots)
-                nlp = transcribe(asked, line.knots, line.places)
-                bent.append((nlp, bumps(line.knots, nlp.scale, self.rng)))
-            yield nlp, line.knots
-        for nlp, guesses in cycle(bent):
-            yield nlp, next(guesses)
+                program = self.method.program(asked, line.knots, line.places)
+                bent.append((program, bumps(line.knots, program.scale, self.rng)))
+            yield program, line.knots
+        for program, guesses in cycle(bent):
+            yield program, next(guesses)
 
-    def _from(self, nlp: KnotsNlp, seed: Floats) -> Result:
+    def _from(self, program: Program, seed: Floats) -> Result:
         """Optimise from a first guess; time and judge what comes out."""
-        problem, before = self.problem, replace(nlp.counts)
+        before = replace(program.counts)
         with self._stage("optimise"):
-            solved = self.solver.solve(nlp, seed, progress=self._step)
-            path = nlp.decode(solved.x)
+            found = program.solve(seed, progress=self._step)
+        solved, done = found.solve, program.counts
         self._count(
             attempts=1,
-            distance_calls=nlp.counts.distances - before.distances,
-            bounds=nlp.counts.bounds - before.bounds,
-            forward_kinematics=nlp.counts.forward_kinematics - before.forward_kinematics,
+            distance_calls=done.distances - before.distances,
+            bounds=done.bounds - before.bounds,
+            forward_kinematics=done.forward_kinematics - before.forward_kinematics,
             qp_solves=solved.qp_solves,
             qp_iterations=solved.qp_iterations,
         )
         if not solved.feasible:
-            return self._result(Status.STUCK, reasons.stuck(problem, solved), path=path, solve=solved)
+            return self._result(Status.STUCK, reasons.stuck(self.problem, solved), found=found)
+        if found.trajectory is not None:
+            return self._judged(found, found.trajectory)
+        return self._timed(found)
+
+    def _timed(self, found: Outcome) -> Result:
+        """Time a path and have it judged, each time nearer to the path, until the judge agrees."""
+        problem = self.problem
         result: Result | None = None
         for tolerance in (*PATH_TOLERANCES, *((WAYPOINT_TOLERANCE,) if problem.waypoints else ())):
             with self._stage("retime"):
-                timed = time_path(problem, nlp.query, path, tolerance=tolerance)
+                timed = time_path(problem, query_of(problem.reduced), found.path, tolerance=tolerance)
             if isinstance(timed, RetimeFailure):
-                return self._result(Status.NO_TIMING, timed.reason, path=path, solve=solved)
-            with self._stage("verify"):
-                certificate = self._verify(timed)
-            status = Status.SOLVED if certificate.verified else Status.NOT_VERIFIED
-            message = reasons.not_verified(certificate)
-            result = self._result(
-                status, message, path=path, solve=solved, timed=timed, certificate=certificate
-            )
-            if certificate.verified:
+                return self._result(Status.NO_TIMING, timed.reason, found=found)
+            result = self._judged(found, timed.trajectory, timed)
+            if result.verified:
                 break
         assert result is not None
         return result
 
-    def _verify(self, timed: Retimed) -> Certificate:
+    def _judged(self, found: Outcome, trajectory: Trajectory, timed: Retimed | None = None) -> Result:
+        with self._stage("verify"):
+            certificate = self._verify(trajectory)
+        return self._result(
+            Status.SOLVED if certificate.verified else Status.NOT_VERIFIED,
+            reasons.not_verified(certificate),
+            found=found,
+            trajectory=trajectory,
+            timed=timed,
+            certificate=certificate,
+        )
+
+    def _verify(self, trajectory: Trajectory) -> Certificate:
         problem = self.problem
         certificate = self.judge.verify(
-            timed.trajectory,
+            trajectory,
             goals=problem.goals,
             constraints=problem.requirements,
             waypoints=problem.waypoint_requirements,
@@ -248,8 +265,8 @@ class Planning:
         status: Status,
         message: str,
         *,
-        path: Path | None = None,
-        solve: SolveResult | None = None,
+        found: Outcome | None = None,
+        trajectory: Trajectory | None = None,
         timed: Retimed | None = None,
         certificate: Certificate | None = None,
     ) -> Result:
@@ -257,8 +274,9 @@ class Planning:
             problem=self.problem,
             status=status,
             message=message,
-            path=path,
-            solve=solve,
+            path=None if found is None else found.path,
+            solve=None if found is None else found.solve,
+            trajectory=trajectory,
             timed=timed,
             certificate=certificate,
             counts=dict(self.counts),

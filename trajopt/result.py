@@ -31,6 +31,7 @@ class Status(Enum):
         "the solver stopped where constraints do not hold: a local minimum, which another goal "
         "configuration, a smaller margin or waypoints may avoid"
     )
+    METHOD_CANNOT = "the method cannot do what is asked: choose another"
     NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
     NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"
 
@@ -62,7 +63,8 @@ class Result:
         message: The particulars: which pair, which joint, by how much.
         path: The solver's path, if it got so far.
         solve: The solver's result, if it got so far.
-        timed: The retimed motion, if it got so far.
+        trajectory: The motion, verified or not, if it got so far.
+        timed: What retiming tells of it; None where the method decided on time itself.
         certificate: The judge's verdict, if it got so far.
         counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
@@ -74,6 +76,7 @@ class Result:
     message: str
     path: Path | None
     solve: SolveResult | None
+    trajectory: Trajectory | None
     timed: Retimed | None
     certificate: Certificate | None
     counts: Mapping[str, int]
@@ -84,11 +87,6 @@ class Result:
     def verified(self) -> bool:
         """Whether there is a plan and the judge verified it."""
         return self.status is Status.SOLVED
-
-    @property
-    def trajectory(self) -> Trajectory | None:
-        """The motion, verified or not, if it got so far."""
-        return None if self.timed is None else self.timed.trajectory
 
     def require(self) -> Plan:
         """Return the plan.

@@ -25,21 +25,30 @@ class Iteration:
     Attributes:
         cost: Sum of costs at the current point after the step.
         violation: L1 norm of the violations there.
+        accepted: Whether the step was taken.
+    """
+
+    cost: float
+    violation: float
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class SqpStep(Iteration):
+    """One step of sequential quadratic programming.
+
+    Attributes:
         merit: Cost plus penalty weight times violation.
         penalty: Penalty weight.
         radius: Trust region radius, in units of the program's scale.
-        accepted: Whether the step was taken.
         rows: Penalised rows of the QP.
         backend: Name of the QP backend.
         qp_iterations: Iterations that it used.
     """
 
-    cost: float
-    violation: float
     merit: float
     penalty: float
     radius: float
-    accepted: bool
     rows: int
     backend: str
     qp_iterations: int
@@ -69,17 +78,21 @@ class SolveResult:
     @property
     def qp_solves(self) -> int:
         """QPs solved."""
-        return len(self.log)
+        return len(self._steps)
 
     @property
     def qp_backends(self) -> tuple[str, ...]:
         """Names of the QP backends that were used."""
-        return tuple(dict.fromkeys(step.backend for step in self.log))
+        return tuple(dict.fromkeys(step.backend for step in self._steps))
 
     @property
     def qp_iterations(self) -> int:
         """Iterations of the QP backend in all."""
-        return sum(step.qp_iterations for step in self.log)
+        return sum(step.qp_iterations for step in self._steps)
+
+    @property
+    def _steps(self) -> tuple[SqpStep, ...]:
+        return tuple(step for step in self.log if isinstance(step, SqpStep))
 
     def violations(self) -> dict[str, float]:
         """Return the worst violation of each constraint by name."""

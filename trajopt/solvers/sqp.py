@@ -4,7 +4,6 @@ Source: Nocedal and Wright, Numerical Optimization (2006), algorithm 18.5 and se
 motion planning Schulman et al., IJRR 2014, algorithm 1. Costs are Gauss-Newton.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -13,7 +12,8 @@ import numpy as np
 from trajopt.arrays import Bools, Floats
 from trajopt.nlp import Linearisation, Nlp
 from trajopt.solvers.choice import AUTO, step_solver
-from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
+from trajopt.solvers.result import SolveResult, SolverStatus, SqpStep
+from trajopt.solvers.solver import Progress
 from trajopt.solvers.step import Step, StepProgram, StepSolver
 from trajopt.solvers.trust_region import TrustRegion
 
@@ -25,7 +25,6 @@ ACCURACY = 0.2
 """How well a step's QP is solved, as a share of the gain that is worth a step."""
 QP_FAILURES = 3
 """Failures of the QP backend that smaller steps are tried after."""
-Progress = Callable[[Iteration], None]
 
 
 def merit(at: Linearisation, penalty: float) -> float:
@@ -58,6 +57,11 @@ class Sqp:
     absolute_gain: float = 1e-5
     trust_region: TrustRegion = field(default_factory=TrustRegion)
 
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
+
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Minimise from a first guess.
 
@@ -86,7 +90,7 @@ class _Run:
     nlp: Nlp
     steps: StepSolver
     progress: Progress | None
-    log: list[Iteration] = field(default_factory=list[Iteration])
+    log: list[SqpStep] = field(default_factory=list[SqpStep])
     failures: int = 0
 
     @cached_property
@@ -174,7 +178,7 @@ class _Run:
         program: StepProgram,
         step: Step,
     ) -> None:
-        entry = Iteration(
+        entry = SqpStep(
             cost=at.cost,
             violation=at.violation,
             merit=merit(at, penalty),

@@ -1,0 +1,59 @@
+"""Knots: joint positions at knots, solved by any solver of an `Nlp`, timed afterwards."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from trajopt.arrays import Floats
+from trajopt.methods.method import Outcome, Progress
+from trajopt.problem import Problem
+from trajopt.query import Counts
+from trajopt.solvers import Solver, Sqp
+from trajopt.transcription import KnotsNlp, transcribe
+
+
+@dataclass(frozen=True)
+class Knots:
+    """The method that planning uses unless told otherwise: sequential QP over knots.
+
+    Attributes:
+        solver: Any solver of an `Nlp`, with its options.
+    """
+
+    solver: Solver = field(default_factory=Sqp)
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        return self.solver.name
+
+    def objection(self, problem: Problem) -> str:
+        """Say nothing: every term has rows over knots."""
+        del problem
+        return ""
+
+    def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
+        """Write a problem over knots; see `Method.program`."""
+        return KnotsProgram(transcribe(problem, seed, waypoint_knots), self.solver)
+
+
+@dataclass(frozen=True, eq=False)
+class KnotsProgram:
+    """A problem over knots and what solves it."""
+
+    nlp: KnotsNlp
+    solver: Solver
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.nlp.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.nlp.counts
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
+        """Solve from a first guess; see `Program.solve`."""
+        solved = self.solver.solve(self.nlp, seed, progress=progress)
+        return Outcome(solved, self.nlp.decode(solved.x))

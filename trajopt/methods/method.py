@@ -1,0 +1,78 @@
+"""Method: how a first guess becomes a path or a motion; what planning asks of every solver."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from trajopt.arrays import Floats
+from trajopt.problem import Problem
+from trajopt.query import Counts
+from trajopt.solvers import Iteration, SolveResult
+from trajopt.trajectory import Path, Trajectory
+
+Progress = Callable[[Iteration], None]
+"""Called after every step of a solver."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What a method made of one first guess.
+
+    Attributes:
+        solve: How the solver ended, and everything linearised where it did.
+        path: The path there.
+        trajectory: The motion, if the method decides on time too; None where retiming does.
+    """
+
+    solve: SolveResult
+    path: Path
+    trajectory: Trajectory | None = None
+
+
+class Program(Protocol):
+    """A problem as one method writes it; solved from as many first guesses as there are."""
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size in each joint, shape (n,) [rad | m]; how far first guesses are bent."""
+        ...
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        ...
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
+        """Solve from a first guess.
+
+        Args:
+            seed: Knots, shape (N, n) [rad | m].
+            progress: Called after every step.
+        """
+        ...
+
+
+class Method(Protocol):
+    """A transcription joined with a solver; its fields are its options."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        ...
+
+    def objection(self, problem: Problem) -> str:
+        """Say why the method cannot do what is asked, before anything starts; empty if it can."""
+        ...
+
+    def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> Program:
+        """Write a problem down.
+
+        Args:
+            problem: The problem, with one goal.
+            seed: A first guess, shape (N, n): how long the motion may take is guessed from it.
+            waypoint_knots: The knot that each waypoint is held at.
+
+        Raises:
+            ProblemError: If a requirement cannot be asked of this robot.
+        """
+        ...
