@@ -212,11 +212,25 @@ def test_a_constraint_in_user_code_is_held_and_sampled(arm: to.Robot) -> None:
         to.Scene(arm),
         start=start,
         goal=goal,
-        constraints=[constraint(height, lower=-np.inf, upper=ends - 0.05, window=Window(0.5, 0.5))],
+        constraints=[
+            to.during(constraint(height, lower=-np.inf, upper=ends - 0.05), after="low", until="far")
+        ],
+        waypoints={
+            "low": to.joint_positions({"pan": -0.3}, tolerance=0.05),
+            "far": to.joint_positions({"pan": 0.3}, tolerance=0.05),
+        },
     )
-    through = to.plan(asked).require()
-    middle = asked.reduced.all_positions(through.path.knots[len(through.path.knots) // 2])
-    assert asked.scene.placement_of("tip", middle).translation[2] < ends - 0.02
+    certificate = to.plan(asked).require().certificate
+    (check,) = (item for item in certificate.checks if "height of the tip" in item.name)
+    assert "from low to far" in check.name
+    assert check.holds and check.evidence is Evidence.SAMPLED
+    with pytest.raises(ProblemError, match="during"):
+        problem(
+            to.Scene(arm),
+            start=start,
+            goal=goal,
+            constraints=[constraint(height, lower=0.0, upper=1.0, window=Window(0.5, 0.5))],
+        )
     whole = problem(
         to.Scene(arm),
         start=start,

@@ -31,7 +31,9 @@ def judged(reduced: ReducedModel, *waypoints: Requirement | tuple[Requirement, .
     still = np.zeros_like(knots)
     motion = Trajectory(reduced.joint_names, np.array((0.0, 1.0, 2.0)), knots, still, still)
     stops = [(item,) if isinstance(item, Requirement) else item for item in waypoints]
-    certificate = verify(reduced, motion, goals=(), waypoints=stops)
+    certificate = verify(
+        reduced, motion, goals=(), waypoints={str(n): stop for n, stop in enumerate(stops, start=1)}
+    )
     return [check for check in certificate.checks if check.name.startswith("waypoint")]
 
 

@@ -8,6 +8,7 @@ what comes after in `trajopt.simulate`, `trajopt.view`, `trajopt.moveit` and `tr
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
+from trajopt.judgement import judge as judge
 from trajopt.model.mesh_cover import MeshPolicy as MeshPolicy
 from trajopt.model.mesh_file import Mesh as Mesh
 from trajopt.model.mesh_file import load_mesh as load_mesh
@@ -19,6 +20,7 @@ from trajopt.model.requirements import any_of as any_of
 from trajopt.model.requirements import axis_alignment as axis_alignment
 from trajopt.model.requirements import coupled_joints as coupled_joints
 from trajopt.model.requirements import distance_between as distance_between
+from trajopt.model.requirements import during as during
 from trajopt.model.requirements import frame_placement as frame_placement
 from trajopt.model.requirements import gaze as gaze
 from trajopt.model.requirements import gravity_torque as gravity_torque

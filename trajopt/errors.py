@@ -81,6 +81,10 @@ class ProblemNotFound(NameNotFound):
     """No installed problem of that name."""
 
 
+class WaypointNotFound(NameNotFound):
+    """No waypoint of that name in the problem."""
+
+
 class DuplicateObject(ModelError):
     """A scene object of that id is there already."""
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats
+from trajopt.judgement import judge
 from trajopt.methods import Method, Outcome, Program
 from trajopt.model.requirements import joint_positions
 from trajopt.problem import Problem
@@ -24,7 +25,6 @@ from trajopt.retime import Retimed, RetimeFailure
 from trajopt.seeds import bumps, choose_waypoints, goal_candidates, line_through
 from trajopt.solvers import Iteration
 from trajopt.terms import Acceleration, Jerk, Velocity, constrain
-from trajopt.terms.along import judged
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.timing import timed as time_path
@@ -91,7 +91,10 @@ class Planning:
             waypoints = choose_waypoints(
                 self.problem.reduced,
                 self.problem.waypoint_requirements,
-                self.problem.requirements,
+                [
+                    self.problem.requirements_at(1 + place)
+                    for place in range(len(self.problem.waypoint_names))
+                ],
                 rng=self.rng,
                 counts=counts,
             )
@@ -177,7 +180,8 @@ class Planning:
 
     def _judged(self, found: Outcome, trajectory: Trajectory, timed: Retimed | None = None) -> Result:
         with self._stage("verify"):
-            certificate = self._verify(trajectory)
+            certificate = judge(self.problem, trajectory, workspace=self.judge)
+        self._count(judge_distance_calls=certificate.counts.distances)
         return self._result(
             Status.SOLVED if certificate.verified else Status.NOT_VERIFIED,
             reasons.not_verified(certificate),
@@ -187,20 +191,6 @@ class Planning:
             certificate=certificate,
         )
 
-    def _verify(self, trajectory: Trajectory) -> Certificate:
-        problem = self.problem
-        certificate = self.judge.verify(
-            trajectory,
-            goals=problem.goals,
-            constraints=problem.requirements,
-            waypoints=problem.waypoint_requirements,
-            sampled=judged(problem.own_constraints, query_of(problem.reduced)),
-            tool_speeds=problem.tool_speeds,
-            limits=problem.limits,
-        )
-        self._count(judge_distance_calls=certificate.counts.distances)
-        return certificate
-
     def _examine_start(self) -> Result | None:
         """Refuse a start that no motion can leave."""
         reduced = self.problem.reduced
@@ -208,7 +198,7 @@ class Planning:
         refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
         if refusal is not None:
             return refusal
-        broken = self._broken(reduced.start_positions)
+        broken = self._broken(reduced.start_positions, 0)
         if broken:
             return self._result(Status.START_BREAKS_CONSTRAINT, broken)
         return None
@@ -220,12 +210,12 @@ class Planning:
         if goal is not None:
             seen = self.judge.examine(goal, moment=Moment.END)
             refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
-            broken = self._broken(goal)
+            broken = self._broken(goal, self._last_stop)
             if refusal is None and broken:
                 refusal = self._result(Status.GOAL_BREAKS_CONSTRAINT, broken)
             return (goal,), refusal
         counts = Counts()
-        wanted = (*self.problem.goals, *self.problem.requirements)
+        wanted = (*self.problem.goals, *self.problem.requirements_at(self._last_stop))
         found = goal_candidates(reduced, wanted, rng=self.rng, counts=counts)
         self._count(distance_calls=counts.distances, forward_kinematics=counts.forward_kinematics)
         if found.free:
@@ -242,6 +232,10 @@ class Planning:
             f"the nearest of the configurations tried misses the goal by {found.nearest_miss:.3g} (m, rad)",
         )
 
+    @property
+    def _last_stop(self) -> int:
+        return 1 + len(self.problem.waypoint_names)
+
     def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:
         if seen.out_of_limits:
             return self._result(limits, reasons.out_of_limits(seen))
@@ -249,11 +243,11 @@ class Planning:
             return self._result(collision, reasons.collisions(seen))
         return None
 
-    def _broken(self, positions: Floats) -> str:
+    def _broken(self, positions: Floats, stop: int) -> str:
         """Say which path constraint does not hold at a configuration, or nothing."""
         reduced = self.problem.reduced
         motion = Motion.standing(positions, query_of(reduced))
-        for required in self.problem.requirements:
+        for required in self.problem.requirements_at(stop):
             for item in constrain(required, reduced, WHOLE, inset=0.0):
                 excess = item.excess(motion)
                 if excess > 0.0:

@@ -4,17 +4,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
+from typing import cast
 
 from trajopt.arrays import Floats, floats, number
-from trajopt.errors import ProblemError, ProblemNotFound
+from trajopt.errors import ProblemError, ProblemNotFound, WaypointNotFound
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import GoalSet, Requirement
+from trajopt.model.requirements import During, GoalSet, Requirement
+from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed
-from trajopt.terms.residual import Constraint, Cost
+from trajopt.terms.residual import END, WHOLE, Constraint, Cost
 from trajopt.terms.smoothness import Acceleration, Velocity
 
+Asked = Requirement | Constraint
+"""What can be asked of a motion on the way: plain data, or a residual of your own with bounds."""
 DEFAULT_KNOTS = 24
 """Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
 
@@ -33,10 +37,12 @@ class Problem:
         start: Name of a state, joint -> position [rad | m], or positions of all joints.
         goal: What must hold at the end: one requirement or several, or any one goal of a set.
         group: The planning group; may be left out where the robot has one only.
-        constraints: What must hold all the way: requirements, or residuals of your own with bounds.
-        waypoints: What must hold on the way, in order: for each a requirement or several, held together
-            at one moment that the planner chooses. The timed motion rounds the corners of the path, so
-            tolerances of a millimetre or more are kept best.
+        constraints: What must hold all the way, or between waypoints (`during`): requirements, or
+            residuals of your own with bounds.
+        waypoints: What must hold on the way, in order, by name, or in a sequence and then named "1", "2",
+            ...: for each a requirement or several, held together at one moment that the planner chooses.
+            The timed motion rounds the corners of the path, so tolerances of a millimetre or more are
+            kept best.
         costs: What to minimise; squared velocity and acceleration unless told otherwise.
         knots: Number of knots of the path.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
@@ -49,8 +55,10 @@ class Problem:
     start: str | Mapping[str, float] | Floats
     goal: Requirement | Sequence[Requirement] | GoalSet
     group: str = ""
-    constraints: Sequence[Requirement | Constraint] = ()
-    waypoints: Sequence[Requirement | Sequence[Requirement]] = ()
+    constraints: Sequence[Asked | During[Asked]] = ()
+    waypoints: (
+        Sequence[Requirement | Sequence[Requirement]] | Mapping[str, Requirement | Sequence[Requirement]]
+    ) = ()
     costs: Sequence[Cost] | None = None
     knots: int = DEFAULT_KNOTS
     velocity_scaling: float = 1.0
@@ -61,10 +69,7 @@ class Problem:
     def __post_init__(self) -> None:
         """Check names and numbers, so that no solver meets a malformed problem."""
         robot = self.scene.robot
-        if not self.group:
-            if len(robot.groups) != 1:
-                raise ProblemError(f"name the group to plan for: {', '.join(robot.groups)}")
-            object.__setattr__(self, "group", next(iter(robot.groups)))
+        object.__setattr__(self, "group", self.group or _only_group(robot))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {self.group!r} has no joint to move")
         if not isinstance(self.start, str | Mapping):
@@ -78,9 +83,7 @@ class Problem:
             goals = (self.goal,) if isinstance(self.goal, Requirement) else tuple(self.goal)
             object.__setattr__(self, "goal", goals)
         _check_kinds(goals, self.constraints, self.knots)
-        waypoints = tuple(
-            (item,) if isinstance(item, Requirement) else tuple(item) for item in self.waypoints
-        )
+        waypoints = _named(self.waypoints)
         _check_waypoints(waypoints, self.knots)
         object.__setattr__(self, "waypoints", waypoints)
         object.__setattr__(self, "constraints", tuple(self.constraints))
@@ -91,8 +94,10 @@ class Problem:
                 raise ProblemError(f"{label} must lie in (0, 1], is {getattr(self, label)}")
         tools = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else tuple(self.tool_speed)
         object.__setattr__(self, "tool_speed", tools)
-        for requirement in (*goals, *chain(*waypoints), *self.constraints):
+        for requirement in (*goals, *chain(*waypoints.values()), *self.constraints):
             self._check_names(requirement)
+        for part in self.partial:
+            self.span(part)
         for tool in tools:
             self.scene.holder(tool.frame)
 
@@ -142,7 +147,44 @@ class Problem:
     @property
     def waypoint_requirements(self) -> tuple[tuple[Requirement, ...], ...]:
         """What must hold at each waypoint, in order."""
-        return tuple((item,) if isinstance(item, Requirement) else tuple(item) for item in self.waypoints)
+        assert isinstance(self.waypoints, Mapping)
+        return tuple(
+            (item,) if isinstance(item, Requirement) else tuple(item) for item in self.waypoints.values()
+        )
+
+    @property
+    def waypoint_names(self) -> tuple[str, ...]:
+        """The names of the waypoints, in order."""
+        assert isinstance(self.waypoints, Mapping)
+        return tuple(self.waypoints)
+
+    @property
+    def partial(self) -> tuple[During[Asked], ...]:
+        """What must hold on a part of the motion only."""
+        return tuple(item for item in self.constraints if isinstance(item, During))
+
+    def span(self, part: During[Asked]) -> tuple[int, int]:
+        """Return the first and the last stop of a part: 0 is the start, then the waypoints, then the end.
+
+        Raises:
+            WaypointNotFound: If it names a waypoint that is not there.
+            ProblemError: If it ends before it begins.
+        """
+        names = self.waypoint_names
+        for name in (part.after, part.until):
+            if name is not None and name not in names:
+                raise WaypointNotFound("waypoint", name, names)
+        first = 0 if part.after is None else 1 + names.index(part.after)
+        last = len(names) + 1 if part.until is None else 1 + names.index(part.until)
+        if first >= last:
+            raise ProblemError(f"{part}: ends before it begins")
+        return first, last
+
+    def requirements_at(self, stop: int) -> tuple[Requirement, ...]:
+        """Return what must hold on the way past a stop: 0 is the start, then the waypoints, then the end."""
+        spans = ((part, self.span(part)) for part in self.partial)
+        here = (part.required for part, (first, last) in spans if first <= stop <= last)
+        return (*self.requirements, *(item for item in here if isinstance(item, Requirement)))
 
     @property
     def own_constraints(self) -> tuple[Constraint, ...]:
@@ -154,7 +196,9 @@ class Problem:
         """What must hold all the way and is plain data, so that the judge can prove it."""
         return tuple(item for item in self.constraints if isinstance(item, Requirement))
 
-    def _check_names(self, item: Requirement | Constraint) -> None:
+    def _check_names(self, item: Asked | During[Asked]) -> None:
+        if isinstance(item, During):
+            self._check_names(item.required)
         if isinstance(item, Requirement):
             self.scene.robot.index(item.joints)
             for frame in item.frames:
@@ -167,10 +211,15 @@ class Problem:
         lines = [
             f"Problem {self.name!r}: {self.scene.robot.name}, group {self.group!r}, {self.knots} knots",
             f"  around it    {objects}; clearance {self.scene.margin * 1000:g} mm",
-            *(f"  on the way   {' and '.join(map(str, item))}" for item in self.waypoint_requirements),
+            *(
+                f"  on the way   {name}: {' and '.join(map(str, item))}"
+                for name, item in zip(self.waypoint_names, self.waypoint_requirements, strict=True)
+            ),
             *(f"  at the end   {goal}" for goal in ends),
             *(
-                f"  all the way  {item if isinstance(item, Requirement) else item.residual.name}"
+                f"  {item.part}  {_words(item.required)}"
+                if isinstance(item, During)
+                else f"  all the way  {_words(item)}"
                 for item in self.constraints
             ),
             *(f"  no faster    {tool}" for tool in self.tool_speeds),
@@ -185,6 +234,28 @@ class Problem:
         return "\n".join(lines)
 
 
+def _only_group(robot: Robot) -> str:
+    if len(robot.groups) != 1:
+        raise ProblemError(f"name the group to plan for: {', '.join(robot.groups)}")
+    return next(iter(robot.groups))
+
+
+def _named(
+    waypoints: Sequence[Requirement | Sequence[Requirement]]
+    | Mapping[str, Requirement | Sequence[Requirement]],
+) -> dict[str, tuple[Requirement, ...]]:
+    """Return waypoints by name, each as several requirements."""
+    if not isinstance(waypoints, Mapping):
+        waypoints = {str(number): item for number, item in enumerate(waypoints, start=1)}
+    return {
+        name: (item,) if isinstance(item, Requirement) else tuple(item) for name, item in waypoints.items()
+    }
+
+
+def _words(item: Asked) -> str:
+    return str(item) if isinstance(item, Requirement) else item.residual.name
+
+
 def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: object) -> None:
     """Refuse what is of the wrong kind: callers may have no type checks."""
     if not goals or not all(isinstance(goal, Requirement) for goal in goals):
@@ -192,16 +263,22 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
             "a problem needs a goal: joint_positions(...), frame_placement(...) or several such"
         )
     for item in constraints:
-        if not isinstance(item, Requirement | Constraint):
-            raise ProblemError(f"{item!r} is neither a requirement nor a Constraint")
+        asked = cast("During[object]", item).required if isinstance(item, During) else item
+        if not isinstance(asked, Requirement | Constraint):
+            raise ProblemError(f"{asked!r} is neither a requirement nor a Constraint")
+        if isinstance(asked, Constraint) and asked.window not in (WHOLE, END):
+            raise ProblemError(
+                f"{asked.residual.name}: a share of the knots has no time of its own that could be judged; "
+                "bound the part by waypoints, with `during`"
+            )
     if not isinstance(knots, int) or knots < 3:
         raise ProblemError(f"knots must be a whole number, at least 3; are {knots}")
 
 
-def _check_waypoints(waypoints: Sequence[Sequence[object]], knots: int) -> None:
-    for place, wanted in enumerate(waypoints, start=1):
+def _check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
+    for name, wanted in waypoints.items():
         if not wanted or not all(isinstance(item, Requirement) for item in wanted):
-            raise ProblemError(f"waypoint {place} is no requirement and no sequence of such: {wanted!r}")
+            raise ProblemError(f"waypoint {name!r} is no requirement and no sequence of such: {wanted!r}")
     if knots < len(waypoints) + 2:
         raise ProblemError(
             f"{len(waypoints)} waypoints need at least {len(waypoints) + 2} knots, not {knots}"

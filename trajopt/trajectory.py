@@ -35,6 +35,10 @@ class Path:
         return float(np.linalg.norm(np.diff(self.knots, axis=0), axis=1).sum())
 
 
+_INSTANT = 1e-9
+"""Times nearer than this are one [s]."""
+
+
 class Interpolation(Enum):
     """What a trajectory does between its points."""
 
@@ -101,6 +105,24 @@ class Trajectory:
             None if velocities is None else velocities[:, order],
             None if accelerations is None else accelerations[:, order],
         )
+
+    def between(self, begin: float, end: float) -> "Trajectory":
+        """Return the part of the motion from one time to another, its own time starting at 0.
+
+        Args:
+            begin: Time at which it begins, at least 0 [s].
+            end: Time at which it ends, later, at most the duration [s].
+
+        Raises:
+            ShapeError: If that is no part of the motion.
+        """
+        if not 0.0 <= begin < end <= self.duration:
+            raise ShapeError("part", f"from {begin:g} to {end:g} s is none of 0 to {self.duration:g} s")
+        inner = (self.times > begin + _INSTANT) & (self.times < end - _INSTANT)
+        times = np.concatenate(((begin,), self.times[inner], (end,)))
+        # A polynomial's restriction has its own values at its own ends.
+        values = [self(times, order) for order in range((self.interpolation.value + 1) // 2)]
+        return Trajectory(self.joint_names, times - begin, *values)
 
     def as_dict(self) -> dict[str, object]:
         """Return `joint_names` and `points` as plain data: what `store.read_trajectory` reads back.

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.judgement import judge
 from trajopt.suite import Definition, definitions, run
-from trajopt.suite.entry import judge_anew
 
 RANDOM = 10
 """Random instances of each problem that has some."""
@@ -75,5 +75,5 @@ def test_judge_refuses_a_motion_through_the_pillar() -> None:
         np.zeros((2, len(motion.joint_names))),
         np.zeros((2, len(motion.joint_names))),
     )
-    refused = {check.name.split(":")[0] for check in judge_anew(problem, through).failed}
+    refused = {check.name.split(":")[0] for check in judge(problem, through).failed}
     assert refused == {"clearance"}, refused

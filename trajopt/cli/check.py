@@ -18,8 +18,8 @@ from trajopt.cli.options import (
     SrdfOption,
     read_files,
 )
+from trajopt.judgement import judge
 from trajopt.store import read_trajectory
-from trajopt.verify import verify
 
 TrajectoryArgument = Annotated[
     Path, typer.Argument(help="A plan's JSON, or a RobotTrajectory in JSON or YAML.")
@@ -45,15 +45,7 @@ def check(
     around, asked = read_files(source.load(), scene, request)
     problem = asked.problem()
     motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)
-    certificate = verify(
-        problem.reduced,
-        motion,
-        goals=problem.goals,
-        constraints=problem.requirements,
-        waypoints=problem.waypoint_requirements,
-        limits=problem.limits,
-        tool_speeds=problem.tool_speeds,
-    )
+    certificate = judge(problem, motion)
     if as_json:
         typer.echo(json.dumps(certificate.as_dict(), allow_nan=False))
     else:

@@ -21,5 +21,5 @@ def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = N
         Positions of the group's joints, each of shape (n,) [rad | m], nearest to the start first;
         none if none was found.
     """
-    wanted = (*problem.goals, *problem.requirements)
+    wanted = (*problem.goals, *problem.requirements_at(len(problem.waypoint_names) + 1))
     return goal_candidates(problem.reduced, wanted, rng=rng or np.random.default_rng(0), counts=Counts()).free

@@ -43,7 +43,7 @@ class WaypointChoice:
 def choose_waypoints(
     reduced: ReducedModel,
     waypoints: Sequence[Sequence[Requirement]],
-    always: Sequence[Requirement],
+    passing: Sequence[Sequence[Requirement]],
     *,
     rng: np.random.Generator,
     counts: Counts,
@@ -53,14 +53,14 @@ def choose_waypoints(
     Args:
         reduced: The robot and its surroundings.
         waypoints: What must hold at each, in order.
-        always: What must hold all the way.
+        passing: What else must hold at each, because it holds on the way there or on from there.
         rng: Draws the starts of the search.
         counts: Takes the work done.
     """
     query = query_of(reduced, counts)
     last = reduced.start_positions
     found: list[Floats] = []
-    for number, wanted in enumerate(waypoints, start=1):
+    for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
         fixed = fixed_positions(wanted, reduced)
         if fixed is not None:
             contacts = query.near(fixed[None, :], np.zeros(len(reduced.pairs.margin)))
@@ -73,7 +73,7 @@ def choose_waypoints(
                 )
             last = fixed
         else:
-            seen = goal_candidates(reduced, (*wanted, *always), rng=rng, counts=counts)
+            seen = goal_candidates(reduced, (*wanted, *also), rng=rng, counts=counts)
             if not seen.free:
                 why = f"misses it by {seen.nearest_miss:.3g} (m, rad)" if not seen.colliding else "collides"
                 return WaypointChoice(

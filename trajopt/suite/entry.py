@@ -4,14 +4,11 @@ import time
 from dataclasses import asdict, dataclass
 from math import isfinite
 
+from trajopt.judgement import judge
 from trajopt.plan import plan
-from trajopt.problem import Problem
-from trajopt.query import query_of
 from trajopt.result import Status
 from trajopt.suite.definition import Definition
-from trajopt.terms.along import judged
-from trajopt.trajectory import Trajectory
-from trajopt.verify import Certificate, Judge
+from trajopt.verify import Certificate
 
 SOLVED = "solved"
 """How an entry calls the outcome of a problem that has a solution."""
@@ -130,21 +127,10 @@ def run(definition: Definition, draw: int = 0) -> Entry:
         expected=definition.expected,
         status=result.status,
         message=result.message,
-        constraints=() if solved is None else held(judge_anew(problem, solved)),
+        constraints=() if solved is None else held(judge(problem, solved)),
         setup_seconds=made - begin,
         cpu_seconds=planned - made,
         duration=None if solved is None else solved.duration,
-    )
-
-
-def judge_anew(problem: Problem, trajectory: Trajectory) -> Certificate:
-    """Judge a motion with nothing of what its planner made but the motion itself."""
-    return Judge(problem.reduced).verify(
-        trajectory,
-        goals=problem.goals,
-        constraints=problem.requirements,
-        sampled=judged(problem.own_constraints, query_of(problem.reduced)),
-        limits=problem.limits,
     )
 
 

@@ -7,14 +7,12 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.query import Query
 from trajopt.terms.motion import Motion
-from trajopt.terms.residual import END, WHOLE, Constraint
+from trajopt.terms.residual import END, Constraint
 
 
 @dataclass(frozen=True, eq=False)
 class Along:
     """A constraint as something that can be evaluated at sampled times.
-
-    Constraints of inner windows have no times of their own and hold in the program only.
 
     Attributes:
         item: The constraint.
@@ -55,5 +53,5 @@ class Along:
 
 
 def judged(items: tuple[Constraint, ...], query: Query) -> tuple[Along, ...]:
-    """Return the constraints that the judge samples: of the whole motion and of its end."""
-    return tuple(Along(item, query) for item in items if item.window in (WHOLE, END))
+    """Return the constraints as what the judge samples."""
+    return tuple(Along(item, query) for item in items)

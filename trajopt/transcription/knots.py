@@ -1,7 +1,7 @@
 """Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -10,8 +10,9 @@ import numpy as np
 from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
+from trajopt.model.requirements import During, Requirement
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Rows
-from trajopt.problem import Problem
+from trajopt.problem import Asked, Problem
 from trajopt.query import Counts, Query, query_of
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import fixed_positions
@@ -161,7 +162,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     )
     items: list[Constraint] = [clearance]
     for given in problem.constraints:
-        items.extend([given] if isinstance(given, Constraint) else constrain(given, reduced, WHOLE))
+        items.extend(_written(given, problem, waypoint_knots))
     if goal is None:
         for required in problem.goals:
             items.extend(constrain(required, reduced, END))
@@ -175,6 +176,21 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     )
     scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
     return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items))
+
+
+def _written(
+    given: Asked | During[Asked], problem: Problem, waypoint_knots: Sequence[int]
+) -> Sequence[Constraint]:
+    """Return a path constraint as terms, in its window."""
+    if isinstance(given, Constraint):
+        return (given,)
+    if isinstance(given, Requirement):
+        return constrain(given, problem.reduced, WHOLE)
+    stops = (0, *waypoint_knots, problem.knots - 1)
+    window = Window(*(stops[stop] / (problem.knots - 1) for stop in problem.span(given)))
+    if isinstance(given.required, Requirement):
+        return constrain(given.required, problem.reduced, window)
+    return (replace(given.required, window=window),)
 
 
 def _check_waypoints(problem: Problem, places: Sequence[int]) -> None:

@@ -1,12 +1,13 @@
 """The judge: it takes a trajectory and proves or refutes, by itself, all that was asked of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, WaypointNotFound
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import Requirement
+from trajopt.model.requirements import During, Requirement
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.trajectory import Trajectory
 from trajopt.verify import (
@@ -32,10 +33,11 @@ from trajopt.verify.joint_torques import torque_checks
 from trajopt.verify.motion import Motion
 from trajopt.verify.notes import notes
 from trajopt.verify.options import VerifyOptions
+from trajopt.verify.parts import part_checks
 from trajopt.verify.requirement import When, check_requirement
 from trajopt.verify.sampled import SampledCheck, sampled_check
 from trajopt.verify.tool_speed import tool_speed_checks
-from trajopt.verify.waypoints import waypoint_checks
+from trajopt.verify.waypoints import passages
 from trajopt.verify.workspace import workspace
 
 REQUIREMENT_MODULES = (
@@ -54,6 +56,8 @@ REQUIREMENT_MODULES = (
 """Modules that register the checks of built-in requirements when they are imported."""
 
 _DEFAULT = VerifyOptions()
+NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
+"""No waypoints."""
 
 
 class Judge:
@@ -86,7 +90,8 @@ class Judge:
         *,
         goals: Sequence[Requirement],
         constraints: Sequence[Requirement] = (),
-        waypoints: Sequence[Sequence[Requirement]] = (),
+        waypoints: Mapping[str, Sequence[Requirement]] = NONE,
+        partial: Sequence[During[Requirement] | During[SampledCheck]] = (),
         sampled: Sequence[SampledCheck] = (),
         limits: JointLimits | None = None,
         tool_speeds: Sequence[ToolSpeed] = (),
@@ -106,7 +111,7 @@ class Judge:
         for when, requirements in ((When.END, goals), (When.ALWAYS, constraints)):
             for requirement in requirements:
                 checks += check_requirement(requirement, motion, when)
-        checks += waypoint_checks(motion, waypoints)
+        checks += _on_the_way(motion, waypoints, partial)
         checks += [sampled_check(check, motion) for check in sampled]
         checks += limit_checks(motion, bounds)
         checks += torque_checks(motion, bounds)
@@ -138,13 +143,43 @@ class Judge:
         )
 
 
+def _on_the_way(
+    motion: Motion,
+    waypoints: Mapping[str, Sequence[Requirement]],
+    partial: Sequence[During[Requirement] | During[SampledCheck]],
+) -> list[Check]:
+    """Judge waypoints, and what has to hold between them."""
+    proven: list[During[Requirement]] = []
+    sampled: list[During[SampledCheck]] = []
+    for part in partial:
+        for name in (part.after, part.until):
+            if name is not None and name not in waypoints:
+                raise WaypointNotFound("waypoint", name, waypoints)
+        if isinstance(part.required, Requirement):
+            proven.append(During(part.required, part.after, part.until))
+        else:
+            sampled.append(During(part.required, part.after, part.until))
+    passed = passages(motion, waypoints, proven)
+    checks = [passage.check for passage in passed.values() if passage.check is not None]
+    for part in proven:
+        checks += part_checks(part, motion, passed, _always)
+    for part in sampled:
+        checks += part_checks(part, motion, passed, lambda check, cut: (sampled_check(check, cut),))
+    return checks
+
+
+def _always(requirement: Requirement, motion: Motion) -> tuple[Check, ...]:
+    return check_requirement(requirement, motion, When.ALWAYS)
+
+
 def verify(
     reduced: ReducedModel,
     trajectory: Trajectory,
     *,
     goals: Sequence[Requirement],
     constraints: Sequence[Requirement] = (),
-    waypoints: Sequence[Sequence[Requirement]] = (),
+    waypoints: Mapping[str, Sequence[Requirement]] = NONE,
+    partial: Sequence[During[Requirement] | During[SampledCheck]] = (),
     sampled: Sequence[SampledCheck] = (),
     limits: JointLimits | None = None,
     tool_speeds: Sequence[ToolSpeed] = (),
@@ -157,7 +192,8 @@ def verify(
         trajectory: Of the group's joints.
         goals: What must hold at the end; all of them.
         constraints: What must hold at all times.
-        waypoints: What must hold together at some moment, for each waypoint, in this order.
+        waypoints: What must hold together at some moment, for each waypoint by name, in this order.
+        partial: What must hold between waypoints.
         sampled: Constraints in user code, judged at samples.
         limits: Limits of the group's joints; those of the model when None.
         tool_speeds: Largest speeds of tools.
@@ -175,6 +211,7 @@ def verify(
         goals=goals,
         constraints=constraints,
         waypoints=waypoints,
+        partial=partial,
         sampled=sampled,
         limits=limits,
         tool_speeds=tool_speeds,

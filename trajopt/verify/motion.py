@@ -51,6 +51,11 @@ class Motion:
         self._spread: Floats = np.zeros((len(kinematics.parents), len(reduced.joint_names)))
         self._spread[1:] = np.abs(reduced.expand)
 
+    def between(self, begin: float, end: float) -> "Motion":
+        """Return the part from one time to another [s], its own time starting at 0."""
+        part = self.trajectory.between(begin, end)
+        return Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
+
     @property
     def duration(self) -> float:
         """Length of the trajectory [s]."""

@@ -4,12 +4,13 @@ One moment at which all of a waypoint holds is a proof. Moments are looked for o
 missing has a minimum on it, more finely around that.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.requirements import Requirement
+from trajopt.model.requirements import During, Requirement
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.motion import Motion
 from trajopt.verify.quantities import quantities
@@ -19,35 +20,64 @@ _ZOOMS = 8
 _PIECES = 16
 
 
-def waypoint_checks(motion: Motion, waypoints: Sequence[Sequence[Requirement]]) -> tuple[Check, ...]:
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """The moment at which a motion passes a waypoint.
+
+    Attributes:
+        check: The verdict; None where the waypoint holds at any moment.
+        time: The moment, or the nearest one if there is none [s].
+    """
+
+    check: Check | None
+    time: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the waypoint is passed."""
+        return self.check is None or self.check.holds
+
+
+def passages(
+    motion: Motion,
+    waypoints: Mapping[str, Sequence[Requirement]],
+    partial: Sequence[During[Requirement]] = (),
+) -> dict[str, Passage]:
     """Judge that each waypoint holds at some moment not before that of the one before it.
+
+    Where something has to hold from a waypoint on, or up to it, it has to hold at that moment too.
 
     Args:
         motion: The motion.
-        waypoints: What must hold at each, in order.
+        waypoints: What must hold at each, by name, in order.
+        partial: What must hold on parts of the motion.
 
     Raises:
         ProblemError: If a requirement has no check.
         NameNotFound: If a requirement names what does not exist.
     """
-    checks: list[Check] = []
+    found: dict[str, Passage] = {}
     earliest = 0.0
-    for number, wanted in enumerate(waypoints, start=1):
-        numbers = [item for requirement in wanted for item in quantities(requirement, motion)]
-        if not numbers:  # a line of sight past nothing holds at any moment
-            continue
-        found = _check(motion, f"waypoint {number}", numbers, earliest)
-        if found.holds and found.time is not None:
-            earliest = found.time
-        checks.append(found)
-    return tuple(checks)
+    for name, wanted in waypoints.items():
+        bounding = [part.required for part in partial if name in (part.after, part.until)]
+        numbers = [item for requirement in (*wanted, *bounding) for item in quantities(requirement, motion)]
+        if numbers:
+            found[name] = _passed(motion, f"waypoint {name}", numbers, earliest)
+        else:  # a line of sight past nothing holds at any moment
+            found[name] = Passage(None, earliest)
+        if found[name].holds:
+            earliest = found[name].time
+    return found
 
 
-def _check(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: float) -> Check:
+def _passed(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: float) -> Passage:
     def excesses(times: Floats) -> Floats:
         return np.array([item.excess(item.states(times)) for item in numbers])
 
-    time = _passage(motion, lambda times: excesses(times).max(axis=0), earliest)
+    def worst(times: Floats) -> Floats:
+        return excesses(times).max(axis=0)
+
+    time = _deepest(motion, worst, _passage(motion, worst, earliest))
     now = np.array((time,))
     over = excesses(now)[:, 0]
     tightest = numbers[int(over.argmax())]
@@ -55,7 +85,7 @@ def _check(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: flo
     holds = excess <= motion.options.excess
     missed = f"the nearest moment from {earliest:.3f} s on is {time:.3f} s"
     missed += f", and misses {tightest.name} by {excess:.4g} {tightest.unit}".rstrip()
-    return Check(
+    check = Check(
         name=f"{name}: {tightest.kind}",
         subject=tightest.subject,
         value=float(tightest.number(tightest.states(now))[0]),
@@ -67,6 +97,29 @@ def _check(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: flo
         holds=holds,
         detail=f"passed at {time:.3f} s" if holds else missed,
     )
+    return Passage(check, time)
+
+
+def _deepest(motion: Motion, excess: Callable[[Floats], Floats], entered: float) -> float:
+    """Return the moment at which an accepted stretch is farthest inside, or its beginning if there is none.
+
+    What holds from a waypoint on could hardly be proven from the moment at which it only just holds.
+    """
+    times = sampled_times(motion)
+    times = np.concatenate(([entered], times[times > entered]))
+    values = excess(times)
+    left = np.flatnonzero(values > motion.options.excess)
+    stretch = values[: int(left[0])] if len(left) else values
+    if not len(stretch):
+        return entered
+    place = int(stretch.argmin())
+    begin, end = float(times[max(place - 1, 0)]), float(times[min(place + 1, len(times) - 1)])
+    for _ in range(_ZOOMS):
+        finer = np.linspace(begin, end, _PIECES + 1)
+        at = int(excess(finer).argmin())
+        begin, end = float(finer[max(at - 1, 0)]), float(finer[min(at + 1, _PIECES)])
+    middle = (begin + end) / 2.0
+    return middle if float(excess(np.array((middle,)))[0]) <= values[place] else float(times[place])
 
 
 def _passage(motion: Motion, excess: Callable[[Floats], Floats], earliest: float) -> float:

@@ -10,6 +10,8 @@ from trajopt.model.requirements.coupled_joints import CoupledJoints as CoupledJo
 from trajopt.model.requirements.coupled_joints import coupled_joints as coupled_joints
 from trajopt.model.requirements.distance_between import DistanceBetween as DistanceBetween
 from trajopt.model.requirements.distance_between import distance_between as distance_between
+from trajopt.model.requirements.during import During as During
+from trajopt.model.requirements.during import during as during
 from trajopt.model.requirements.frame_placement import POSITION_TOLERANCE as POSITION_TOLERANCE
 from trajopt.model.requirements.frame_placement import ROTATION_TOLERANCE as ROTATION_TOLERANCE
 from trajopt.model.requirements.frame_placement import FramePlacement as FramePlacement
