@@ -129,6 +129,11 @@ def away(frame: str, length: float) -> Callable[[World], Residual]:
     return build
 
 
+def near_pair() -> Residual:
+    wished = {("tip", "thing"): terms.Wished(2.5, 30.0), ("held", "thing"): terms.Wished(2.0, 0.0)}
+    return terms.berth(2.0, weight=7.0, pairs=wished).residual
+
+
 def height(at: World) -> Callable[[Floats], Floats]:
     def tip(positions: Floats) -> Floats:
         return at.reduced.scene.placement_of("tip", at.reduced.all_positions(positions)).translation
@@ -168,6 +173,7 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
             at.reduced, to.line_of_sight("tip", (0.66, 0.2, 0.4), origin=(0, 0, 0.2), ignore=["held"])
         )
     ],
+    terms.Berth: [lambda _: near_pair()],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 
@@ -231,7 +237,7 @@ def test_jacobian(term: type, tmp_path: Path) -> None:
             compared, off = check(residual, at, random_knots(at, rng), rng, 1e-4)
             assert compared > 0
             # At a change of the nearest features the distance has a kink, and no derivative.
-            assert off <= (0.01 * compared if term is terms.Clearance else 0)
+            assert off <= (0.01 * compared if term in (terms.Clearance, terms.Berth) else 0)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)

@@ -1,6 +1,9 @@
 """Residuals, one a file; each serves as cost or constraint."""
 
 from trajopt.terms.axis_alignment import AxisAngle as AxisAngle
+from trajopt.terms.berth import Berth as Berth
+from trajopt.terms.berth import Wished as Wished
+from trajopt.terms.berth import berth as berth
 from trajopt.terms.clearance import Clearance as Clearance
 from trajopt.terms.coupled_joints import JointSum as JointSum
 from trajopt.terms.distance_between import PointDistance as PointDistance
