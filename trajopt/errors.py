@@ -38,7 +38,7 @@ class NameNotFound(ModelError, KeyError):
         self.kind = kind
         self.name = name
         names = sorted(known)
-        self.near: Sequence[str] = tuple(get_close_matches(name, names, n=3, cutoff=0.4))
+        self.near: Sequence[str] = tuple(get_close_matches(str(name), names, n=3, cutoff=0.4))
         if self.near:
             hint = "did you mean " + " or ".join(repr(near) for near in self.near) + "?"
         elif names:

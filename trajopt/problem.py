@@ -8,6 +8,7 @@ from typing import cast
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ProblemNotFound, WaypointNotFound
+from trajopt.inputs import one_of, sequence
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import During, GoalSet, Requirement
@@ -69,7 +70,7 @@ class Problem:
     def __post_init__(self) -> None:
         """Check names and numbers, so that no solver meets a malformed problem."""
         robot = self.scene.robot
-        object.__setattr__(self, "group", self.group or _only_group(robot))
+        object.__setattr__(self, "group", one_of("group", self.group, str) or _only_group(robot))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {self.group!r} has no joint to move")
         if not isinstance(self.start, str | Mapping):
@@ -80,14 +81,15 @@ class Problem:
         if isinstance(self.goal, GoalSet):
             goals = tuple(chain(*self.goal.alternatives.values()))
         else:
-            goals = (self.goal,) if isinstance(self.goal, Requirement) else tuple(self.goal)
+            goals = _several("goal", self.goal)
             object.__setattr__(self, "goal", goals)
-        _check_kinds(goals, self.constraints, self.knots)
+        constraints = tuple(sequence("constraints", self.constraints))
+        object.__setattr__(self, "constraints", constraints)
+        _check_kinds(goals, constraints, self.knots)
         waypoints = _named(self.waypoints)
         _check_waypoints(waypoints, self.knots)
         object.__setattr__(self, "waypoints", waypoints)
-        object.__setattr__(self, "constraints", tuple(self.constraints))
-        costs = default_costs() if self.costs is None else tuple(self.costs)
+        costs = default_costs() if self.costs is None else tuple(sequence("costs", self.costs))
         object.__setattr__(self, "costs", costs)
         for label in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(label, getattr(self, label)) <= 1.0:
@@ -246,10 +248,13 @@ def _named(
 ) -> dict[str, tuple[Requirement, ...]]:
     """Return waypoints by name, each as several requirements."""
     if not isinstance(waypoints, Mapping):
-        waypoints = {str(number): item for number, item in enumerate(waypoints, start=1)}
-    return {
-        name: (item,) if isinstance(item, Requirement) else tuple(item) for name, item in waypoints.items()
-    }
+        given = sequence("waypoints", waypoints)
+        waypoints = {str(number): item for number, item in enumerate(given, start=1)}
+    return {name: _several(f"waypoint {name!r}", item) for name, item in waypoints.items()}
+
+
+def _several(name: str, asked: Requirement | Sequence[Requirement]) -> tuple[Requirement, ...]:
+    return (asked,) if isinstance(asked, Requirement) else tuple(sequence(name, asked))
 
 
 def _words(item: Asked) -> str:
@@ -296,6 +301,6 @@ def named_problem(name: str) -> Problem:
     from importlib.metadata import entry_points
 
     installed = {entry.name: entry for entry in entry_points(group="trajopt.problems")}
-    if name not in installed:
+    if str(name) not in installed:
         raise ProblemNotFound("installed problem", name, installed)
-    return installed[name].load()()
+    return installed[str(name)].load()()

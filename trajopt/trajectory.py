@@ -70,8 +70,8 @@ class Trajectory:
 
     def __post_init__(self) -> None:
         """Check shapes and that time increases."""
-        count, joints = len(np.atleast_1d(self.times)), len(self.joint_names)
-        object.__setattr__(self, "times", floats("times", self.times, (count,)))
+        object.__setattr__(self, "times", floats("times", self.times, (None,)))
+        count, joints = len(self.times), len(self.joint_names)
         for name in ("positions", "velocities", "accelerations"):
             value = getattr(self, name)
             if value is not None:

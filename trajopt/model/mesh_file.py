@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from trajopt.arrays import Bools, Floats, Ints, floats, readonly
 from trajopt.errors import MeshFileError, ShapeError
+from trajopt.inputs import path as path_of
 from trajopt.model.derived import Derived
 
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
@@ -151,6 +152,7 @@ def load_mesh(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -
     Raises:
         MeshFileError: If the file is missing or unreadable, or holds no triangle.
     """
+    path = path_of("path", path)
     if not path.is_file():
         raise MeshFileError(str(path), "no such file")
     try:

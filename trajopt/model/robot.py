@@ -18,6 +18,7 @@ from trajopt.errors import (
     RobotNotFound,
     StateNotFound,
 )
+from trajopt.inputs import path
 from trajopt.model.bodies import CollisionBody, robot_bodies
 from trajopt.model.described import adjacent_links, described_limits
 from trajopt.model.groups import Group, resolve_groups
@@ -190,7 +191,7 @@ class Robot:
         Raises:
             GroupNotFound: If there is none of that name.
         """
-        if name not in self.groups:
+        if str(name) not in self.groups:
             raise GroupNotFound("group", name, self.groups)
         return self.groups[name]
 
@@ -305,6 +306,6 @@ def load(
         if srdf or limits or package_dirs or meshes:
             raise ModelError(f"robot {robot!r} is installed by name and brings its own files")
         return installed[str(robot)].load()()
-    if not Path(robot).is_file():
+    if not path("robot", robot).is_file():
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     return Robot.from_urdf(robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes)

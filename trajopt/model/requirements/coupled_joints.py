@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from trajopt.arrays import number
 from trajopt.errors import ProblemError
+from trajopt.inputs import mapping
 from trajopt.model.requirements.requirement import Requirement, positive
 
 
@@ -45,7 +46,10 @@ def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, toleranc
         ProblemError: If no joint has a factor, or the tolerance is not positive.
         ShapeError: If a number is not finite.
     """
-    factors = {joint: number(f"weight of {joint}", weight) for joint, weight in weights.items()}
+    factors = {
+        joint: number(f"weight of {joint}", weight)
+        for joint, weight in mapping("coupled_joints: weights", weights).items()
+    }
     if not any(factors.values()):
         raise ProblemError("coupled_joints: give at least one joint a factor that is not zero")
     return CoupledJoints(factors, number("value", value), positive("tolerance", tolerance))

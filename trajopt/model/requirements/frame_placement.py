@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ProblemError, ShapeError
+from trajopt.inputs import one_of
 from trajopt.model.placement import Placement
 from trajopt.model.requirements.requirement import WORLD, Requirement
 
@@ -91,7 +92,7 @@ def frame_placement(
     def three(name: str, value: ArrayLike) -> Floats:
         try:
             spread = np.broadcast_to(np.asarray(value, dtype=float), (3,))
-        except ValueError as error:
+        except (TypeError, ValueError) as error:
             raise ShapeError(name, "needs one number or three") from error
         array = floats(name, spread, (3,), infinite=True)
         if (array < 0.0).any():
@@ -103,5 +104,11 @@ def frame_placement(
     if np.isinf(position).all() and np.isinf(rotation).all():
         raise ProblemError(f"frame_placement({frame!r}): every axis is free, nothing is required")
     return FramePlacement(
-        frame, placement, reference, position, rotation, coordinates, floats("offset", offset, (3,))
+        frame,
+        one_of("placement", placement, Placement),
+        reference,
+        position,
+        rotation,
+        coordinates,
+        floats("offset", offset, (3,)),
     )

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from trajopt.errors import ProblemError
+from trajopt.inputs import mapping, sequence
 from trajopt.model.requirements.requirement import Requirement
 
 
@@ -33,12 +34,12 @@ def any_of(goals: Mapping[str, Requirement | Sequence[Requirement]]) -> GoalSet:
     Raises:
         ProblemError: If there is none, or one of them asks for nothing.
     """
-    if not goals:
-        raise ProblemError("a goal set needs at least one goal")
     alternatives: dict[str, tuple[Requirement, ...]] = {}
-    for name, goal in goals.items():
-        parts = (goal,) if isinstance(goal, Requirement) else tuple(goal)
+    for name, goal in mapping("any_of: goals", goals).items():
+        parts = (goal,) if isinstance(goal, Requirement) else sequence(f"goal {name!r}", goal)
         if not parts:
             raise ProblemError(f"goal {name!r} asks for nothing")
-        alternatives[name] = parts
+        alternatives[name] = tuple(parts)
+    if not alternatives:
+        raise ProblemError("a goal set needs at least one goal")
     return GoalSet(alternatives)

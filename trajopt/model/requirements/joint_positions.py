@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from trajopt.arrays import number
 from trajopt.errors import ProblemError
+from trajopt.inputs import mapping
 from trajopt.model.requirements.requirement import Requirement
 
 JOINT_TOLERANCE = 1e-4
@@ -55,9 +56,11 @@ def joint_positions(
         ProblemError: If no joint is named, or a tolerance is negative.
         ShapeError: If a number is not finite.
     """
-    if not positions:
+    given = mapping("joint_positions: positions", positions)
+    values = {joint: number(f"position of {joint}", value) for joint, value in given.items()}
+
+    if not values:
         raise ProblemError("joint_positions: name at least one joint")
-    values = {joint: number(f"position of {joint}", value) for joint, value in positions.items()}
 
     def bounds(side: Mapping[str, float] | None) -> dict[str, float]:
         result: dict[str, float] = {}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats
-from trajopt.errors import ProblemError
+from trajopt.inputs import one_of, sequence
 from trajopt.model.requirements.requirement import WORLD, Requirement, positive
 
 MARGIN = 0.01
@@ -72,13 +72,11 @@ def line_of_sight(
         ShapeError: If a number is not usable.
         ProblemError: If the margin is not positive, or `ignore` is a single name.
     """
-    if isinstance(ignore, str):
-        raise ProblemError(f"line_of_sight: ignore is a collection of names, is {ignore!r}")
     return LineOfSight(
         frame,
         floats("target", target, (3,)),
         positive("margin", margin),
         floats("origin", origin, (3,)),
         reference,
-        frozenset(ignore),
+        frozenset(one_of("name to ignore", name, str) for name in sequence("ignore", ignore)),
     )

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
+from trajopt.inputs import one_of
 from trajopt.model.placement import Placement
 from trajopt.model.requirements.requirement import WORLD, Requirement, positive
 
@@ -79,4 +80,5 @@ def point_on_arc(
     angle = number("sweep", sweep)
     if not 0.0 < angle <= 2.0 * np.pi:
         raise ProblemError(f"sweep must lie in (0, 2 pi] rad, is {angle:g}")
-    return PointOnArc(frame, centre, size, angle, within, reference, floats("offset", offset, (3,)))
+    where = one_of("centre", centre, Placement)
+    return PointOnArc(frame, where, size, angle, within, reference, floats("offset", offset, (3,)))

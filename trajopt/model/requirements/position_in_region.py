@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ProblemError
+from trajopt.inputs import one_of, sequence
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
 from trajopt.model.shapes import LARGEST_SIZE, Box, Cylinder, Plane, Sphere
@@ -71,15 +72,16 @@ def position_in_region(
         ProblemError: If there is no shape, or one of another kind.
         ShapeError: If a number is not usable.
     """
-    given = [(region, IDENTITY)] if isinstance(region, Region) else list(region)
+    given = [(region, IDENTITY)] if isinstance(region, Region) else sequence("region", region)
     if not given:
         raise ProblemError(f"position_in_region({frame!r}): the region has no shape")
-    for shape, _ in given:
+    for member in given:
+        shape = member[0] if isinstance(member, tuple) else member  # pyright: ignore
         if not isinstance(shape, Region):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise ProblemError(
                 f"position_in_region({frame!r}): {shape!r} is no Box, Sphere, Cylinder or Plane"
             )
-    base = placement or IDENTITY
+    base = IDENTITY if placement is None else one_of("placement", placement, Placement)
     members = tuple((shape, base * where) for shape, where in given)
     return PositionInRegion(frame, members, reference, floats("offset", offset, (3,)))
 

@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ProblemError
 from trajopt.model.requirements.requirement import Requirement, positive
 
 LENGTH = 0.3
@@ -66,5 +66,7 @@ def singularity_distance(
         ShapeError: If a number is not usable.
         ProblemError: If the bound is not positive, or the length is negative.
     """
-    weight = 0.0 if np.isclose(length, 0.0, atol=0.0) else positive("length", length)
+    weight = number("length", length)
+    if weight < 0.0:
+        raise ProblemError(f"length must not be negative, is {weight:g}")
     return SingularityDistance(frame, positive("smallest", smallest), weight, floats("offset", offset, (3,)))

@@ -1,0 +1,168 @@
+"""Every public function with every argument spoilt in turn: a typed error in words, or a sound answer."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+
+JUNK: tuple[object, ...] = (
+    None, float("nan"), float("inf"), -1, 0, "no such thing", "", b"bytes", [], {}, (), object(), 3 + 1j,
+    [float("nan")] * 3, [1, 2], ["a", "b", "c"], np.full((3, 3), np.nan), np.zeros((0, 3)), [[1], [2, 3]],
+    True,
+)  # fmt: skip
+TIP = "panda_hand_tcp"
+
+
+@dataclass(frozen=True, eq=False)
+class Sound:
+    """A call that is sound.
+
+    Attributes:
+        function: What is called.
+        given: Its arguments, by name.
+    """
+
+    function: Callable[..., object]
+    given: Mapping[str, object]
+
+
+def calls(folder: Path) -> dict[str, Sound]:
+    robot = to.load("panda")
+    scene = to.Scene(robot).add("box", to.Box(0.1, 0.1, 0.1), to.placement((0.6, 0.0, 0.3)))
+    there = to.placement((0.4, 0.0, 0.4), rpy=(np.pi, 0.0, 0.0))
+    problem = to.Problem(scene=scene, group="panda_arm", start="ready", goal=to.frame_placement(TIP, there))
+    ready = problem.reduced.start_positions
+    motion = to.Trajectory(problem.reduced.joint_names, np.array((0.0, 1.0)), np.stack((ready, ready)))
+    (folder / "one.stl").write_text(
+        "solid one\n"
+        + "".join(
+            f"facet normal 0 0 1\nouter loop\nvertex {a}\nvertex {b}\nvertex {c}\nendloop\nendfacet\n"
+            for a, b, c in (
+                ("0 0 0", "0 1 0", "1 0 0"), ("0 0 0", "1 0 0", "0 0 1"),
+                ("0 0 0", "0 0 1", "0 1 0"), ("1 0 0", "0 1 0", "0 0 1"),
+            )
+        )
+        + "endsolid\n"
+    )  # fmt: skip
+    point, axis = (0.1, 0.0, 0.2), (0.0, 0.0, 1.0)
+    return {
+        "any_of": Sound(to.any_of, {"goals": {"a": to.joint_positions({"panda_joint1": 0.1})}}),
+        "axis_alignment": Sound(
+            to.axis_alignment,
+            {"frame": TIP, "axis": axis, "direction": axis, "tolerance": 0.1, "reference": "world"},
+        ),
+        "convex": Sound(to.convex, {"points": np.random.default_rng(0).normal(size=(9, 3))}),
+        "coupled_joints": Sound(
+            to.coupled_joints,
+            {"weights": {"panda_joint1": 1.0, "panda_joint2": -1.0}, "value": 0.1, "tolerance": 0.1},
+        ),
+        "distance_between": Sound(
+            to.distance_between,
+            {"first": TIP, "second": "box", "lower": 0.1, "upper": 0.5, "first_offset": point},
+        ),
+        "during": Sound(to.during, {"required": to.joint_positions({"panda_joint1": 0.1}), "after": "a"}),
+        "examine": Sound(to.examine, {"reduced": problem.reduced, "positions": ready}),
+        "frame_placement": Sound(
+            to.frame_placement,
+            {
+                "frame": TIP, "placement": there, "position_tolerance": 0.01, "rotation_tolerance": 0.1,
+                "reference": "world", "offset": point,
+            },
+        ),
+        "gaze": Sound(
+            to.gaze,
+            {"frame": TIP, "target": point, "angle": 0.3, "axis": axis, "origin": point, "farthest": 2.0},
+        ),
+        "goal_configurations": Sound(to.goal_configurations, {"problem": problem}),
+        "gravity_torque": Sound(to.gravity_torque, {"share": 0.9}),
+        "joint_positions": Sound(
+            to.joint_positions, {"positions": {"panda_joint1": 0.1}, "tolerance": 0.1}
+        ),
+        "judge": Sound(to.judge, {"problem": problem, "trajectory": motion}),
+        "line_of_sight": Sound(
+            to.line_of_sight, {"frame": TIP, "target": point, "origin": point, "ignore": ["box"]}
+        ),
+        "load": Sound(to.load, {"robot": "planar2"}),
+        "load_mesh": Sound(to.load_mesh, {"path": folder / "one.stl"}),
+        "named_problem": Sound(to.named_problem, {"name": "planar_fold"}),
+        "placement": Sound(to.placement, {"xyz": point, "rpy": axis}),
+        "plan": Sound(to.plan, {"problem": problem}),
+        "point_on_arc": Sound(
+            to.point_on_arc, {"frame": TIP, "centre": there, "radius": 0.2, "tolerance": 0.01, "sweep": 1.0}
+        ),
+        "point_on_line": Sound(
+            to.point_on_line, {"frame": TIP, "through": point, "direction": axis, "tolerance": 0.01}
+        ),
+        "point_on_plane": Sound(
+            to.point_on_plane, {"frame": TIP, "through": point, "normal": axis, "tolerance": 0.01}
+        ),
+        "position_in_region": Sound(
+            to.position_in_region, {"frame": TIP, "region": to.Box(1, 1, 1), "placement": there}
+        ),
+        "refused": Sound(to.refused, {"status": to.Status.STUCK}),
+        "singularity_distance": Sound(
+            to.singularity_distance, {"frame": TIP, "smallest": 0.01, "length": 0.3}
+        ),
+        "tool_speed": Sound(to.tool_speed, {"frame": TIP, "linear": 0.2, "angular": 1.0}),
+        "Box": Sound(to.Box, {"x": 0.1, "y": 0.1, "z": 0.1}),
+        "Sphere": Sound(to.Sphere, {"radius": 0.1}),
+        "Cylinder": Sound(to.Cylinder, {"radius": 0.1, "length": 0.1}),
+        "Capsule": Sound(to.Capsule, {"radius": 0.1, "length": 0.1}),
+        "Cone": Sound(to.Cone, {"radius": 0.1, "length": 0.1}),
+        "Problem": Sound(
+            to.Problem,
+            {
+                "scene": scene, "group": "panda_arm", "start": "ready", "goal": problem.goal,
+                "constraints": [], "waypoints": [], "knots": 24, "velocity_scaling": 1.0,
+            },
+        ),
+        "Path": Sound(to.Path, {"joint_names": motion.joint_names, "knots": motion.positions}),
+        "Trajectory": Sound(
+            to.Trajectory,
+            {"joint_names": motion.joint_names, "times": motion.times, "positions": motion.positions},
+        ),
+    }  # fmt: skip
+
+
+TYPED = {"scene", "reduced", "problem", "trajectory", "joint_names"}
+"""Arguments that are our own values, made by nothing that is not checked: types are for type checkers."""
+NO_INPUT = {"FrameAttachment", "MeshPolicy", "Mesh", "Moment", "Plane", "Plan", "Placement", "Requirement",
+            "Result", "Robot", "RotationCoordinates", "Scene", "Status", "ToolSpeed"}  # fmt: skip
+"""Public names that take no input of a user's, or whose input is spoilt elsewhere."""
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Sound]:
+    return calls(tmp_path_factory.mktemp("junk"))
+
+
+def names() -> list[str]:
+    return sorted(
+        name
+        for name, value in vars(to).items()
+        if not name.startswith("_")
+        and (inspect.isfunction(value) or inspect.isclass(value))
+        and name not in NO_INPUT
+        and not (inspect.isclass(value) and issubclass(value, Exception))
+    )
+
+
+@pytest.mark.parametrize("name", names())
+def test_spoilt_arguments_are_refused_in_words_or_taken_soundly(name: str, sound: dict[str, Sound]) -> None:
+    call = sound[name]
+    call.function(**call.given)
+    for argument in call.given:
+        if argument in TYPED:
+            continue
+        for junk in JUNK:
+            try:
+                call.function(**{**call.given, argument: junk})
+            except to.TrajoptError as error:
+                assert str(error).strip(), f"{name}({argument}={junk!r}): an error without words"
+            except Exception as error:
+                pytest.fail(f"{name}({argument}={junk!r}) raised {type(error).__name__}: {error}")
