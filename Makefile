@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all check bench bench-scaling bench-micro bench-poses bench-peers clean
+.PHONY: demo test test-all check docs bench bench-scaling bench-micro bench-poses bench-peers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -22,6 +22,11 @@ check: $(STAMP_DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
+
+# Pages with the notebooks as they run, the reference and the decisions: out/docs/index.html.
+docs: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
+	$(BIN)/sphinx-build -W --keep-going -b html docs out/docs
 
 # Each writes its section of benchmarks/README.md and its numbers in benchmarks/results/.
 # DATA: a folder with panda/<set>/ and ur5/<set>/ of MotionBenchMaker scenes and requests, and ur5/robot/.
