@@ -17,7 +17,7 @@ from trajopt.terms.residual import Constraint, Window, constraint
 class AxisAngle:
     """One component: the angle t in [0, pi] between axis a and direction d [rad].
 
-    t = `atan2(|a x d|, a . d)`, so t' = -w . (a x d) / |a x d| for a frame that turns with w. Where
+    t = `atan2(|a x d|, a . d)`, so `t' = -w . (a x d) / |a x d|` for a frame that turns with w. Where
     the two are parallel the slope is taken as zero, where opposite along any perpendicular.
 
     Attributes:
