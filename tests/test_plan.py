@@ -11,6 +11,7 @@ from trajopt.errors import PlanningFailed, ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
 from trajopt.result import Status
+from trajopt.seeds import SeedKind
 from trajopt.terms import Window, constraint
 from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
@@ -255,3 +256,12 @@ def test_a_goal_configuration_is_free_where_a_constraint_of_the_user_speaks_of_t
         plan = to.plan(problem(scene, goal=wide, constraints=[at_end])).require()
         end = plan.problem.reduced.all_positions(plan.path.knots[-1])
         assert abs(scene.placement_of("tip", end).translation[2] - height) < 0.012
+
+
+def test_what_each_first_guess_came_to_is_told(pillar: to.Scene) -> None:
+    result = to.plan(problem(pillar))
+    assert [item.number for item in result.tries] == list(range(1, result.counts["attempts"] + 1))
+    assert result.tries[0].kind is SeedKind.STRAIGHT
+    assert result.tries[-1].status is Status.SOLVED and result.tries[-1].solver is not None
+    assert sum(item.iterations for item in result.tries) == result.counts["qp_solves"]
+    assert to.plan(problem(pillar, start={**START, "pan": 0.0})).tries == ()

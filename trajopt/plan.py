@@ -8,6 +8,7 @@ from trajopt.methods import Knots, Method
 from trajopt.planning import ATTEMPTS, Planning, Progress
 from trajopt.problem import Problem
 from trajopt.result import Result, Status
+from trajopt.tries import Try
 
 FIRST_ATTEMPTS = 4
 """First guesses that every goal of a set gets before any gets more: straight lines."""
@@ -56,11 +57,15 @@ def _to_any(problem: Problem, runs: dict[str, Planning]) -> Result:
             results[name] = runs[name].attempt(attempts)
             if results[name].status is Status.SOLVED:
                 counts, seconds = _work(runs)
-                return replace(results[name], goal_name=name, counts=counts, cpu_seconds=seconds)
+                return replace(
+                    results[name], goal_name=name, tries=_tries(runs), counts=counts, cpu_seconds=seconds
+                )
     first = results[order[0] if order else next(iter(runs))]
     message = "; ".join(f"{name}: {results[name].explain()}" for name in runs)
     counts, seconds = _work(runs)
-    return replace(first, problem=problem, message=message, counts=counts, cpu_seconds=seconds)
+    return replace(
+        first, problem=problem, message=message, tries=_tries(runs), counts=counts, cpu_seconds=seconds
+    )
 
 
 def _work(runs: dict[str, Planning]) -> tuple[dict[str, int], dict[str, float]]:
@@ -73,3 +78,9 @@ def _work(runs: dict[str, Planning]) -> tuple[dict[str, int], dict[str, float]]:
         for name, time in run.seconds.items():
             seconds[name] = seconds.get(name, 0.0) + time
     return counts, seconds
+
+
+def _tries(runs: dict[str, Planning]) -> tuple[Try, ...]:
+    """Return the tries of all runs, goal by goal."""
+    every = [replace(item, goal_name=name) for name, run in runs.items() for item in run.tries]
+    return tuple(replace(item, number=number) for number, item in enumerate(every, 1))

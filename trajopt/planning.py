@@ -22,7 +22,7 @@ from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
 from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure
-from trajopt.seeds import bumps, choose_waypoints, goal_candidates, line_through
+from trajopt.seeds import SeedKind, bumps, choose_waypoints, goal_candidates, line_through
 from trajopt.solvers import Iteration
 from trajopt.terms import Acceleration, Jerk, Velocity, constrain
 from trajopt.terms.motion import Motion
@@ -30,6 +30,7 @@ from trajopt.terms.residual import WHOLE
 from trajopt.timing import timed as time_path
 from trajopt.trajectory import Trajectory
 from trajopt.transcription import fixed_goal
+from trajopt.tries import Try
 from trajopt.verify import Certificate, Examination, Judge, Moment
 
 PATH_TOLERANCES = (5e-3, 1e-3)
@@ -56,6 +57,7 @@ class Planning:
         progress: Called at every stage and step.
         counts: Exact numbers of the work.
         seconds: Process time of each stage [s].
+        tries: What each first guess came to.
     """
 
     problem: Problem
@@ -64,8 +66,9 @@ class Planning:
     progress: Progress | None
     counts: dict[str, int] = field(default_factory=dict[str, int])
     seconds: dict[str, float] = field(default_factory=dict[str, float])
+    tries: list[Try] = field(default_factory=list[Try])
     _stops: list[tuple[Floats, ...]] = field(default_factory=list[tuple[Floats, ...]])
-    _guesses: Iterator[tuple[Program, Floats]] = field(default_factory=lambda: iter(()))
+    _guesses: Iterator[tuple[SeedKind, Program, Floats]] = field(default_factory=lambda: iter(()))
     _best: Result | None = None
 
     @cached_property
@@ -114,34 +117,37 @@ class Planning:
 
     def attempt(self, attempts: int) -> Result:
         """Plan from so many more first guesses; the result that came nearest if none succeeds."""
-        for program, seed in islice(self._guesses, attempts):
+        for kind, program, seed in islice(self._guesses, attempts):
             result = self._from(program, seed)
+            self.tries.append(_told(len(self.tries) + 1, kind, result))
             if self._best is None or _rank(result) < _rank(self._best):
                 self._best = result
             if self._best.status is Status.SOLVED:
                 break
         assert self._best is not None
-        return self._best
+        return replace(self._best, tries=tuple(self.tries))
 
-    def _seeds(self, goals: Sequence[Sequence[Floats]]) -> Iterator[tuple[Program, Floats]]:
+    def _seeds(self, goals: Sequence[Sequence[Floats]]) -> Iterator[tuple[SeedKind, Program, Floats]]:
         """Yield first guesses: straight legs through the stops to every goal, then bent ones in turn.
 
         Where goal configurations were searched for, the program first gets each of them as it is,
         and only then the nearest with the freedom to choose another: that is harder to solve.
         """
         problem, reduced = self.problem, self.problem.reduced
-        programs = [(problem, stops) for stops in goals]
+        kinds = [SeedKind.STRAIGHT, *[SeedKind.BRANCH] * (len(goals) - 1)]
+        programs = [(kind, problem, stops) for kind, stops in zip(kinds, goals, strict=True)]
         if fixed_goal(problem) is None and _end_is_free(problem):
-            programs = [(_ending_at(problem, stops[-1]), stops) for stops in goals] + programs[:1]
+            programs = [(kind, _ending_at(problem, stops[-1]), stops) for kind, _, stops in programs]
+            programs.append((SeedKind.FREE_END, problem, goals[0]))
         bent: list[tuple[Program, Iterator[Floats]]] = []
-        for asked, stops in programs:
+        for kind, asked, stops in programs:
             with self._stage("optimise"):
                 line = line_through(reduced, (reduced.start_positions, *stops), problem.knots)
                 program = self.method.program(asked, line.knots, line.places)
                 bent.append((program, bumps(line.knots, program.scale, self.rng)))
-            yield program, line.knots
+            yield kind, program, line.knots
         for program, guesses in cycle(bent):
-            yield program, next(guesses)
+            yield SeedKind.BUMP, program, next(guesses)
 
     def _from(self, program: Program, seed: Floats) -> Result:
         """Optimise from a first guess; time and judge what comes out."""
@@ -312,3 +318,16 @@ def _rank(result: Result) -> tuple[bool, float]:
     """Order results by how near they came: feasible paths first, then by what they violate."""
     solved = result.solve
     return result.status is not Status.SOLVED, np.inf if solved is None else solved.at.violation
+
+
+def _told(number: int, kind: SeedKind, result: Result) -> Try:
+    """Tell of a try what planning ended with after it."""
+    solved = result.solve
+    return Try(
+        number=number,
+        kind=kind,
+        status=result.status,
+        solver=None if solved is None else solved.status,
+        message=result.message,
+        iterations=0 if solved is None else len(solved.log),
+    )

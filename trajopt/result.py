@@ -2,38 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
 
 from trajopt.errors import PlanningFailed
 from trajopt.native import native_cores
 from trajopt.problem import Problem
 from trajopt.retime import Retimed
 from trajopt.solvers import SolveResult
+from trajopt.status import Status
 from trajopt.trajectory import Path, Trajectory
+from trajopt.tries import Try
 from trajopt.verify import Certificate
-
-
-class Status(Enum):
-    """How planning ended; each value says what it means and what to try."""
-
-    SOLVED = "the judge verified the motion"
-    START_IN_COLLISION = "the start is in collision: move it, or allow that contact"
-    START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
-    START_BREAKS_CONSTRAINT = "the start breaks a path constraint: widen it, or start elsewhere"
-    GOAL_IN_COLLISION = "the goal is in collision: move it, or allow that contact"
-    GOAL_OUT_OF_LIMITS = "the goal is outside a joint limit: choose another"
-    GOAL_BREAKS_CONSTRAINT = "the goal breaks a path constraint: widen it, or choose another goal"
-    NO_INVERSE_KINEMATICS = (
-        "no configuration found that reaches the goal: move it nearer or widen its tolerance"
-    )
-    NO_WAYPOINT = "no configuration found for a waypoint: move it or widen its tolerance"
-    STUCK = (
-        "the solver stopped where constraints do not hold: a local minimum, which another goal "
-        "configuration, a smaller margin or waypoints may avoid"
-    )
-    METHOD_CANNOT = "the method cannot do what is asked: choose another"
-    NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
-    NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +47,7 @@ class Result:
         counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
+        tries: What each first guess came to, in order; the last one won, if any did.
     """
 
     problem: Problem
@@ -82,6 +61,7 @@ class Result:
     counts: Mapping[str, int]
     cpu_seconds: Mapping[str, float]
     goal_name: str = ""
+    tries: tuple[Try, ...] = ()
 
     @property
     def verified(self) -> bool:
@@ -112,6 +92,7 @@ class Result:
             "goal_name": self.goal_name,
             **motion,
             "certificate": None if self.certificate is None else self.certificate.as_dict(),
+            "tries": [item.as_dict() for item in self.tries],
             "counts": dict(self.counts),
             "native_cores": list(native_cores()),
             "qp_backends": [] if self.solve is None else list(self.solve.qp_backends),

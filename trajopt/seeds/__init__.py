@@ -4,6 +4,7 @@ from trajopt.seeds.bumps import bumps as bumps
 from trajopt.seeds.goal_configurations import goal_configurations as goal_configurations
 from trajopt.seeds.inverse_kinematics import GoalCandidates as GoalCandidates
 from trajopt.seeds.inverse_kinematics import goal_candidates as goal_candidates
+from trajopt.seeds.kind import SeedKind as SeedKind
 from trajopt.seeds.straight import straight_line as straight_line
 from trajopt.seeds.waypoints import WaypointLine as WaypointLine
 from trajopt.seeds.waypoints import choose_waypoints as choose_waypoints

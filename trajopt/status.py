@@ -1,0 +1,26 @@
+"""Status: how planning ended, and what to try."""
+
+from enum import Enum
+
+
+class Status(Enum):
+    """How planning ended; each value says what it means and what to try."""
+
+    SOLVED = "the judge verified the motion"
+    START_IN_COLLISION = "the start is in collision: move it, or allow that contact"
+    START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
+    START_BREAKS_CONSTRAINT = "the start breaks a path constraint: widen it, or start elsewhere"
+    GOAL_IN_COLLISION = "the goal is in collision: move it, or allow that contact"
+    GOAL_OUT_OF_LIMITS = "the goal is outside a joint limit: choose another"
+    GOAL_BREAKS_CONSTRAINT = "the goal breaks a path constraint: widen it, or choose another goal"
+    NO_INVERSE_KINEMATICS = (
+        "no configuration found that reaches the goal: move it nearer or widen its tolerance"
+    )
+    NO_WAYPOINT = "no configuration found for a waypoint: move it or widen its tolerance"
+    STUCK = (
+        "the solver stopped where constraints do not hold: a local minimum, which another goal "
+        "configuration, a smaller margin or waypoints may avoid"
+    )
+    METHOD_CANNOT = "the method cannot do what is asked: choose another"
+    NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
+    NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"

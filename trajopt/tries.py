@@ -1,0 +1,48 @@
+"""Try: what one first guess came to."""
+
+from dataclasses import dataclass
+
+from trajopt.seeds import SeedKind
+from trajopt.solvers import SolverStatus
+from trajopt.status import Status
+
+
+@dataclass(frozen=True)
+class Try:
+    """One first guess, optimised, timed and judged as far as it got.
+
+    Attributes:
+        number: Its place in the order of tries, from 1.
+        kind: Where the first guess came from.
+        status: How the try ended.
+        solver: How the solver ended, if it got so far.
+        message: The particulars: what could not be satisfied, where and by how much.
+        iterations: Steps of the solver.
+        goal_name: Of a goal set: the goal it was for.
+    """
+
+    number: int
+    kind: SeedKind
+    status: Status
+    solver: SolverStatus | None
+    message: str
+    iterations: int
+    goal_name: str = ""
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "number": self.number,
+            "kind": self.kind.name,
+            "status": self.status.name,
+            "solver": None if self.solver is None else self.solver.name,
+            "message": self.message,
+            "iterations": self.iterations,
+            "goal_name": self.goal_name,
+        }
+
+    def __str__(self) -> str:
+        """Say it in a line."""
+        goal = f" of {self.goal_name!r}" if self.goal_name else ""
+        said = f": {self.message}" if self.message else ""
+        return f"try {self.number}, {self.kind.value}{goal}: {self.status.name}{said}"
