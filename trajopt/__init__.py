@@ -9,6 +9,7 @@ from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
 from trajopt.judgement import judge as judge
+from trajopt.kinematics import goal_configurations as goal_configurations
 from trajopt.model.mesh_cover import MeshPolicy as MeshPolicy
 from trajopt.model.mesh_file import Mesh as Mesh
 from trajopt.model.mesh_file import load_mesh as load_mesh
@@ -50,7 +51,6 @@ from trajopt.problem import named_problem as named_problem
 from trajopt.result import Plan as Plan
 from trajopt.result import Result as Result
 from trajopt.result import Status as Status
-from trajopt.seeds import goal_configurations as goal_configurations
 from trajopt.suite import refused as refused
 from trajopt.trajectory import Path as Path
 from trajopt.trajectory import Trajectory as Trajectory

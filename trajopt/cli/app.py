@@ -11,6 +11,8 @@ from trajopt.cli.bench import bench
 from trajopt.cli.check import check
 from trajopt.cli.demo import demo
 from trajopt.cli.plan import plan
+from trajopt.cli.reach import reach
+from trajopt.cli.sample import sample
 from trajopt.cli.suite import suite
 from trajopt.cli.view import view
 from trajopt.errors import TrajoptError
@@ -25,7 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo, plan, check, bench, suite, view):
+for command in (demo, plan, check, bench, suite, view, sample, reach):
     app.command()(command)
 
 

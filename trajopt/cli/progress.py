@@ -1,9 +1,10 @@
 """A line on standard error that moves while work goes on, where somebody watches."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 from rich.console import Console
+from rich.progress import Progress as Bar
 
 from trajopt.planning import Progress
 from trajopt.solvers import Iteration
@@ -33,3 +34,12 @@ def progress_line() -> Generator[Progress]:
             status.update(text)
 
         yield show
+
+
+@contextmanager
+def progress_bar(text: str, total: int) -> Generator[Callable[[int], None]]:
+    """Show a bar that is told how many of a total are done; silent where standard error is no terminal."""
+    console = Console(stderr=True)
+    with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(text, total=total)
+        yield lambda done: bar.update(task, completed=done)

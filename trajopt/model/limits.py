@@ -69,6 +69,22 @@ class JointLimits:
         )
 
 
+def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator) -> Floats:
+    """Draw positions evenly within limits; joints without any within half a turn of zero.
+
+    Args:
+        limits: Of n joints.
+        count: How many to draw.
+        rng: Draws them.
+
+    Returns:
+        Shape (count, n) [rad | m].
+    """
+    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    return rng.uniform(lower, upper, (count, len(lower)))
+
+
 def with_stated(limits: JointLimits, stated: Mapping[str, Mapping[str, Any]]) -> JointLimits:
     """Apply the entries of a `joint_limits.yaml` and default what nobody stated.
 

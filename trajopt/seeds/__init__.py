@@ -1,7 +1,6 @@
 """First guesses of a path."""
 
 from trajopt.seeds.bumps import bumps as bumps
-from trajopt.seeds.goal_configurations import goal_configurations as goal_configurations
 from trajopt.seeds.inverse_kinematics import GoalCandidates as GoalCandidates
 from trajopt.seeds.inverse_kinematics import goal_candidates as goal_candidates
 from trajopt.seeds.kind import SeedKind as SeedKind

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, Query, query_of
@@ -30,15 +31,22 @@ class GoalCandidates:
 
     Attributes:
         free: Configurations that hold the goal and touch nothing, nearest to the start first.
-        colliding: How many hold the goal but collide.
+        blocked: Those that hold the goal but collide, nearest to the start first.
         blocking: The pair of owners that blocks the nearest colliding one, and its depth [m].
+        nearest: The configuration of the smallest violation, shape (n,) [rad | m].
         nearest_miss: Smallest violation of the goal where none holds it [m and rad].
     """
 
     free: tuple[Floats, ...]
-    colliding: int
+    blocked: tuple[Floats, ...]
     blocking: tuple[str, str, float] | None
+    nearest: Floats
     nearest_miss: float
+
+    @property
+    def colliding(self) -> int:
+        """How many hold the goal but collide."""
+        return len(self.blocked)
 
 
 def goal_candidates(
@@ -62,6 +70,7 @@ def goal_candidates(
     projection = Projection(reduced, goals, query)
     begin = _starts(reduced, rng, WAVES * starts)
     found = np.empty((0, begin.shape[1]))
+    closest: Floats = reduced.start_positions
     nearest_miss = np.inf
     depth, pair = np.empty(0), np.empty(0, dtype=np.int64)
     for wave in range(WAVES + PUSHES):
@@ -72,7 +81,10 @@ def goal_candidates(
         else:
             break
         ended = projection(drawn)
-        nearest_miss = min(nearest_miss, float(ended.violation.min()))
+        least = int(ended.violation.argmin())
+        if ended.violation[least] < nearest_miss:
+            nearest_miss = float(ended.violation[least])
+            closest = ended.positions[least]
         new = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
         found = _distinct(_by_travel(reduced, np.concatenate((found, new))))
         depth, pair = _deepest(query, found)
@@ -83,14 +95,11 @@ def goal_candidates(
     if collides.any():
         nearest = int(np.argmax(collides))
         blocking = (*reduced.owners(int(pair[nearest])), float(depth[nearest]))
-    return GoalCandidates(tuple(found[~collides]), int(collides.sum()), blocking, nearest_miss)
+    return GoalCandidates(tuple(found[~collides]), tuple(found[collides]), blocking, closest, nearest_miss)
 
 
 def _starts(reduced: ReducedModel, rng: np.random.Generator, count: int) -> Floats:
-    limits = reduced.limits
-    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
-    begin = rng.uniform(lower, upper, (count, len(lower)))
+    begin = draw_positions(reduced.limits, count, rng=rng)
     begin[0] = reduced.start_positions
     return begin
 

@@ -165,6 +165,10 @@ class Projection:
         """Return how far configurations of shape (S, n) are from holding the requirements, (S,)."""
         return self._linearise(positions).violation
 
+    def jacobian(self, positions: Floats) -> Floats:
+        """Return the derivatives of what must hold, (S, n) -> (S, d, n); zero in rows with room to move."""
+        return self._linearise(positions).jacobian
+
     def _step(self, positions: Floats, error: Floats, jacobian: Floats) -> Floats:
         """Solve the damped normal equations; joints that press against a limit stay."""
         n = positions.shape[1]

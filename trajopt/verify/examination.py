@@ -1,14 +1,22 @@
-"""A single configuration: which pairs are in contact, and which joints are out of their limits."""
+"""A single configuration: pairs in contact, joints out of their limits, requirements that do not hold."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import chain
 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, floats
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.trajectory import Trajectory
+from trajopt.verify.certificate import Check
 from trajopt.verify.kinematics import Kinematics
+from trajopt.verify.motion import Motion
+from trajopt.verify.options import VerifyOptions
 from trajopt.verify.pair_distances import PairDistances
+from trajopt.verify.requirement import When, check_requirement
 
 
 class Moment(Enum):
@@ -109,6 +117,32 @@ def examine_with(
         out_of_limits=_out_of_limits(reduced, place, excess),
         smallest=pairs[0] if pairs else None,
     )
+
+
+def requirements_with(
+    kinematics: Kinematics,
+    positions: Floats,
+    requirements: Sequence[Requirement],
+    *,
+    options: VerifyOptions,
+) -> tuple[Check, ...]:
+    """Check requirements at a configuration, as they are checked at the end of a motion.
+
+    Args:
+        kinematics: Workspace for kinematics.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        requirements: What must hold.
+        options: Numbers to judge with.
+
+    Raises:
+        ShapeError: If there is not one finite position for each joint.
+        NameNotFound: If a requirement names what does not exist.
+    """
+    reduced = kinematics.reduced
+    place = floats("positions", positions, (len(reduced.joint_names),))
+    standing = Trajectory(reduced.joint_names, np.array([0.0, 1.0]), np.stack((place, place)))
+    motion = Motion(reduced, standing, kinematics=kinematics, options=options)
+    return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
 
 
 def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:

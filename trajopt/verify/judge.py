@@ -27,7 +27,7 @@ from trajopt.verify.body import INSTALLED, Body
 from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.clearance import judge_clearance
 from trajopt.verify.ends import end_checks
-from trajopt.verify.examination import Examination, Moment, examine_with
+from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
 from trajopt.verify.joint_limits import limit_checks
 from trajopt.verify.joint_torques import torque_checks
 from trajopt.verify.motion import Motion
@@ -141,6 +141,20 @@ class Judge:
             moment=moment,
             excess=self._options.excess,
         )
+
+    def check(self, positions: Floats, requirements: Sequence[Requirement]) -> tuple[Check, ...]:
+        """Check requirements at a configuration, as at the end of a motion.
+
+        Args:
+            positions: Of the group's joints, shape (n,) [rad | m].
+            requirements: What must hold.
+
+        Raises:
+            ShapeError: If there is not one finite position for each joint.
+            NameNotFound: If a requirement names what does not exist.
+        """
+        kinematics = self._workspace.kinematics
+        return requirements_with(kinematics, positions, requirements, options=self._options)
 
 
 def _on_the_way(

@@ -3,7 +3,7 @@
 # matplotlib leaves the type of its keyword arguments open.
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -60,11 +60,8 @@ def plot_motion(
 
     if trajectory.joint_names != reduced.joint_names:
         raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
-    target = Path(path) if Path(path).suffix else Path(path).with_suffix(".png")
     figure = Figure(figsize=(10.0, 11.0), dpi=DOTS_PER_INCH, layout="constrained")
-    known = FigureCanvasAgg(figure).get_supported_filetypes()
-    if target.suffix[1:].lower() not in known:
-        raise FileFormatError(str(target), f"no image format; known: {', '.join(sorted(known))}")
+    target = image_path(path, FigureCanvasAgg(figure).get_supported_filetypes())
     samples = sample_motion(reduced, trajectory, limits or reduced.limits, constraints)
     panels: list[Axes] = list(figure.subplots(4, 1, sharex=True))
     _draw_positions(panels[0], samples)
@@ -88,6 +85,18 @@ def plot_motion(
     figure.align_ylabels(panels)
     figure.suptitle(title or f"{reduced.scene.robot.name}: {trajectory.duration:.2f} s", fontsize="x-large")
     figure.savefig(target)
+    return target
+
+
+def image_path(path: Path, known: Iterable[str]) -> Path:
+    """Return the image file to write, a PNG where the path has no suffix.
+
+    Raises:
+        FileFormatError: If the suffix is none of the formats known.
+    """
+    target = Path(path) if Path(path).suffix else Path(path).with_suffix(".png")
+    if target.suffix[1:].lower() not in known:
+        raise FileFormatError(str(target), f"no image format; known: {', '.join(sorted(known))}")
     return target
 
 

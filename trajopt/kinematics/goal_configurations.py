@@ -5,7 +5,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.seeds.inverse_kinematics import goal_candidates
+from trajopt.seeds import goal_candidates
 
 
 def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = None) -> tuple[Floats, ...]:

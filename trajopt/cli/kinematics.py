@@ -1,0 +1,61 @@
+"""Options of the commands that sample a robot: which group, which frame, where, how many."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from trajopt.cli.options import RobotSource
+from trajopt.errors import ProblemError
+from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.scene import Scene
+from trajopt.moveit import read_scene
+
+GroupOption = Annotated[str, typer.Option("--group", help="Planning group; the only one if left out.")]
+FrameOption = Annotated[
+    str,
+    typer.Option("--frame", help="Link, tool frame or attached object; the group's tip if left out."),
+]
+CountOption = Annotated[int, typer.Option("--count", min=1, help="How many configurations.")]
+SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")]
+MarginOption = Annotated[float, typer.Option("--margin", min=0.0, help="Clearance to keep [m].")]
+SceneOption = Annotated[Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML, if any.")]
+StateOption = Annotated[
+    str | None, typer.Option("--state", help="Named state at which the joints outside the group stand.")
+]
+
+
+def sampled_model(source: RobotSource, scene: Path | None, group: str, state: str | None) -> ReducedModel:
+    """Load a robot in its scene with a group's joints free.
+
+    Raises:
+        ProblemError: If no group is named and the robot has several.
+        NameNotFound: If the group or the state is unknown.
+    """
+    robot = source.load()
+    if not group:
+        if len(robot.groups) != 1:
+            raise ProblemError(f"name the group with --group: {', '.join(robot.groups)}")
+        group = next(iter(robot.groups))
+    around = Scene(robot) if scene is None else read_scene(scene, robot).scene
+    return reduce_model(around, group, robot.positions(state))
+
+
+def chosen_frame(reduced: ReducedModel, frame: str) -> str:
+    """Return the frame, or the tip of the group where none is named.
+
+    Raises:
+        ProblemError: If the group has no tip.
+        FrameNotFound: If there is no such frame.
+    """
+    tip = frame or reduced.scene.robot.group(reduced.group).tip
+    if not tip:
+        raise ProblemError(f"group {reduced.group!r} is no single chain; name the frame with --frame")
+    reduced.attachment(tip)
+    return tip
+
+
+def generator(seed: int) -> np.random.Generator:
+    """Return the random numbers of a seed."""
+    return np.random.default_rng(seed)

@@ -1,0 +1,122 @@
+"""Forward kinematics: where a frame is at one configuration or many, and how it moves with the joints."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, readonly
+from trajopt.errors import ShapeError
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import WORLD
+from trajopt.query import Query, query_of
+from trajopt.terms.frames import RelativeFrame, relative_frame
+from trajopt.terms.motion import Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Placements:
+    """Where a frame is at S configurations; `placements[3]` is one of them.
+
+    Attributes:
+        rotation: Shape (S, 3, 3).
+        translation: Shape (S, 3) [m].
+    """
+
+    rotation: Floats
+    translation: Floats
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.translation)
+
+    def __getitem__(self, index: int) -> Placement:
+        """Return one of them."""
+        return Placement(readonly(self.rotation[index].copy()), readonly(self.translation[index].copy()))
+
+    def __iter__(self) -> Iterator[Placement]:
+        """Go through them in order."""
+        return (self[index] for index in range(len(self)))
+
+
+def forward_kinematics(
+    reduced: ReducedModel,
+    frame: str,
+    positions: ArrayLike,
+    *,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> Placements:
+    """Place a frame at one configuration or many.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        frame: Link, tool frame or object, attached or not.
+        positions: Of the group's joints, shape (n,) or (S, n) [rad | m].
+        reference: "world", link, tool frame or object that the frame is seen from.
+        offset: Point of the frame to place, in the frame, shape (3,) [m].
+
+    Returns:
+        S placements; one for positions of shape (n,).
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+        ShapeError: If there is not one finite position for each joint.
+    """
+    at = moving_frame(query_of(reduced), frame, configurations(reduced, positions), reference, offset)
+    return Placements(readonly(at.rotation), readonly(at.point))
+
+
+def frame_jacobian(
+    reduced: ReducedModel,
+    frame: str,
+    positions: ArrayLike,
+    *,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> Floats:
+    """Return the Jacobian of a frame at one configuration or many.
+
+    Rows 0 to 2 are the velocity of the frame's point, rows 3 to 5 its angular velocity, both relative to
+    the reference and along its axes; columns are the group's joints at unit speed.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        frame: Link, tool frame or object.
+        positions: Of the group's joints, shape (n,) or (S, n) [rad | m].
+        reference: "world", link, tool frame or object that the motion is seen from.
+        offset: The point, in the frame, shape (3,) [m].
+
+    Returns:
+        Shape (S, 6, n) [m/rad | m/m, rad/rad | rad/m]; S is 1 for positions of shape (n,).
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+        ShapeError: If there is not one finite position for each joint.
+    """
+    at = moving_frame(query_of(reduced), frame, configurations(reduced, positions), reference, offset)
+    return np.concatenate((at.point_jacobian, at.angular_jacobian), axis=1)
+
+
+def moving_frame(
+    query: Query, frame: str, positions: Floats, reference: str = WORLD, offset: ArrayLike = (0.0, 0.0, 0.0)
+) -> RelativeFrame:
+    """Evaluate a frame and its derivatives with a query at hand; see `forward_kinematics`."""
+    point = floats("offset", offset, (3,))
+    return relative_frame(query.reduced, Motion.each(positions, query), frame, reference, point)
+
+
+def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:
+    """Return positions of the group's joints as rows, (n,) or (S, n) -> (S, n).
+
+    Raises:
+        ShapeError: If they are not finite numbers of that shape.
+    """
+    joints = len(reduced.joint_names)
+    try:
+        rows = np.atleast_2d(np.asarray(positions, dtype=np.float64))
+    except (TypeError, ValueError) as error:
+        raise ShapeError("positions", f"not numbers: {positions!r}") from error
+    return floats("positions", rows, (None, joints))

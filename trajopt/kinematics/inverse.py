@@ -1,0 +1,100 @@
+"""Inverse kinematics: configurations that hold a goal, nearest first, or why there is none."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, readonly
+from trajopt.errors import ProblemError
+from trajopt.kinematics.validity import Validity, validity
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.query import Counts
+from trajopt.seeds import goal_candidates
+from trajopt.seeds.inverse_kinematics import STARTS
+
+
+@dataclass(frozen=True, eq=False)
+class InverseSolutions:
+    """What inverse kinematics found.
+
+    Attributes:
+        free: Configurations that hold the goal and touch nothing, shape (n,) each, nearest first.
+        colliding: Those that hold the goal but collide, nearest first.
+        nearest: Where none is free: what is wrong with the nearest that collides, or else with the
+            configuration that came nearest to the goal.
+    """
+
+    free: tuple[Floats, ...]
+    colliding: tuple[Floats, ...]
+    nearest: Validity | None
+
+    @property
+    def valid(self) -> bool:
+        """Whether the goal can be held without collision, as far as was found."""
+        return bool(self.free)
+
+    def explain(self) -> str:
+        """Say how many there are, or how near it got and what is in the way."""
+        if self.nearest is None:
+            return f"{len(self.free)} free and {len(self.colliding)} colliding configurations found"
+        why = "; ".join(self.nearest.reasons)
+        if self.colliding:
+            return (
+                f"all {len(self.colliding)} configurations that hold the goal collide; in the nearest {why}"
+            )
+        return f"no configuration found that holds the goal; in the nearest {why}"
+
+
+def inverse_kinematics(
+    reduced: ReducedModel,
+    goal: Requirement | Sequence[Requirement],
+    *,
+    near: ArrayLike | None = None,
+    rng: np.random.Generator | None = None,
+    starts: int = STARTS,
+) -> InverseSolutions:
+    """Search configurations within limits that hold a goal: `frame_placement(...)` or any other.
+
+    Every frame can be placed: link, tool frame, attached object; tolerances are the requirement's own, per
+    axis. Several requirements hold together: `[frame_placement(...), joint_positions({"joint7": 0.5})]`
+    gives the solutions with the redundant joint at that value. See `docs/decisions/goal-configurations.md`.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        goal: What must hold: one requirement or several.
+        near: Configuration of the group to be near, shape (n,); the start of the reduced model when None.
+            Distance is the time of the slowest joint at full speed.
+        rng: Draws the starts of the search; a fixed seed when None.
+        starts: How many starts to search from at once; more find more solutions.
+
+    Raises:
+        ProblemError: If nothing is asked for.
+        NameNotFound: If the goal names what does not exist.
+        ShapeError: If `near` is not one finite position for each joint.
+    """
+    wanted = (goal,) if isinstance(goal, Requirement) else tuple(goal)
+    if not wanted:
+        raise ProblemError("inverse_kinematics needs a goal: frame_placement(...) or several requirements")
+    for item in wanted:
+        reduced.scene.robot.index(item.joints)
+        for frame in item.frames:
+            reduced.scene.holder(frame)
+    at = reduced if near is None else standing_at(reduced, near)
+    found = goal_candidates(at, wanted, rng=rng or np.random.default_rng(0), counts=Counts(), starts=starts)
+    nearest: Validity | None = None
+    if not found.free:
+        nearest = validity(at, found.blocked[0] if found.blocked else found.nearest, requirements=wanted)
+    return InverseSolutions(found.free, found.blocked, nearest)
+
+
+def standing_at(reduced: ReducedModel, positions: ArrayLike) -> ReducedModel:
+    """Return the model with the group's joints starting elsewhere; all others stay where they are.
+
+    Raises:
+        ShapeError: If there is not one finite position for each joint of the group.
+    """
+    place = floats("positions", positions, (len(reduced.joint_names),))
+    return replace(reduced, start=readonly(reduced.all_positions(place)))

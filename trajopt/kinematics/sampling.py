@@ -1,0 +1,122 @@
+"""Random configurations that are valid: within limits, clear of everything, holding what is required."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats, readonly
+from trajopt.errors import ShapeError
+from trajopt.kinematics.clearance import clear, pair_margins
+from trajopt.model.limits import draw_positions
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.query import Query, query_of
+from trajopt.seeds.projection import Projection
+
+BATCH = 4096
+"""Configurations drawn at once."""
+MOST_DRAWS = 200
+"""How many are drawn for each that is asked for, at most; and never fewer than a few batches."""
+
+Progress = Callable[[int], None]
+"""Is told how many are found so far."""
+
+
+@dataclass(frozen=True, eq=False)
+class RandomConfigurations:
+    """Valid configurations, and what became of the others that were drawn.
+
+    Attributes:
+        positions: Shape (k, n) [rad | m]; k is smaller than asked for where too few were found.
+        drawn: How many were drawn.
+        missed: How many of these could not be brought to hold what is required.
+        colliding: How many others came nearer to something than the margin.
+    """
+
+    positions: Floats
+    drawn: int
+    missed: int
+    colliding: int
+
+    def __str__(self) -> str:
+        """Say the numbers."""
+        return (
+            f"{len(self.positions)} valid configurations of {self.drawn} drawn; {self.colliding} collided, "
+            f"{self.missed} did not hold what is required"
+        )
+
+
+def random_configurations(
+    reduced: ReducedModel,
+    count: int,
+    *,
+    rng: np.random.Generator,
+    margin: float | None = None,
+    requirements: Sequence[Requirement] = (),
+    progress: Progress | None = None,
+) -> RandomConfigurations:
+    """Draw configurations evenly within limits and keep those that are valid.
+
+    Without requirements they are spread evenly over all that is valid. With requirements each draw is moved
+    to the nearest configuration that holds them (`docs/decisions/goal-configurations.md`), so that how
+    densely they lie is nobody's promise.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        count: How many to find.
+        rng: Draws them.
+        margin: Clearance to keep from everything [m]; the scene's own margins when None.
+        requirements: What must hold.
+        progress: Is told how many are found so far.
+
+    Raises:
+        ShapeError: If the count is not positive or the margin is negative.
+        NameNotFound: If a requirement names what does not exist.
+    """
+    if count < 1:
+        raise ShapeError("count", f"must be at least 1, is {count}")
+    sampler = Sampler(query_of(reduced), requirements, pair_margins(reduced, margin), rng)
+    found: list[Floats] = []
+    kept = drawn = missed = colliding = 0
+    most = max(MOST_DRAWS * count, 4 * BATCH)
+    while kept < count and drawn < most:
+        # A few more than are missing: about as many as were lost so far will be lost again.
+        share = (kept + 1) / (drawn + 1) if drawn else 1.0
+        size = int(min(BATCH, max((count - kept) / share, 16), most - drawn))
+        batch = sampler.draw(size)
+        found.append(batch.positions)
+        kept += len(batch.positions)
+        drawn, missed, colliding = drawn + size, missed + batch.missed, colliding + batch.colliding
+        if progress is not None:
+            progress(min(kept, count))
+    positions = readonly(np.concatenate(found)[:count])
+    return RandomConfigurations(positions, drawn, missed, colliding)
+
+
+class Sampler:
+    """Draws batches of configurations and keeps what is valid."""
+
+    def __init__(
+        self, query: Query, requirements: Sequence[Requirement], margin: Floats, rng: np.random.Generator
+    ) -> None:
+        """Take what is asked.
+
+        Args:
+            query: Measures.
+            requirements: What must hold.
+            margin: Clearance to keep, one for each pair, shape (p,) [m].
+            rng: Draws.
+        """
+        self._query, self._margin, self._rng = query, margin, rng
+        self._projection = Projection(query.reduced, requirements, query) if requirements else None
+
+    def draw(self, count: int) -> RandomConfigurations:
+        """Draw a number of configurations and return those that are valid, in the order drawn."""
+        positions = draw_positions(self._query.reduced.limits, count, rng=self._rng)
+        if self._projection is not None:
+            ended = self._projection(positions)
+            positions = ended.positions[ended.violation == 0.0]
+        free = clear(self._query, positions, self._margin)
+        missed = count - len(positions)
+        return RandomConfigurations(positions[free], count, missed, int((~free).sum()))

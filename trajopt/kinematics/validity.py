@@ -1,0 +1,124 @@
+"""Validity of a configuration, by the judge's own code, with the reasons where it is not valid."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ShapeError
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.verify import Check, Examination, Judge, PairDistance
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Validity:
+    """What the judge says of a configuration.
+
+    Attributes:
+        positions: Of the group's joints, shape (n,) [rad | m].
+        examination: Collisions and joints out of their limits.
+        margin: Clearance that was asked for [m].
+        checks: What requirements say, those that hold too.
+    """
+
+    positions: Floats
+    examination: Examination
+    margin: float
+    checks: tuple[Check, ...]
+
+    @property
+    def valid(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.reasons
+
+    @property
+    def too_near(self) -> PairDistance | None:
+        """The nearest pair, if it is apart by less than the margin."""
+        nearest = self.examination.smallest
+        return nearest if nearest is not None and 0.0 < nearest.distance < self.margin else None
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """A sentence for each thing that is wrong: pairs and depth, joints and limits, requirements."""
+        found = [
+            f"{pair.first} is {-1000.0 * pair.distance:.1f} mm inside {pair.second}"
+            for pair in self.examination.collisions
+        ]
+        near = self.too_near
+        if near is not None:
+            found.append(
+                f"{near.first} is {1000.0 * near.distance:.1f} mm from {near.second}, "
+                f"{1000.0 * self.margin:.1f} mm are asked for"
+            )
+        found += [
+            f"{joint.joint} is at {joint.position:.4g}, {joint.excess:.3g} beyond its range "
+            f"[{joint.lower:.4g}, {joint.upper:.4g}]"
+            for joint in self.examination.out_of_limits
+        ]
+        found += [
+            f"{check.name} of {check.subject}: {check.detail}" for check in self.checks if _broken(check)
+        ]
+        return tuple(found)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data."""
+        nearest = self.examination.smallest
+        return {
+            "valid": self.valid,
+            "reasons": list(self.reasons),
+            "positions": self.positions.tolist(),
+            "nearest_pair": None if nearest is None else vars(nearest).copy(),
+        }
+
+    def __str__(self) -> str:
+        """Say that it is valid, or why not."""
+        return "valid" if self.valid else "not valid: " + "; ".join(self.reasons)
+
+
+def validity(
+    reduced: ReducedModel,
+    positions: ArrayLike,
+    *,
+    requirements: Sequence[Requirement] = (),
+    margin: float = 0.0,
+) -> Validity:
+    """Judge a configuration: collisions, limits, and what else must hold there.
+
+    Args:
+        reduced: The robot with its group's joints free, in its scene.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        requirements: What must hold.
+        margin: Clearance to keep from everything [m].
+
+    Raises:
+        ShapeError: If there is not one finite position for each joint, or the margin is negative.
+        NameNotFound: If a requirement names what does not exist.
+    """
+    return judged_validity(Judge(reduced), positions, reduced, requirements, margin=margin)
+
+
+def judged_validity(
+    judge: Judge,
+    positions: ArrayLike,
+    reduced: ReducedModel,
+    requirements: Sequence[Requirement],
+    *,
+    margin: float = 0.0,
+) -> Validity:
+    """Judge a configuration with a judge at hand; see `validity`."""
+    if number("margin", margin) < 0.0:
+        raise ShapeError("margin", f"is negative: {margin:g} m")
+    place = floats("positions", positions, (len(reduced.joint_names),))
+    return Validity(
+        positions=place,
+        examination=judge.examine(place),
+        margin=margin,
+        checks=judge.check(place, requirements),
+    )
+
+
+def _broken(check: Check) -> bool:
+    return check.required and not check.holds
