@@ -1,3 +1,3 @@
-"""The command line: `trajopt demo`, `plan`, `check`, `bench`, `suite`, `view`, `sample` and `reach`."""
+"""The command line: `trajopt demo`, `plan`, `check`, `bench`, `suite`, `view`, `sample`, `reach`, `srdf`."""
 
 from trajopt.cli.app import main as main

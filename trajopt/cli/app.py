@@ -13,6 +13,7 @@ from trajopt.cli.demo import demo
 from trajopt.cli.plan import plan
 from trajopt.cli.reach import reach
 from trajopt.cli.sample import sample
+from trajopt.cli.srdf import srdf
 from trajopt.cli.suite import suite
 from trajopt.cli.view import view
 from trajopt.errors import TrajoptError
@@ -27,7 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo, plan, check, bench, suite, view, sample, reach):
+for command in (demo, plan, check, bench, suite, view, sample, reach, srdf):
     app.command()(command)
 
 

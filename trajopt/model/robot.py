@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats, Ints, floats, readonly
 from trajopt.errors import (
+    FileFormatError,
     FrameNotFound,
     GroupNotFound,
     JointNotFound,
@@ -123,7 +124,11 @@ class Robot:
             NameNotFound: If the SRDF, the limits or a frame name what the URDF does not have.
         """
         description = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs])
-        model = pin.buildModelFromXML(description.xml)
+        try:
+            model = pin.buildModelFromXML(description.xml)
+        except ValueError as error:
+            reason = f"{error} (what is wrong is told above, on standard error)"
+            raise FileFormatError(str(urdf), reason) from error
         links = tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
         semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
         joint_names = tuple(model.names[1:])

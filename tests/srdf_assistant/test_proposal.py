@@ -1,0 +1,98 @@
+"""A whole SRDF: written, read back, and right."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.cli.test_commands import trajopt
+from tests.conftest import PLANAR_ARM
+from trajopt.kinematics import reduce_model, validity
+from trajopt.srdf_assistant import Confidence, SrdfProposal, Verdict, propose_srdf
+
+QUICK = Confidence(share=2e-3, level=0.95)
+
+
+def proposal_of(robot: to.Robot) -> SrdfProposal:
+    return propose_srdf(robot, rng=np.random.default_rng(0), confidence=QUICK)
+
+
+@pytest.fixture(scope="module")
+def panda() -> to.Robot:
+    try:
+        return to.load("panda")
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="module")
+def proposal(panda: to.Robot) -> SrdfProposal:
+    return proposal_of(panda)
+
+
+def read_back(robot: to.Robot, proposal: SrdfProposal, folder: Path) -> to.Robot:
+    (folder / "robot.srdf").write_text(proposal.xml)
+    dirs = [parent for parent in robot.urdf_path.parents if (parent / "example-robot-data").is_dir()]
+    return to.load(robot.urdf_path, srdf=folder / "robot.srdf", package_dirs=dirs)
+
+
+def test_what_is_written_is_read_back(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
+    again = read_back(panda, proposal, tmp_path)
+    assert again.groups["arm"].joints == panda.groups["panda_arm"].joints
+    assert again.groups["arm"].tip == "panda_link8"
+    assert again.groups["gripper"].joints == panda.groups["hand"].joints
+    assert {frozenset(pair) for pair in proposal.disabled} <= again.disabled_pairs
+    effector = again.end_effectors["gripper_eef"]
+    assert (effector.group, effector.parent_link, effector.parent_group) == ("gripper", "panda_link8", "arm")
+    for (group, state), values in proposal.states.items():
+        assert again.state(state, group=group) == pytest.approx(values, abs=1e-9)
+
+
+def test_home_is_valid_and_the_gripper_opens(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
+    again = read_back(panda, proposal, tmp_path)
+    for fingers in ("open", "close"):
+        home = again.positions({**again.state("home"), **again.state(fingers)})
+        arm = reduce_model(to.Scene(again), "arm", home)
+        assert validity(arm, arm.start_positions).valid, fingers
+    assert again.state("open")["panda_finger_joint1"] == pytest.approx(0.04)
+    assert again.state("close")["panda_finger_joint1"] == pytest.approx(0.0)
+
+
+def test_a_plan_can_be_made_with_it(panda: to.Robot, proposal: SrdfProposal, tmp_path: Path) -> None:
+    again = read_back(panda, proposal, tmp_path)
+    goal = {joint: value + 0.4 for joint, value in again.state("home").items()}
+    problem = to.Problem(scene=to.Scene(again), start="home", goal=to.joint_positions(goal), group="arm")
+    assert to.plan(problem).verified
+
+
+def test_fingers_may_meet_and_others_are_named(proposal: SrdfProposal) -> None:
+    assert proposal.disabled["panda_leftfinger", "panda_rightfinger"] == "Default"
+    assert ("panda_link5", "panda_hand") not in proposal.disabled
+    named = {item.pair for item in proposal.with_verdict(Verdict.DEFAULT)}
+    assert {"panda_link5", "panda_hand"} in named
+    text = str(proposal)
+    assert "not checked: inside one gripper" in text and "arm: panda_link0 to panda_link8" in text
+    json.dumps(proposal.as_dict(), allow_nan=False)
+
+
+def test_home_is_zero_where_zero_is_valid(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(PLANAR_ARM)
+    found = proposal_of(to.load(tmp_path / "arm.urdf"))
+    assert found.states["arm", "home"] == {"shoulder": 0.0, "elbow": 0.0}
+    assert found.states["gripper", "open"] == {"left_slide": 0.04}
+    assert found.states["gripper", "close"] == {"left_slide": 0.0}
+
+
+def test_on_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(PLANAR_ARM)
+    out = tmp_path / "arm.srdf"
+    done = trajopt("srdf", tmp_path / "arm.urdf", "--out", out, "--share", 0.002, "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["file"] == str(out) and told["robot"] == "planar_arm"
+    robot = to.load(tmp_path / "arm.urdf", srdf=out)
+    assert {frozenset(item["links"]) for item in told["disabled"]} <= robot.disabled_pairs
+    refused = trajopt("srdf", tmp_path / "arm.urdf", "--share", 0)
+    assert refused.returncode == 2 and "must lie in (0, 1)" in refused.stderr

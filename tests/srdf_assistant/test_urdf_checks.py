@@ -1,0 +1,114 @@
+"""Each oddity of a URDF is told, and a good one has none."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import trajopt as to
+from tests.conftest import PLANAR_ARM
+from trajopt.srdf_assistant import Finding, Severity, check_urdf
+
+GOOD = """<robot name="good">
+  <link name="base"><visual><geometry><box size="0.2 0.2 0.2"/></geometry></visual>
+    <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+  <link name="arm"><inertial><mass value="2"/>
+    <inertia ixx="0.02" iyy="0.03" izz="0.02" ixy="0.001" ixz="0" iyz="0"/></inertial>
+    <visual><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.1"/></geometry></visual>
+    <collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.1"/></geometry></collision></link>
+  <link name="finger"><inertial><mass value="0.1"/>
+    <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><origin xyz="0 0 0.3"/>
+    <axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="10" velocity="1"/></joint>
+  <joint name="follow" type="revolute"><parent link="arm"/><child link="finger"/><origin xyz="0.4 0 0"/>
+    <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="5" velocity="1"/>
+    <mimic joint="turn" multiplier="0.5"/></joint>
+</robot>"""
+
+Check = Callable[[str, str], tuple[Finding, ...]]
+
+
+@pytest.fixture
+def changed(tmp_path: Path) -> Check:
+    """Look at the good robot with one text in place of another."""
+
+    def check(old: str, new: str) -> tuple[Finding, ...]:
+        assert old in GOOD
+        (tmp_path / "robot.urdf").write_text(GOOD.replace(old, new, 1))
+        return check_urdf(to.load(tmp_path / "robot.urdf"))
+
+    return check
+
+
+def test_a_good_robot_has_no_findings(changed: Check) -> None:
+    assert changed("good", "better") == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "severity", "subject", "told"),
+    [
+        ('<mass value="2"/>', '<mass value="-2"/>', Severity.ERROR, "arm", "mass of -2 kg"),
+        ('<mass value="2"/>', '<mass value="0"/>', Severity.WARNING, "arm", "mass of zero"),
+        ('iyy="0.03"', 'iyy="0.05"', Severity.ERROR, "arm", "moments of inertia that no body has"),
+        ('iyy="0.03"', 'iyy="-0.03"', Severity.ERROR, "arm", "negative moment of inertia"),
+        ('ixy="0.001"', 'ixy="0.1"', Severity.ERROR, "arm", "negative moment of inertia"),
+        ('lower="-2" upper="2"', 'lower="2" upper="-2"', Severity.ERROR, "turn", "reversed: [2, -2]"),
+        ('lower="-2" upper="2"', "", Severity.ERROR, "turn", "cannot move: both limits are 0"),
+        ('lower="-2" upper="2"', 'lower="-180" upper="180"', Severity.WARNING, "turn", "degrees"),
+        ('effort="10"', 'effort="0"', Severity.WARNING, "turn", "limit of zero on its effort"),
+        ('velocity="1"', 'velocity="0"', Severity.WARNING, "turn", "limit of zero on its velocity"),
+        ('xyz="0 0 0.3"', 'xyz="0 0 300"', Severity.ERROR, "turn", "300 m from its parent: millimetres"),
+        ('xyz="0 0 1"', 'xyz="0 0 2"', Severity.WARNING, "turn", "no unit vector: 0 0 2"),
+        ('multiplier="0.5"', 'multiplier="1"', Severity.WARNING, "follow", "beyond its own range [-1, 1]"),
+        (
+            '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.1"/></geometry></collision>',
+            "",
+            Severity.WARNING,
+            "arm",
+            "no collision shape",
+        ),
+        (
+            '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4',
+            '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.9',
+            Severity.WARNING,
+            "arm",
+            "a box of 900 x 100 x 100 mm, what is seen one of 400 x 100 x 100 mm",
+        ),
+        (
+            '<collision><origin xyz="0.2 0 0"/>',
+            '<collision><origin xyz="-0.2 0 0"/>',
+            Severity.WARNING,
+            "arm",
+            "somewhere else than what is seen",
+        ),
+        (
+            '<collision><geometry><box size="0.2 0.2 0.2"/>',
+            '<collision><geometry><box size="20 20 20"/>',
+            Severity.ERROR,
+            "base",
+            "20 m: millimetres",
+        ),
+    ],
+)
+def test_an_oddity_is_told(
+    changed: Check, old: str, new: str, severity: Severity, subject: str, told: str
+) -> None:
+    found = changed(old, new)
+    assert any(
+        item.severity is severity and item.subject == subject and told in item.problem for item in found
+    ), [str(item) for item in found]
+
+
+def test_what_pinocchio_cannot_parse_is_a_typed_error(changed: Check) -> None:
+    with pytest.raises(to.TrajoptError, match="does not contain a valid URDF model"):
+        changed(' velocity="1"', "")
+
+
+def test_missing_inertias_and_continuous_joints(tmp_path: Path) -> None:
+    text = PLANAR_ARM.replace('name="elbow" type="revolute"', 'name="elbow" type="continuous"')
+    (tmp_path / "arm.urdf").write_text(text)
+    found = check_urdf(to.load(tmp_path / "arm.urdf"))
+    assert Finding(Severity.NOTE, "elbow", "is continuous: it turns without limits") in found
+    assert any(item.subject == "upper" and "no <inertial>" in item.problem for item in found)
+    order = [list(Severity).index(item.severity) for item in found]
+    assert order == sorted(order)
