@@ -8,6 +8,7 @@ import typer
 
 from trajopt.cli.options import RobotSource
 from trajopt.errors import ProblemError
+from trajopt.kinematics.asked import frame_of
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.moveit import read_scene
@@ -52,8 +53,7 @@ def chosen_frame(reduced: ReducedModel, frame: str) -> str:
     tip = frame or reduced.scene.robot.group(reduced.group).tip
     if not tip:
         raise ProblemError(f"group {reduced.group!r} is no single chain; name the frame with --frame")
-    reduced.attachment(tip)
-    return tip
+    return frame_of(reduced, tip)
 
 
 def generator(seed: int) -> np.random.Generator:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ShapeError
+from trajopt.kinematics.asked import frame_of
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
@@ -104,8 +105,9 @@ def moving_frame(
     query: Query, frame: str, positions: Floats, reference: str = WORLD, offset: ArrayLike = (0.0, 0.0, 0.0)
 ) -> RelativeFrame:
     """Evaluate a frame and its derivatives with a query at hand; see `forward_kinematics`."""
-    point = floats("offset", offset, (3,))
-    return relative_frame(query.reduced, Motion.each(positions, query), frame, reference, point)
+    reduced, point = query.reduced, floats("offset", offset, (3,))
+    motion = Motion.each(positions, query)
+    return relative_frame(reduced, motion, frame_of(reduced, frame), frame_of(reduced, reference), point)
 
 
 def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ProblemError
+from trajopt.kinematics.asked import count_of, requirements_of
 from trajopt.kinematics.validity import Validity, validity
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
@@ -75,15 +76,13 @@ def inverse_kinematics(
         NameNotFound: If the goal names what does not exist.
         ShapeError: If `near` is not one finite position for each joint.
     """
-    wanted = (goal,) if isinstance(goal, Requirement) else tuple(goal)
+    wanted = requirements_of(reduced, "goal", goal)
     if not wanted:
         raise ProblemError("inverse_kinematics needs a goal: frame_placement(...) or several requirements")
-    for item in wanted:
-        reduced.scene.robot.index(item.joints)
-        for frame in item.frames:
-            reduced.scene.holder(frame)
     at = reduced if near is None else standing_at(reduced, near)
-    found = goal_candidates(at, wanted, rng=rng or np.random.default_rng(0), counts=Counts(), starts=starts)
+    found = goal_candidates(
+        at, wanted, rng=rng or np.random.default_rng(0), counts=Counts(), starts=count_of("starts", starts)
+    )
     nearest: Validity | None = None
     if not found.free:
         nearest = validity(at, found.blocked[0] if found.blocked else found.nearest, requirements=wanted)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Ints, floats, number, readonly
 from trajopt.errors import FileFormatError, ShapeError
+from trajopt.kinematics.asked import count_of, frame_of
 from trajopt.kinematics.clearance import pair_margins
 from trajopt.kinematics.forward import moving_frame
 from trajopt.kinematics.manipulability import manipulability
@@ -170,13 +171,15 @@ def reach_map(
         FrameNotFound: If a frame is unknown.
         ShapeError: If a number is not usable, or no configuration is free of collision.
     """
-    if count < 1 or directions < 1:
-        raise ShapeError("count and directions", f"must be at least 1, are {count} and {directions}")
+    count_of("count", count)
+    count_of("directions", directions)
+    if number("length", length) < 0.0:
+        raise ShapeError("length", f"is negative: {length:g} m")
     if not number("cell", cell) > 0.0:
         raise ShapeError("cell", f"must be positive, is {cell:g} m")
     axis = direction_of("approach", approach)
-    reduced.attachment(frame)
-    reduced.attachment(reference)
+    frame_of(reduced, frame)
+    frame_of(reduced, reference)
     query = query_of(reduced)
     sampler = Sampler(query, (), pair_margins(reduced, margin), rng)
     sphere = even_directions(directions)

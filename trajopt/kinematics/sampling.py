@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
-from trajopt.errors import ShapeError
+from trajopt.kinematics.asked import count_of, requirements_of
 from trajopt.kinematics.clearance import clear, pair_margins
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
@@ -74,9 +74,9 @@ def random_configurations(
         ShapeError: If the count is not positive or the margin is negative.
         NameNotFound: If a requirement names what does not exist.
     """
-    if count < 1:
-        raise ShapeError("count", f"must be at least 1, is {count}")
-    sampler = Sampler(query_of(reduced), requirements, pair_margins(reduced, margin), rng)
+    wanted = requirements_of(reduced, "requirements", requirements)
+    count_of("count", count)
+    sampler = Sampler(query_of(reduced), wanted, pair_margins(reduced, margin), rng)
     found: list[Floats] = []
     kept = drawn = missed = colliding = 0
     most = max(MOST_DRAWS * count, 4 * BATCH)

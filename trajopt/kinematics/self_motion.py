@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Bools, Floats, floats, readonly
+from trajopt.arrays import Bools, Floats, floats, number, readonly
 from trajopt.errors import JointNotFound, ProblemError, ShapeError
+from trajopt.inputs import one_of
+from trajopt.kinematics.asked import requirements_of
 from trajopt.kinematics.clearance import clear
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
@@ -73,11 +75,11 @@ def self_motion(
         ShapeError: If the positions or the step are no usable numbers.
     """
     begin = floats("positions", positions, (len(reduced.joint_names),))
-    if not step > 0.0:
+    if not number("step", step) > 0.0:
         raise ShapeError("step", f"must be positive, is {step:g}")
-    if joint is not None and joint not in reduced.joint_names:
+    if joint is not None and one_of("joint", joint, str) not in reduced.joint_names:
         raise JointNotFound("joint in the group", joint, reduced.joint_names)
-    wanted = (goal,) if isinstance(goal, Requirement) else tuple(goal)
+    wanted = requirements_of(reduced, "goal", goal)
     query = query_of(reduced)
     sweep = _Sweep(reduced, Projection(reduced, wanted, query), step)
     missed = float(sweep.projection.violation(begin[None])[0])

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats, readonly
 from trajopt.errors import FileFormatError, MissingExtra, ShapeError
+from trajopt.kinematics.asked import count_of, frame_of
 from trajopt.kinematics.clearance import clear, pair_margins
 from trajopt.kinematics.forward import moving_frame
 from trajopt.kinematics.manipulability import manipulability
@@ -119,11 +120,10 @@ def sample_table(
         FrameNotFound: If a frame is unknown.
         ShapeError: If a number is not usable, or nothing is clear.
     """
-    if count < 1:
-        raise ShapeError("count", f"must be at least 1, is {count}")
+    count_of("count", count)
     query, margins = query_of(reduced), pair_margins(reduced, margin)
-    reduced.attachment(frame)
-    reduced.attachment(reference)
+    frame_of(reduced, frame)
+    frame_of(reduced, reference)
     parts: list[ConfigurationTable] = []
     rows = drawn = 0
     while rows < count:

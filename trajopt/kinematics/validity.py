@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ShapeError
+from trajopt.kinematics.asked import requirements_of
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.verify import Check, Examination, Judge, PairDistance
@@ -116,7 +117,7 @@ def judged_validity(
         positions=place,
         examination=judge.examine(place),
         margin=margin,
-        checks=judge.check(place, requirements),
+        checks=judge.check(place, requirements_of(reduced, "requirements", requirements)),
     )
 
 

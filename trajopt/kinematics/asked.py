@@ -1,0 +1,52 @@
+"""What functions of the room are asked with, checked: how many, which frame, which requirements."""
+
+from collections.abc import Sequence
+from typing import cast
+
+from trajopt.errors import FrameNotFound, ProblemError, ShapeError
+from trajopt.inputs import one_of, sequence
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+
+
+def count_of(name: str, value: int) -> int:
+    """Return a whole number that is at least 1.
+
+    Raises:
+        ProblemError: If it is no whole number.
+        ShapeError: If it is smaller.
+    """
+    if one_of(name, value, int) < 1:
+        raise ShapeError(name, f"must be at least 1, is {value}")
+    return value
+
+
+def frame_of(reduced: ReducedModel, name: str) -> str:
+    """Return the name of a frame that is there.
+
+    Raises:
+        FrameNotFound: If it is not.
+        ProblemError: If it is no text.
+    """
+    if one_of("frame", name, str) not in reduced.anchors:
+        raise FrameNotFound("frame", name, reduced.anchors)
+    return name
+
+
+def requirements_of(
+    reduced: ReducedModel, name: str, asked: Requirement | Sequence[Requirement]
+) -> tuple[Requirement, ...]:
+    """Return requirements as a tuple, once their frames and joints are known to be there.
+
+    Raises:
+        ProblemError: If one is no requirement.
+        NameNotFound: If one names what does not exist.
+    """
+    wanted = (asked,) if isinstance(asked, Requirement) else tuple(sequence(name, asked))
+    for item in wanted:
+        if not isinstance(cast("object", item), Requirement):
+            raise ProblemError(f"{name}: {item!r} is no requirement")
+        reduced.scene.robot.index(item.joints)
+        for frame in item.frames:
+            reduced.scene.holder(frame)
+    return wanted
