@@ -98,7 +98,7 @@ def frame_jacobian(
         ShapeError: If there is not one finite position for each joint.
     """
     at = moving_frame(query_of(reduced), frame, configurations(reduced, positions), reference, offset)
-    return np.concatenate((at.point_jacobian, at.angular_jacobian), axis=1)
+    return stacked_jacobian(at)
 
 
 def moving_frame(
@@ -108,6 +108,11 @@ def moving_frame(
     reduced, point = query.reduced, floats("offset", offset, (3,))
     motion = Motion.each(positions, query)
     return relative_frame(reduced, motion, frame_of(reduced, frame), frame_of(reduced, reference), point)
+
+
+def stacked_jacobian(at: RelativeFrame) -> Floats:
+    """Return the Jacobian of an evaluated frame, linear rows over angular ones, shape (S, 6, n)."""
+    return np.concatenate((at.point_jacobian, at.angular_jacobian), axis=1)
 
 
 def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:

@@ -10,7 +10,7 @@ from trajopt.arrays import Floats, Ints, floats, number, readonly
 from trajopt.errors import FileFormatError, ShapeError
 from trajopt.kinematics.asked import count_of, frame_of
 from trajopt.kinematics.clearance import pair_margins
-from trajopt.kinematics.forward import moving_frame
+from trajopt.kinematics.forward import moving_frame, stacked_jacobian
 from trajopt.kinematics.manipulability import manipulability
 from trajopt.kinematics.sampling import BATCH, Progress, Sampler
 from trajopt.model.reduced import ReducedModel
@@ -187,7 +187,7 @@ def reach_map(
     for drawn in range(0, count, BATCH):
         size = min(BATCH, count - drawn)
         at = moving_frame(query, frame, sampler.draw(size).positions, reference)
-        jacobian = np.concatenate((at.point_jacobian, at.angular_jacobian), axis=1)
+        jacobian = stacked_jacobian(at)
         nearest = np.argmax((at.rotation @ axis) @ sphere.T, axis=1)
         parts.append(_Met(at.point, nearest, manipulability(jacobian, length=length)))
         if progress is not None:

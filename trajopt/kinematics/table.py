@@ -10,7 +10,7 @@ from trajopt.arrays import Bools, Floats, readonly
 from trajopt.errors import FileFormatError, MissingExtra, ShapeError
 from trajopt.kinematics.asked import count_of, frame_of
 from trajopt.kinematics.clearance import clear, pair_margins
-from trajopt.kinematics.forward import moving_frame
+from trajopt.kinematics.forward import moving_frame, stacked_jacobian
 from trajopt.kinematics.manipulability import manipulability
 from trajopt.kinematics.sampling import BATCH, Progress
 from trajopt.model.limits import draw_positions
@@ -147,7 +147,7 @@ def _rows(query: Query, frame: str, reference: str, positions: Floats, free: Boo
 
     reduced = query.reduced
     at = moving_frame(query, frame, positions, reference)
-    jacobian = np.concatenate((at.point_jacobian, at.angular_jacobian), axis=1)
+    jacobian = stacked_jacobian(at)
     return ConfigurationTable(
         robot=reduced.scene.robot.name,
         group=reduced.group,

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.kinematics.sampling import Progress
 from trajopt.model.allowed_collisions import AllowedCollisions
 from trajopt.model.groups import ALL_JOINTS, resolve_groups
 from trajopt.model.reduced import ReducedModel, reduce_model
@@ -14,7 +15,7 @@ from trajopt.model.srdf import Srdf
 from trajopt.query import query_of
 from trajopt.srdf_assistant.evidence import Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.link_tree import LinkTree
-from trajopt.srdf_assistant.pair_counts import LinkPairs, PairCounts, Progress, count_pairs, descend
+from trajopt.srdf_assistant.pair_counts import LinkPairs, PairCounts, count_pairs, descend
 
 ALWAYS_SHARE = 0.95
 """A pair that surely collides in a larger share than this can only be a fault of its shapes."""

@@ -1,11 +1,12 @@
 """How often pairs of links collide in random configurations, and how near they come."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.kinematics.sampling import Progress
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.query import Contacts, Query
@@ -23,9 +24,6 @@ STEP = 0.2
 """First step of the joint that moves most [rad | m]."""
 STEPS = 30
 """Steps of each descent."""
-
-Progress = Callable[[int], None]
-"""Is told how many samples are done."""
 
 
 @dataclass(frozen=True, eq=False)

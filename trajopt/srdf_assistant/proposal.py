@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.kinematics.sampling import Progress
 from trajopt.model.robot import Robot
 from trajopt.model.srdf import EndEffector
 from trajopt.srdf_assistant.evidence import Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.groups import ProposedGroup, propose_groups
 from trajopt.srdf_assistant.judged_pairs import judge_pairs
 from trajopt.srdf_assistant.link_tree import LinkTree
-from trajopt.srdf_assistant.pair_counts import Progress
 from trajopt.srdf_assistant.states import gripper_states, home_positions
 from trajopt.srdf_assistant.urdf_checks import Finding, check_urdf
 from trajopt.srdf_assistant.writer import srdf_text
