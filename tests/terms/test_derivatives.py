@@ -15,8 +15,9 @@ import trajopt.terms
 from tests.robots_for_tests import odd_arm
 from trajopt import terms
 from trajopt.arrays import Floats
+from trajopt.cartesian import line
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import Gaze, RotationCoordinates
+from trajopt.model.requirements import Gaze, RotationCoordinates, follows_curve
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.nlp import Rows
 from trajopt.query import Query, query_of
@@ -134,6 +135,16 @@ def near_pair() -> Residual:
     return terms.berth(2.0, weight=7.0, pairs=wished).residual
 
 
+def curve(reference: str, **more: object) -> Callable[[World], Residual]:
+    def build(at: World) -> Residual:
+        begin = to.placement((0.1, 0.1, 0.2), rpy=(0.1, 0.2, 0.3))
+        way = line(begin, to.placement((0.3, -0.2, 0.4), rpy=(1.0, -0.2, 0.3)))
+        required = follows_curve("held", way, reference=reference, offset=(0.1, 0, 0), **more)  # type: ignore[arg-type]
+        return terms.CurveError(at.reduced, required, np.array((0.0, 0.1, 0.3, way.length)))
+
+    return build
+
+
 def height(at: World) -> Callable[[Floats], Floats]:
     def tip(positions: Floats) -> Floats:
         return at.reduced.scene.placement_of("tip", at.reduced.all_positions(positions)).translation
@@ -155,6 +166,12 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.AxisAngle: [tilt("world"), tilt("slide")],
     terms.RegionCoordinates: [region],
     terms.ArcCoordinates: [arc],
+    terms.CurveError: [
+        curve("world"),
+        curve("slide"),
+        curve("slide", spin=(0.1, 0.2, 1.0)),
+        curve("thing", rotation_tolerance=np.inf),
+    ],
     terms.PointDistance: [apart],
     terms.ViewAngle: [lambda at: terms.ViewAngle(at.reduced, camera("slide"))],
     terms.ViewDistance: [lambda at: terms.ViewDistance(at.reduced, camera("world"))],

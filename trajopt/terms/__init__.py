@@ -7,6 +7,7 @@ from trajopt.terms.berth import berth as berth
 from trajopt.terms.clearance import Clearance as Clearance
 from trajopt.terms.coupled_joints import JointSum as JointSum
 from trajopt.terms.distance_between import PointDistance as PointDistance
+from trajopt.terms.follows_curve import CurveError as CurveError
 from trajopt.terms.frame_placement import FramePlacementError as FramePlacementError
 from trajopt.terms.gaze import ViewAngle as ViewAngle
 from trajopt.terms.gaze import ViewDistance as ViewDistance

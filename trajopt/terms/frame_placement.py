@@ -47,7 +47,7 @@ class FramePlacementError:
         rotation = to_goal @ seen.rotation
         body_spin = np.swapaxes(seen.rotation, 1, 2) @ seen.angular_jacobian
         if need.coordinates is RotationCoordinates.ROTATION_VECTOR:
-            angles, rate = _rotation_vector(rotation)
+            angles, rate = rotation_vector(rotation)
         else:
             angles, rate = _xyz_euler(rotation)
         value = np.hstack(((seen.point - need.placement.translation) @ to_goal.T, angles))
@@ -55,7 +55,7 @@ class FramePlacementError:
         return motion.rows_of_all(value, jacobian)
 
 
-def _rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
+def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
     """Return log R, shape (S, 3), and its rate by body-frame angular velocity, (S, 3, 3).
 
     With R - R^T = 2 sin t [a]x and trace R = 1 + 2 cos t for a turn by t about a.

@@ -14,6 +14,7 @@ from trajopt.verify import (
     axis_alignment,
     coupled_joints,
     distance_between,
+    follows_curve,
     frame_placement,
     gaze,
     gravity_torque,
@@ -52,6 +53,7 @@ REQUIREMENT_MODULES = (
     singularity_distance,
     gravity_torque,
     line_of_sight,
+    follows_curve,
 )
 """Modules that register the checks of built-in requirements when they are imported."""
 

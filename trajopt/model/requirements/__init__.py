@@ -12,6 +12,10 @@ from trajopt.model.requirements.distance_between import DistanceBetween as Dista
 from trajopt.model.requirements.distance_between import distance_between as distance_between
 from trajopt.model.requirements.during import During as During
 from trajopt.model.requirements.during import during as during
+from trajopt.model.requirements.follows_curve import CURVE_POSITION as CURVE_POSITION
+from trajopt.model.requirements.follows_curve import CURVE_ROTATION as CURVE_ROTATION
+from trajopt.model.requirements.follows_curve import FollowsCurve as FollowsCurve
+from trajopt.model.requirements.follows_curve import follows_curve as follows_curve
 from trajopt.model.requirements.frame_placement import POSITION_TOLERANCE as POSITION_TOLERANCE
 from trajopt.model.requirements.frame_placement import ROTATION_TOLERANCE as ROTATION_TOLERANCE
 from trajopt.model.requirements.frame_placement import FramePlacement as FramePlacement

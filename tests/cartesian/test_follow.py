@@ -1,0 +1,173 @@
+"""Following curves: all of them where that is possible, and a reason where it is not."""
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.cartesian import (
+    Begin,
+    Cause,
+    Curve,
+    Followed,
+    FollowOptions,
+    circle,
+    follow,
+    follows_curve,
+    line,
+    polyline,
+)
+from trajopt.errors import FrameNotFound, PlanningFailed, ProblemError
+
+TCP = "panda_hand_tcp"
+TENTH = 1e-4
+"""What a curve is followed to [m]."""
+
+
+@cache
+def panda() -> to.Robot:
+    return to.load("panda")
+
+
+def ready() -> to.Placement:
+    return to.Scene(panda()).placement_of(TCP, panda().positions("ready"))
+
+
+def at(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> to.Placement:
+    """The tool as it is when ready, moved [m]."""
+    return to.placement(ready().translation + np.array((x, y, z)), rotation=ready().rotation)
+
+
+def followed(way: Curve, scene: to.Scene | None = None, **more: object) -> Followed:
+    options = more.pop("options", FollowOptions())
+    required = follows_curve(TCP, way, **more)  # type: ignore[arg-type]
+    return follow(
+        scene or to.Scene(panda()),
+        required,
+        start="ready",
+        group="panda_arm",
+        options=options,  # type: ignore[arg-type]
+    )
+
+
+def tips(result: Followed, count: int = 2000) -> np.ndarray:
+    trajectory, reduced = result.trajectory, result.problem.reduced
+    assert trajectory is not None
+    return np.array(
+        [
+            reduced.scene.placement_of(TCP, reduced.all_positions(q)).translation
+            for q in trajectory(np.linspace(0.0, trajectory.duration, count))
+        ]
+    )
+
+
+def test_a_line_is_followed_to_a_tenth_of_a_millimetre() -> None:
+    end = at(0.1, 0.3, 0.1)
+    result = followed(line(at(), end))
+    assert result.complete
+    assert result.fraction == 1.0
+    assert result.stop is None
+    assert result.deviation <= TENTH
+    plan = result.require()
+    assert plan.certificate.verified
+    points = tips(result)
+    direction = (end.translation - points[0]) / np.linalg.norm(end.translation - points[0])
+    along = (points - points[0]) @ direction
+    off = points - points[0] - along[:, None] * direction
+    assert np.linalg.norm(off, axis=1).max() <= TENTH
+    assert (np.diff(along) >= -1e-9).all()
+    assert points[-1] == pytest.approx(end.translation, abs=TENTH)
+    assert json.loads(json.dumps(result.as_dict()))["complete"]
+
+
+def test_sharp_corners_come_to_rest_and_rounded_ones_do_not() -> None:
+    poses = (at(), at(0.0, 0.2, 0.0), at(0.2, 0.2, 0.0))
+    sharp, rounded = followed(polyline(poses)), followed(polyline(poses, blend=0.04))
+    assert sharp.complete
+    assert rounded.complete
+    speeds = [np.linalg.norm(np.diff(tips(each), axis=0), axis=1)[400:-400] for each in (sharp, rounded)]
+    assert speeds[0].min() < 1e-3 * speeds[0].max()
+    assert speeds[1].min() > 0.2 * speeds[1].max()
+    assert sharp.trajectory is not None
+    assert rounded.trajectory is not None
+    assert rounded.trajectory.duration < sharp.trajectory.duration
+
+
+def test_a_circle_is_closed() -> None:
+    turned = to.placement(at(0.1, 0.0, 0.0).translation, rpy=(0, 0, np.pi))
+    result = followed(circle(turned, radius=0.1, rotation=ready().rotation))
+    assert result.complete
+    points = tips(result)
+    assert np.linalg.norm(points - turned.translation, axis=1) == pytest.approx(0.1, abs=TENTH)
+    assert points[0] == pytest.approx(points[-1], abs=TENTH)
+
+
+def test_a_blocked_line_says_where_and_by_what() -> None:
+    way = line(at(), at(0.1, 0.35, 0.0))
+    wall = to.Scene(panda()).add("wall", to.Box(0.3, 0.02, 0.6), to.placement((0.4, 0.25, 0.4)))
+    result = followed(way, wall)
+    assert not result.complete
+    assert result.verified, "the part before the wall is a motion"
+    assert result.stop is not None
+    assert result.stop.cause is Cause.COLLISION
+    assert result.stop.pair is not None
+    assert "wall" in result.stop.pair
+    assert result.stop.pose == 0
+    assert result.stop.at == pytest.approx(result.fraction * way.length)
+    assert 0.1 < result.fraction < 0.6
+    assert "wall" in result.explain()
+    assert tips(result)[-1] == pytest.approx(way.placement(result.stop.at).translation, abs=TENTH)
+    assert result.require(0.1).trajectory.duration > 0.0
+    with pytest.raises(PlanningFailed, match="wall"):
+        result.require()
+
+
+def test_a_line_out_of_reach_says_so() -> None:
+    result = followed(line(at(), at(0.9, 0.0, 0.0)))
+    assert result.stop is not None
+    assert result.stop.cause in {Cause.OUT_OF_REACH, Cause.JOINT_LIMIT}
+    assert 0.2 < result.fraction < 0.9
+    assert result.verified
+
+
+def test_a_turn_ends_at_a_joint_limit() -> None:
+    half, turned = (
+        to.placement(ready().translation, rotation=ready().rotation @ to.placement(rpy=(0, 0, yaw)).rotation)
+        for yaw in (-3.0, -6.0)
+    )
+    way = polyline((at(), half, turned))
+    result = followed(way)
+    assert result.stop is not None
+    assert result.stop.cause is Cause.JOINT_LIMIT
+    assert result.stop.joint == "panda_joint7"
+    assert "panda_joint7" in result.explain()
+    assert result.stop.pose == 1
+    assert result.verified
+
+
+def test_the_start_must_be_on_the_curve() -> None:
+    way = line(at(0.0, 0.0, 0.1), at(0.0, 0.2, 0.1))
+    result = followed(way)
+    assert result.stop is not None
+    assert result.stop.cause is Cause.START_OFF_CURVE
+    assert result.fraction == 0.0
+    assert result.trajectory is None
+    assert followed(way, options=FollowOptions(begin=Begin.ANY_BRANCH)).complete
+    far = line(to.placement((3.0, 0, 0)), to.placement((3.0, 0, 1)))
+    lost = followed(far, options=FollowOptions(begin=Begin.ANY_BRANCH))
+    assert lost.stop is not None
+    assert lost.stop.cause is Cause.NO_START
+
+
+def test_bad_input_is_refused() -> None:
+    with pytest.raises(FrameNotFound):
+        follow(
+            to.Scene(panda()),
+            follows_curve("hand", line(at(), at(0.1, 0, 0))),
+            start="ready",
+            group="panda_arm",
+        )
+    with pytest.raises(ProblemError, match="tube"):
+        FollowOptions(tube=0.1)

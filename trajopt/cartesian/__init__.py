@@ -1,0 +1,19 @@
+"""Cartesian motion: a frame follows a curve, as far as it goes, and the result says why not farther."""
+
+from trajopt.cartesian.curves import arc_about as arc_about
+from trajopt.cartesian.curves import arc_through as arc_through
+from trajopt.cartesian.curves import circle as circle
+from trajopt.cartesian.curves import joined as joined
+from trajopt.cartesian.curves import line as line
+from trajopt.cartesian.curves import polyline as polyline
+from trajopt.cartesian.curves import spline as spline
+from trajopt.cartesian.following import follow as follow
+from trajopt.cartesian.options import Avoid as Avoid
+from trajopt.cartesian.options import Begin as Begin
+from trajopt.cartesian.options import FollowOptions as FollowOptions
+from trajopt.cartesian.result import Cause as Cause
+from trajopt.cartesian.result import Followed as Followed
+from trajopt.cartesian.result import Stop as Stop
+from trajopt.model.curve import Curve as Curve
+from trajopt.model.requirements import FollowsCurve as FollowsCurve
+from trajopt.model.requirements import follows_curve as follows_curve

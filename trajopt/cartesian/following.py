@@ -1,0 +1,316 @@
+"""follow(...): from a curve to a timed, judged motion along it, as far as it goes, and why not farther."""
+
+import time
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trajopt import reasons
+from trajopt.arrays import Floats, readonly
+from trajopt.cartesian.blocked import clear_part, stop, untracked
+from trajopt.cartesian.dense import densified, resampled
+from trajopt.cartesian.on_curve import OnCurve
+from trajopt.cartesian.options import Avoid, Begin, FollowOptions
+from trajopt.cartesian.program import knot_stations, on_the_curve
+from trajopt.cartesian.result import Cause, Followed, Stop
+from trajopt.cartesian.starts import beginnings
+from trajopt.cartesian.timing import timed_along
+from trajopt.cartesian.tracking import FARTHEST, Track, stations_of, track
+from trajopt.errors import ProblemError
+from trajopt.model.requirements import FollowsCurve
+from trajopt.model.scene import Scene
+from trajopt.problem import Problem
+from trajopt.query import Counts, query_of
+from trajopt.retime import Retimed, RetimeFailure
+from trajopt.trajectory import Path
+from trajopt.verify import Certificate, Judge, Moment
+
+DEFAULT_OPTIONS = FollowOptions()
+"""What `follow` does unless told otherwise."""
+START_SHARE = 0.5
+"""Share of the tolerances that the start may be off the beginning of the curve."""
+LEAST = 1e-4
+"""Part of a curve that is worth a motion."""
+CHORDS = (0.2, 0.1, 0.05)
+"""How near to the curve straight lines between knots are, as a share of the tolerance; tighter if the judge
+refuses the motion."""
+ROUNDINGS = (0.6, 0.4, 0.2)
+"""The same for how far timing may leave these lines."""
+POSTURES = 3
+"""Random postures that a redundant arm drifts to, where the first ways do not get to the end."""
+FREEST = 1e-3
+"""Two ways that get equally far to this part of the curve are told apart by their travel."""
+
+
+def follow(
+    scene: Scene,
+    required: FollowsCurve,
+    *,
+    start: str | Mapping[str, float] | Floats,
+    group: str = "",
+    options: FollowOptions = DEFAULT_OPTIONS,
+    rng: np.random.Generator | None = None,
+) -> Followed:
+    """Follow a curve with a frame, as far as it goes, and say why not farther.
+
+    The motion is timed like any plan, and judged at all times: that the frame stays on the curve, never
+    goes backwards on it, and gets as far as `fraction` says.
+
+    Args:
+        scene: The robot and what is around it, with the clearance to keep.
+        required: The curve, the frame, and how near it must stay: `follows_curve(...)`.
+        start: Name of a state, joint -> position [rad | m], or positions of all joints. With
+            `Begin.ANY_BRANCH` it only says where the joints outside the group are, and what is near.
+        group: The planning group; may be left out where the robot has one only.
+        options: Where it may begin, what to do where it is blocked, speeds.
+        rng: Draws postures and starts of searches; a fixed seed when None, so that the answer is the same
+            every time.
+
+    Returns:
+        How far the curve is followed, why not farther, and the motion with its certificate.
+
+    Raises:
+        ProblemError: If the curve cannot be asked of this robot.
+        NameNotFound: If a frame, group or state is unknown.
+    """
+    if options.avoid is not Avoid.STOP:
+        raise ProblemError("follow cannot deviate yet")
+    problem = Problem(
+        scene=scene,
+        group=group,
+        start=start,
+        goal=required,
+        velocity_scaling=options.velocity_scaling,
+        acceleration_scaling=options.acceleration_scaling,
+        tool_speed=options.tool_speed,
+        name="curve",
+    )
+    return _Following(problem, required, options, rng or np.random.default_rng(0)).run()
+
+
+@dataclass(eq=False)
+class _Following:
+    """One curve that is followed: what has been done so far."""
+
+    problem: Problem
+    required: FollowsCurve
+    options: FollowOptions
+    rng: np.random.Generator
+    counts: Counts = field(default_factory=Counts)
+    seconds: dict[str, float] = field(default_factory=dict[str, float])
+    programs: int = 0
+
+    def run(self) -> Followed:
+        """Choose where to begin, find the way that gets farthest, time it and have it judged."""
+        reduced = self.problem.reduced
+        self.on_curve = OnCurve(reduced, self.required, query_of(reduced, self.counts))
+        with self._stage("start"):
+            starts, refusal = self._starts()
+        if refusal is not None:
+            return self._nothing(refusal)
+        with self._stage("track"):
+            way, why = self._farthest(starts)
+        if why is None or self.on_curve.redundant:
+            with self._stage("program"):
+                way, why = self._as_program(way, why)
+        if way.reached < LEAST * self.required.until:
+            assert why is not None
+            return self._nothing(why)
+        return self._motion(way, why)
+
+    def _starts(self) -> tuple[Floats, Stop | None]:
+        """Return configurations to begin in, shape (b, n), or why there is none."""
+        reduced, on_curve = self.problem.reduced, self.on_curve
+        nothing = np.empty((0, len(reduced.joint_names)))
+        if self.options.begin is Begin.ANY_BRANCH:
+            found = beginnings(on_curve, most=self.options.branches, rng=self.rng, counts=self.counts)
+            if len(found) == 0:
+                return nothing, stop(on_curve, Cause.NO_START, 0.0, "none of the configurations tried")
+            return found, None
+        seen = Judge(reduced).examine(reduced.start_positions, moment=Moment.START)
+        if seen.out_of_limits:
+            text = reasons.out_of_limits(seen)
+            return nothing, stop(on_curve, Cause.START_OUT_OF_LIMITS, 0.0, text)
+        if seen.collisions:
+            worst = seen.collisions[0]
+            return nothing, stop(
+                on_curve,
+                Cause.START_IN_COLLISION,
+                0.0,
+                reasons.collisions(seen),
+                pair=(worst.first, worst.second),
+                amount=-worst.distance,
+            )
+        start = reduced.start_positions[None]
+        position, turn = on_curve.off(start, np.zeros(1))
+        allowed = self.required.position_tolerance, self.required.rotation_tolerance
+        if position[0] > START_SHARE * allowed[0] or turn[0] > START_SHARE * allowed[1]:
+            text = f"{self.required.frame} is {position[0]:.4g} m and {turn[0]:.4g} rad away from it"
+            return nothing, stop(on_curve, Cause.START_OFF_CURVE, 0.0, text)
+        return start, None
+
+    def _farthest(self, starts: Floats) -> tuple[Track, Stop | None]:
+        """Track the curve from all starts, drifting to postures if need be: the way that gets farthest."""
+        limits = self.problem.reduced.limits
+        stations, still = stations_of(self.on_curve), np.full_like(starts, np.nan)
+        best = self._best(track(self.on_curve, stations, starts, still))
+        if best[1] is None or not self.on_curve.redundant:
+            return best
+        low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+        high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+        drawn = self.rng.uniform(low, high, (POSTURES, len(low)))
+        for posture in ((low + high) / 2.0, *drawn):
+            other = self._best(track(self.on_curve, stations, starts, np.tile(posture, (len(starts), 1))))
+            best = max(best, other, key=lambda found: found[0].reached)
+            if best[1] is None:
+                break
+        return best
+
+    def _best(self, tracks: list[Track]) -> tuple[Track, Stop | None]:
+        """Return the clear part of the track that gets farthest; of equals the one that moves least."""
+        found: list[tuple[Track, Stop | None]] = []
+        for each in tracks:
+            clear = clear_part(self.on_curve, each)
+            found.append((self._shortened(each, clear.until), clear.stop))
+        length = self.required.until
+        velocity = self.problem.limits.velocity
+
+        def rank(item: tuple[Track, Stop | None]) -> tuple[float, float]:
+            travel = np.abs(np.diff(item[0].positions, axis=0)) / velocity
+            return round(item[0].reached / length / FREEST), -float(travel.sum(axis=0).max())
+
+        way, why = max(found, key=rank)
+        if why is None:
+            why = untracked(self.on_curve, way, self.rng)
+        return way, why
+
+    def _shortened(self, way: Track, until: float) -> Track:
+        """Return the part of a track up to a place, which becomes its last station."""
+        if until >= way.reached:
+            return way
+        kept = way.until(until)
+        if until - kept.reached < LEAST * self.required.until:
+            return kept
+        stations = np.append(kept.stations, until)
+        return resampled(self.on_curve, way, stations)
+
+    def _as_program(self, way: Track, why: Stop | None) -> tuple[Track, Stop | None]:
+        """Plan the whole line at once; return its way if it gets at least as far, else the tracked one."""
+        if not self.on_curve.redundant:
+            return way, why
+        guess = self._whole_guess(way)
+        solved = on_the_curve(self._beginning(way), self.required, guess)
+        self.programs += 1
+        (planned, blocked) = self._checked(Track(guess.stations, solved.x))
+        if planned.reached < way.reached * (1.0 - FREEST):
+            return way, why
+        return planned, blocked
+
+    def _whole_guess(self, way: Track) -> Track:
+        """Return a first guess of the whole line: the way as far as it goes, then what its end leads to."""
+        stations = knot_stations(self.required)
+        inside = stations <= way.reached
+        if len(way.stations) < 3:
+            return Track(stations, np.tile(way.positions[0], (len(stations), 1)))
+        known = resampled(self.on_curve, way, stations[inside])
+        rest = self.on_curve(np.tile(way.positions[-1], (int((~inside).sum()), 1)), stations[~inside])
+        return Track(stations, np.concatenate((known.positions, rest.positions)))
+
+    def _checked(self, planned: Track) -> tuple[Track, Stop | None]:
+        """Move knots of a program on to the curve and see how far they are continuous and clear."""
+        on_curve = self.on_curve
+        fine = stations_of(on_curve)
+        dense = resampled(on_curve, planned, fine)
+        held = on_curve(dense.positions, fine)
+        moved = np.abs(np.diff(held.positions, axis=0)).max(axis=1)
+        good = held.held & (np.append(0.0, moved) <= 2.0 * FARTHEST)
+        good[0] = True
+        kept = int(np.argmin(good)) if not good.all() else len(good)
+        positions = np.concatenate((planned.positions[:1], held.positions[1:kept]))
+        way = Track(fine[:kept], positions)
+        clear = clear_part(on_curve, way)
+        way = self._shortened(way, clear.until)
+        why = clear.stop or untracked(on_curve, way, self.rng)
+        return way, why
+
+    def _beginning(self, way: Track) -> Problem:
+        """Return the problem with the start where a way begins."""
+        reduced = self.problem.reduced
+        return replace(self.problem, start=readonly(reduced.all_positions(way.positions[0])))
+
+    def _motion(self, way: Track, why: Stop | None) -> Followed:
+        """Time the way and have the motion judged; with less tolerance if it is refused."""
+        whole = self.required
+        got = whole if why is None else replace(whole, until=way.reached)
+        problem = replace(self._beginning(way), goal=got, constraints=(got,))
+        on_curve = OnCurve(problem.reduced, got, self.on_curve.query)
+        judge = Judge(problem.reduced)
+        allowed = on_curve.allowed
+        path: Path | None = None
+        timed: Retimed | None = None
+        certificate: Certificate | None = None
+        for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
+            with self._stage("densify"):
+                dense = densified(on_curve, way, tolerance=chord * allowed)
+            path = Path(problem.reduced.joint_names, readonly(dense.positions))
+            with self._stage("retime"):
+                found = timed_along(problem, on_curve, path, tolerance=rounding * allowed)
+            if isinstance(found, RetimeFailure):
+                at = found.place * got.until
+                failed = stop(on_curve, Cause.NO_TIMING, at, found.reason, joint=found.joint)
+                return self._result(problem, 0.0, failed, path=path)
+            timed = found
+            with self._stage("verify"):
+                certificate = judge.verify(
+                    timed.trajectory,
+                    goals=problem.goals,
+                    constraints=problem.requirements,
+                    tool_speeds=problem.tool_speeds,
+                    limits=problem.limits,
+                )
+            if certificate.verified:
+                break
+        assert certificate is not None
+        if not certificate.verified:
+            why = stop(on_curve, Cause.NOT_VERIFIED, 0.0, reasons.not_verified(certificate))
+        fraction = got.fraction if certificate.verified else 0.0
+        return self._result(problem, fraction, why, path=path, timed=timed, certificate=certificate)
+
+    def _nothing(self, why: Stop) -> Followed:
+        return self._result(self.problem, 0.0, why)
+
+    def _result(
+        self,
+        problem: Problem,
+        fraction: float,
+        why: Stop | None,
+        *,
+        path: Path | None = None,
+        timed: Retimed | None = None,
+        certificate: Certificate | None = None,
+    ) -> Followed:
+        counts = self.counts
+        return Followed(
+            problem=problem,
+            required=self.required,
+            fraction=fraction,
+            stop=why,
+            path=path,
+            timed=timed,
+            certificate=certificate,
+            counts={
+                "programs": self.programs,
+                "distance_calls": counts.distances,
+                "forward_kinematics": counts.forward_kinematics,
+                "judge_distance_calls": 0 if certificate is None else certificate.counts.distances,
+            },
+            cpu_seconds=dict(self.seconds),
+        )
+
+    @contextmanager
+    def _stage(self, name: str) -> Generator[None]:
+        begin = time.process_time()
+        yield
+        self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin

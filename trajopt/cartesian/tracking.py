@@ -1,0 +1,124 @@
+"""Tracking a curve from a configuration at its beginning: step by step, without jumps, branches side by side.
+
+Where the curve leaves the joints a choice they drift towards a posture; what is found is the first guess of
+the program that plans the whole line at once (`trajopt.cartesian.program`).
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.cartesian.on_curve import OnCurve
+
+STEP = 0.01
+"""Length of a step along the curve [m]."""
+MOST_STEPS = 400
+"""Steps along a curve at most."""
+LEAST_STEPS = 8
+"""Steps along a curve at least."""
+FARTHEST = 0.2
+"""A joint that moves farther in one step may have jumped: shorter steps tell [rad | m]."""
+HALVINGS = 10
+"""How often a step is halved before what is left of it counts as a jump."""
+DRIFT = 4.0
+"""How fast joints drift to their posture, per metre along the curve [1/m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """A way of the joints along a curve.
+
+    Attributes:
+        stations: Places along the curve, increasing from 0, shape (m,) [m].
+        positions: Configurations there, shape (m, n) [rad | m].
+    """
+
+    stations: Floats
+    positions: Floats
+
+    @property
+    def reached(self) -> float:
+        """How far it gets along the curve [m]."""
+        return float(self.stations[-1])
+
+    def until(self, s: float) -> "Track":
+        """Return the part up to a station that is not beyond a length [m]."""
+        kept = max(int(np.searchsorted(self.stations, s + 1e-12, side="right")), 1)
+        return Track(self.stations[:kept], self.positions[:kept])
+
+
+def stations_of(on_curve: OnCurve) -> Floats:
+    """Return places along the curve that are about a step apart, the joints of its pieces among them."""
+    edges = on_curve.required.curve.edges
+    until = on_curve.required.until
+    edges = np.append(edges[edges < until], until)
+    step = max(STEP, until / MOST_STEPS)
+    least = int(np.ceil(LEAST_STEPS / max(len(edges) - 1, 1)))
+    spans = np.diff(edges)
+    parts = np.maximum(np.ceil(spans / step), least)
+    # The whole part of a count is the number of a piece, and the rest of it where in the piece.
+    counted = np.interp(np.arange(int(parts.sum())), np.append(0.0, np.cumsum(parts)), np.arange(len(edges)))
+    return np.append(np.interp(counted, np.arange(len(edges)), edges), until)
+
+
+def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> list[Track]:
+    """Track the curve from several configurations at its beginning.
+
+    Args:
+        on_curve: The curve and the arm.
+        stations: Places along the curve, increasing from 0, shape (m,) [m].
+        begin: Configurations at the first of them, shape (b, n) [rad | m].
+        pull: For each a posture that it drifts to, shape (b, n); not a number where it does not.
+
+    Returns:
+        For each how far it got, and by which way.
+    """
+    count = len(begin)
+    q, alive = begin.copy(), np.ones(count, dtype=np.bool_)
+    places: list[list[float]] = [[float(stations[0])] for _ in range(count)]
+    ways: list[list[Floats]] = [[begin[branch]] for branch in range(count)]
+    for s, after in pairwise(stations.tolist()):
+        going = np.flatnonzero(alive)
+        if len(going) == 0:
+            break
+        now = q[going]
+        guess = now + _drift(on_curve, now, s, after - s, pull[going])
+        ended = on_curve(guess, np.full(len(going), after))
+        smooth = ended.held & (np.abs(ended.positions - now).max(axis=1) <= FARTHEST)
+        for row, branch in enumerate(map(int, going)):
+            if smooth[row]:
+                reached, place = ended.positions[row], after
+            else:
+                reached, place = _finely(on_curve, now[row], s, after)
+                alive[branch] = place == after
+            if place > s:
+                q[branch] = reached
+                places[branch].append(place)
+                ways[branch].append(reached)
+    return [Track(np.array(place), np.array(way)) for place, way in zip(places, ways, strict=True)]
+
+
+def _drift(on_curve: OnCurve, q: Floats, s: float, step: float, pull: Floats) -> Floats:
+    drifting = np.isfinite(pull).all(axis=1)
+    moved = np.zeros_like(q)
+    if on_curve.redundant and drifting.any():
+        wish = np.clip((pull - q)[drifting] * DRIFT * step, -DRIFT * step, DRIFT * step)
+        moved[drifting] = on_curve.free_motion(q[drifting], np.full(int(drifting.sum()), s), wish)
+    return moved
+
+
+def _finely(on_curve: OnCurve, q: Floats, begin: float, end: float) -> tuple[Floats, float]:
+    """Step on by halved steps: the last configuration that is reached without a jump, and its place."""
+    s, step, least = begin, end - begin, (end - begin) / 2**HALVINGS
+    while s < end and step >= least:
+        after = end if s + step >= end - 0.5 * least else s + step
+        ended = on_curve(q[None], np.array((after,)))
+        moved = float(np.abs(ended.positions[0] - q).max())
+        if ended.held[0] and moved <= FARTHEST * max(step / (end - begin), 0.05) * 4.0:
+            q, s = ended.positions[0], after
+            step = min(2.0 * step, end - begin)
+        else:
+            step /= 2.0
+    return q, s

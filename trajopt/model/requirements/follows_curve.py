@@ -1,0 +1,106 @@
+"""A frame that follows a curve from its beginning."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from trajopt.arrays import Floats, floats, number
+from trajopt.errors import ProblemError
+from trajopt.model.curve import Curve
+from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
+
+CURVE_POSITION = 1e-4
+"""Default distance from the curve [m]."""
+CURVE_ROTATION = float(np.radians(0.1))
+"""Default angle from the curve's orientation [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class FollowsCurve(Requirement):
+    """A point of a frame runs along a curve, from its beginning, never backwards, to a length along it.
+
+    At each time t there is a place s(t) of the curve, not before those of earlier times, that the frame is
+    within the tolerances of.
+
+    Attributes:
+        frame: Link, tool frame or attached object.
+        curve: What is followed, seen from `reference`.
+        position_tolerance: Largest distance from the place on the curve [m].
+        rotation_tolerance: Largest angle from the orientation there [rad]; inf leaves it free.
+        until: How far the frame gets along the curve [m].
+        spin: Axis in the frame about which it may turn as it likes, shape (3,), of length one; None for none.
+        reference: "world", or a scene object or link that the curve is seen from.
+        offset: The point, in the frame, shape (3,) [m].
+    """
+
+    frame: str
+    curve: Curve
+    position_tolerance: float
+    rotation_tolerance: float
+    until: float
+    spin: Floats | None
+    reference: str
+    offset: Floats
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """Frame and reference."""
+        return (self.frame, self.reference)
+
+    @property
+    def fraction(self) -> float:
+        """Part of the curve that is asked for."""
+        return self.until / self.curve.length
+
+    def __repr__(self) -> str:
+        """Show frame, curve and tolerances."""
+        turned = f" and {np.degrees(self.rotation_tolerance):.4g} deg"
+        spin = "" if self.spin is None else f", free to spin about {self.spin.tolist()}"
+        return (
+            f"FollowsCurve({self.frame!r} along {self.fraction:.4g} of {self.curve} in {self.reference!r}, "
+            f"within {self.position_tolerance:g} m{turned if np.isfinite(self.rotation_tolerance) else ''}"
+            f"{spin})"
+        )
+
+
+def follows_curve(
+    frame: str,
+    curve: Curve,
+    *,
+    position_tolerance: float = CURVE_POSITION,
+    rotation_tolerance: float = CURVE_ROTATION,
+    until: float | None = None,
+    spin: ArrayLike | None = None,
+    reference: str = WORLD,
+    offset: ArrayLike = (0.0, 0.0, 0.0),
+) -> FollowsCurve:
+    """Require a frame to follow a curve from its beginning, never backwards, at all times.
+
+    Args:
+        frame: Link, tool frame or attached object.
+        curve: What is followed, seen from `reference`.
+        position_tolerance: Largest distance from the place on the curve [m].
+        rotation_tolerance: Largest angle from the orientation there [rad]; inf leaves it free.
+        until: How far along the curve [m]; to its end when None.
+        spin: Axis in the frame about which it may turn as it likes; none when None.
+        reference: "world", or the name of what the curve is seen from.
+        offset: The point, in the frame's coordinates, shape (3,) [m].
+
+    Raises:
+        ShapeError: If a number is not usable.
+        ProblemError: If a tolerance is not positive or the length is not on the curve.
+    """
+    end = curve.length if until is None else number("until", until)
+    if not 0.0 <= end <= curve.length:
+        raise ProblemError(f"until must lie on the curve, in [0, {curve.length:.6g}] m, is {end:g}")
+    return FollowsCurve(
+        frame,
+        curve,
+        positive("position_tolerance", position_tolerance),
+        positive("rotation_tolerance", rotation_tolerance, infinite=True),
+        end,
+        None if spin is None else direction_of("spin", spin),
+        reference,
+        floats("offset", offset, (3,)),
+    )
