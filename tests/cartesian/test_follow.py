@@ -8,6 +8,7 @@ import pytest
 
 import trajopt as to
 from trajopt.cartesian import (
+    Avoid,
     Begin,
     Cause,
     Curve,
@@ -171,3 +172,33 @@ def test_bad_input_is_refused() -> None:
         )
     with pytest.raises(ProblemError, match="tube"):
         FollowOptions(tube=0.1)
+
+
+def deviating(tube: float) -> FollowOptions:
+    return FollowOptions(avoid=Avoid.DEVIATE, tube=tube)
+
+
+def test_a_blocked_line_is_left_no_farther_than_needed() -> None:
+    """A ball of 4 cm on the line: the fingers are wider than thick, so 5 to 8 cm must do."""
+    way = line(at(), at(0.1, 0.4, 0.0))
+    ball = to.Scene(panda()).add("ball", to.Sphere(0.04), at(0.05, 0.2, 0.0))
+    result = followed(way, ball, options=deviating(0.15))
+    assert result.complete
+    assert result.around is not None
+    assert "ball" in (result.around.pair or ())
+    assert 0.04 < result.deviation < 0.08
+    points = tips(result)
+    measured = np.linalg.norm(
+        points - way(np.linspace(0.0, way.length, 3001)).translation[:, None], axis=2
+    ).min(axis=0)
+    assert measured.max() <= result.deviation + 1e-4
+    assert points[-1] == pytest.approx(way.placement(way.length).translation, abs=TENTH)
+    assert result.turn <= np.radians(0.1)
+    assert "ball" in result.explain()
+    narrow = followed(way, ball, options=deviating(0.02))
+    assert not narrow.complete
+    assert narrow.stop is not None
+    assert narrow.stop.cause is Cause.COLLISION
+    free = followed(way, options=deviating(0.15))
+    assert free.around is None
+    assert free.deviation <= TENTH

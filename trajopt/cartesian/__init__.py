@@ -7,6 +7,9 @@ from trajopt.cartesian.curves import joined as joined
 from trajopt.cartesian.curves import line as line
 from trajopt.cartesian.curves import polyline as polyline
 from trajopt.cartesian.curves import spline as spline
+from trajopt.cartesian.execution import Executed as Executed
+from trajopt.cartesian.execution import execute as execute
+from trajopt.cartesian.files import read_poses as read_poses
 from trajopt.cartesian.following import follow as follow
 from trajopt.cartesian.options import Avoid as Avoid
 from trajopt.cartesian.options import Begin as Begin

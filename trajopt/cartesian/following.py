@@ -11,6 +11,7 @@ from trajopt import reasons
 from trajopt.arrays import Floats, readonly
 from trajopt.cartesian.blocked import clear_part, stop, untracked
 from trajopt.cartesian.dense import densified, resampled
+from trajopt.cartesian.deviate import SIDES, detours
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.options import Avoid, Begin, FollowOptions
 from trajopt.cartesian.program import knot_stations, on_the_curve
@@ -18,7 +19,6 @@ from trajopt.cartesian.result import Cause, Followed, Stop
 from trajopt.cartesian.starts import beginnings
 from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import FARTHEST, Track, stations_of, track
-from trajopt.errors import ProblemError
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
 from trajopt.problem import Problem
@@ -75,8 +75,6 @@ def follow(
         ProblemError: If the curve cannot be asked of this robot.
         NameNotFound: If a frame, group or state is unknown.
     """
-    if options.avoid is not Avoid.STOP:
-        raise ProblemError("follow cannot deviate yet")
     problem = Problem(
         scene=scene,
         group=group,
@@ -115,6 +113,10 @@ class _Following:
         if why is None or self.on_curve.redundant:
             with self._stage("program"):
                 way, why = self._as_program(way, why)
+        if why is not None and self.options.avoid is Avoid.DEVIATE:
+            around = self._around(starts, why)
+            if around is not None:
+                return around
         if way.reached < LEAST * self.required.until:
             assert why is not None
             return self._nothing(why)
@@ -241,42 +243,65 @@ class _Following:
         return replace(self.problem, start=readonly(reduced.all_positions(way.positions[0])))
 
     def _motion(self, way: Track, why: Stop | None) -> Followed:
-        """Time the way and have the motion judged; with less tolerance if it is refused."""
-        whole = self.required
-        got = whole if why is None else replace(whole, until=way.reached)
+        """Time the way and have the motion judged."""
+        got = self.required if why is None else replace(self.required, until=way.reached)
         problem = replace(self._beginning(way), goal=got, constraints=(got,))
         on_curve = OnCurve(problem.reduced, got, self.on_curve.query)
-        judge = Judge(problem.reduced)
-        allowed = on_curve.allowed
-        path: Path | None = None
-        timed: Retimed | None = None
-        certificate: Certificate | None = None
-        for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
-            with self._stage("densify"):
-                dense = densified(on_curve, way, tolerance=chord * allowed)
-            path = Path(problem.reduced.joint_names, readonly(dense.positions))
-            with self._stage("retime"):
-                found = timed_along(problem, on_curve, path, tolerance=rounding * allowed)
-            if isinstance(found, RetimeFailure):
-                at = found.place * got.until
-                failed = stop(on_curve, Cause.NO_TIMING, at, found.reason, joint=found.joint)
-                return self._result(problem, 0.0, failed, path=path)
-            timed = found
-            with self._stage("verify"):
-                certificate = judge.verify(
-                    timed.trajectory,
-                    goals=problem.goals,
-                    constraints=problem.requirements,
-                    tool_speeds=problem.tool_speeds,
-                    limits=problem.limits,
-                )
-            if certificate.verified:
-                break
+        path, timed, certificate = self._timed(problem, on_curve, way)
+        if isinstance(timed, RetimeFailure):
+            failed = stop(on_curve, Cause.NO_TIMING, timed.place * got.until, timed.reason, joint=timed.joint)
+            return self._result(problem, 0.0, failed, path=path)
         assert certificate is not None
         if not certificate.verified:
             why = stop(on_curve, Cause.NOT_VERIFIED, 0.0, reasons.not_verified(certificate))
         fraction = got.fraction if certificate.verified else 0.0
         return self._result(problem, fraction, why, path=path, timed=timed, certificate=certificate)
+
+    def _timed(
+        self, problem: Problem, on_curve: OnCurve, way: Track
+    ) -> tuple[Path, Retimed | RetimeFailure, Certificate | None]:
+        """Lay knots along a way, time them and have the motion judged; more tightly if it is refused."""
+        tries: list[tuple[Path, Retimed, Certificate]] = []
+        for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
+            with self._stage("densify"):
+                dense = densified(on_curve, way, tolerance=chord * on_curve.allowed)
+            path = Path(problem.reduced.joint_names, readonly(dense.positions))
+            with self._stage("retime"):
+                found = timed_along(problem, on_curve, path, tolerance=rounding * on_curve.allowed)
+            if isinstance(found, RetimeFailure):
+                return path, found, None
+            with self._stage("verify"):
+                certificate = self._judged(problem, found)
+            tries.append((path, found, certificate))
+            if certificate.verified:
+                break
+        return tries[-1]
+
+    def _around(self, starts: Floats, why: Stop) -> Followed | None:
+        """Go around what blocks the curve, inside the tube; None if no way is found and proven."""
+        tube = self.options.tube
+        with self._stage("deviate"):
+            found = detours(self.problem, self.on_curve, starts, tube)
+            self.programs += SIDES + 1
+        wide = replace(self.required, position_tolerance=tube)
+        for detour in found:
+            problem = replace(self._beginning(detour.way), constraints=(wide,))
+            on_detour = OnCurve(problem.reduced, detour.required, self.on_curve.query)
+            path, timed, certificate = self._timed(problem, on_detour, detour.way)
+            if isinstance(timed, Retimed) and certificate is not None and certificate.verified:
+                return self._result(
+                    problem, 1.0, None, path=path, timed=timed, certificate=certificate, around=why
+                )
+        return None
+
+    def _judged(self, problem: Problem, timed: Retimed) -> Certificate:
+        return Judge(problem.reduced).verify(
+            timed.trajectory,
+            goals=problem.goals,
+            constraints=problem.requirements,
+            tool_speeds=problem.tool_speeds,
+            limits=problem.limits,
+        )
 
     def _nothing(self, why: Stop) -> Followed:
         return self._result(self.problem, 0.0, why)
@@ -290,6 +315,7 @@ class _Following:
         path: Path | None = None,
         timed: Retimed | None = None,
         certificate: Certificate | None = None,
+        around: Stop | None = None,
     ) -> Followed:
         counts = self.counts
         return Followed(
@@ -297,6 +323,7 @@ class _Following:
             required=self.required,
             fraction=fraction,
             stop=why,
+            around=around,
             path=path,
             timed=timed,
             certificate=certificate,

@@ -102,6 +102,11 @@ class OnCurve:
         turn = np.linalg.norm(value[:, 3:], axis=1) / self.turn_length
         return np.linalg.norm(value[:, :3], axis=1), turn
 
+    def points(self, positions: Floats) -> Floats:
+        """Return where the frame's point is at configurations (S, n), seen from the reference, (S, 3) [m]."""
+        need, motion = self.required, Motion.each(positions, self.query)
+        return relative_frame(self.reduced, motion, need.frame, need.reference, need.offset).point
+
     def apart(self, first: Floats, second: Floats) -> Floats:
         """Tell how far the frame at some configurations (S, n) is from that at others, shape (S,) [m]."""
         need = self.required

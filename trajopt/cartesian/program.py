@@ -28,7 +28,9 @@ HELD = 0.5
 """Share of the tolerances that knots may use: they are moved on to the curve afterwards."""
 ROOM = 0.9
 """Share of the tube that knots may use."""
-NEARNESS = 300.0
+END = 0.01
+"""Share of the tube that the last knot may be off: it is moved on to the curve afterwards."""
+NEARNESS = 1000.0
 """Weight of squared distances from the curve inside a tube [1/m^2]."""
 
 
@@ -85,7 +87,7 @@ def in_a_tube(problem: Problem, required: FollowsCurve, tube: float, guess: Trac
     """Plan the whole line inside a tube around the curve, as near to the curve as may be.
 
     Args:
-        problem: Start, scene and limits; its goal is the end of the curve.
+        problem: Start, scene and limits.
         required: The curve.
         tube: Radius of the tube [m].
         guess: The first guess, at the stations that `knot_stations` tells.
@@ -97,7 +99,8 @@ def in_a_tube(problem: Problem, required: FollowsCurve, tube: float, guess: Trac
     smallest = min(0.02 * tube, 0.25 * required.rotation_tolerance)
     held = constraint(error, lower=-bound, upper=bound, tolerance=smallest)
     costs = (*(problem.costs or ()), Cost(Offset(error), weight=NEARNESS))
-    return _solve(problem, (held,), costs, guess)
+    end = replace(required, position_tolerance=max(END * tube, required.position_tolerance))
+    return _solve(replace(problem, goal=end), (held,), costs, guess)
 
 
 def _solve(

@@ -63,6 +63,7 @@ class Followed:
         required: The whole curve, as it was asked for.
         fraction: Part of the curve that is followed, judged where there is a verified motion.
         stop: Why not more; None if the whole curve is followed.
+        around: What was gone around inside the tube, where the curve is blocked; None if nothing was.
         path: Knots of the joints; None if not even the beginning could be done.
         timed: The motion.
         certificate: The judge's verdict on it.
@@ -74,6 +75,7 @@ class Followed:
     required: FollowsCurve
     fraction: float
     stop: Stop | None
+    around: Stop | None
     path: Path | None
     timed: Retimed | None
     certificate: Certificate | None
@@ -136,6 +138,8 @@ class Followed:
         if self.verified:
             turn = f" and {self.turn:.3g} rad" if self.turn > 0.0 else ""
             got += f", proven, within {self.deviation * 1000.0:.3g} mm{turn}"
+        if self.around is not None:
+            got += f", around what blocks it {self.around.at:.4f} m along the curve ({self.around.message})"
         if self.stop is None:
             return got
         after = f"after pose {self.stop.pose}, {self.stop.at:.4f} m along the curve"
