@@ -81,6 +81,14 @@ def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
     return tapered_margins(query, max(len(found.stations), 2), goal, found.reached / CAUTIOUS)
 
 
+def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
+    """Return the clearance that pairs keep on the way: their margins, or what the starts have, shape (p,)."""
+    margin = on_curve.reduced.pairs.margin - CLEARANCE_TOLERANCE
+    contacts = on_curve.query.near(starts, margin)
+    np.minimum.at(margin, contacts.pair, contacts.distance - CLEARANCE_TOLERANCE)
+    return margin
+
+
 def _first_blocked(
     on_curve: OnCurve, positions: Floats, places: Floats, margin: TaperedMargins
 ) -> _Blocked | None:

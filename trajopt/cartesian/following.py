@@ -9,13 +9,14 @@ import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats, readonly
-from trajopt.cartesian.blocked import clear_part, stop, untracked
+from trajopt.cartesian.blocked import clear_part, start_margins, stop, untracked
 from trajopt.cartesian.dense import densified, resampled
 from trajopt.cartesian.deviate import SIDES, detours
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.options import Avoid, Begin, FollowOptions
 from trajopt.cartesian.program import knot_stations, on_the_curve
 from trajopt.cartesian.result import Cause, Followed, Stop
+from trajopt.cartesian.self_motion import SelfMotions
 from trajopt.cartesian.starts import beginnings
 from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import FARTHEST, Track, stations_of, track
@@ -39,9 +40,26 @@ refuses the motion."""
 ROUNDINGS = (0.6, 0.4, 0.2)
 """The same for how far timing may leave these lines."""
 POSTURES = 3
-"""Random postures that a redundant arm drifts to, where the first ways do not get to the end."""
+"""Random postures that an arm with several joints to spare drifts to, to get farther."""
 FREEST = 1e-3
 """Two ways that get equally far to this part of the curve are told apart by their travel."""
+
+
+def _still(starts: Floats) -> Floats:
+    """No posture to drift to."""
+    return np.full_like(starts, np.nan)
+
+
+def _continuous(on_curve: OnCurve, planned: Track) -> Track:
+    """Move the knots of a program on to the curve, and keep them up to the first jump."""
+    stations = stations_of(on_curve)
+    dense = resampled(on_curve, planned, stations)
+    there = on_curve(dense.positions, stations)
+    moved = np.abs(np.diff(dense.positions, axis=0)).max(axis=1)
+    good = there.held & (np.append(0.0, moved) <= 2.0 * FARTHEST)
+    good[0] = True
+    kept = len(good) if good.all() else int(np.argmin(good))
+    return Track(stations[:kept], dense.positions[:kept])
 
 
 def follow(
@@ -109,8 +127,11 @@ class _Following:
         if refusal is not None:
             return self._nothing(refusal)
         with self._stage("track"):
-            way, why = self._farthest(starts)
-        if why is None or self.on_curve.redundant:
+            way, why = self._best(track(self.on_curve, stations_of(self.on_curve), starts, _still(starts)))
+        if why is not None and self.on_curve.spare:
+            with self._stage("look ahead"):
+                way, why = self._looking_ahead(starts, way, why)
+        if self.on_curve.spare:
             with self._stage("program"):
                 way, why = self._as_program(way, why)
         if why is not None and self.options.avoid is Avoid.DEVIATE:
@@ -153,22 +174,32 @@ class _Following:
             return nothing, stop(on_curve, Cause.START_OFF_CURVE, 0.0, text)
         return start, None
 
-    def _farthest(self, starts: Floats) -> tuple[Track, Stop | None]:
-        """Track the curve from all starts, drifting to postures if need be: the way that gets farthest."""
-        limits = self.problem.reduced.limits
-        stations, still = stations_of(self.on_curve), np.full_like(starts, np.nan)
-        best = self._best(track(self.on_curve, stations, starts, still))
-        if best[1] is None or not self.on_curve.redundant:
-            return best
-        low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-        high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
-        drawn = self.rng.uniform(low, high, (POSTURES, len(low)))
-        for posture in ((low + high) / 2.0, *drawn):
-            other = self._best(track(self.on_curve, stations, starts, np.tile(posture, (len(starts), 1))))
-            best = max(best, other, key=lambda found: found[0].reached)
-            if best[1] is None:
-                break
-        return best
+    def _looking_ahead(self, starts: Floats, way: Track, why: Stop) -> tuple[Track, Stop | None]:
+        """Use the joints to spare to get farther than straight tracking does."""
+        on_curve, stations = self.on_curve, stations_of(self.on_curve)
+        found: list[tuple[Track, Stop | None]] = [(way, why)]
+        if on_curve.spare == 1:
+            margin = start_margins(on_curve, starts)
+            found.append(self._onward(SelfMotions(on_curve, margin).farthest(stations, starts)))
+        else:
+            limits = self.problem.reduced.limits
+            low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+            high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+            for posture in ((low + high) / 2.0, *self.rng.uniform(low, high, (POSTURES, len(low)))):
+                drifting = np.tile(posture, (len(starts), 1))
+                found.append(self._best(track(on_curve, stations, starts, drifting)))
+                if found[-1][1] is None:
+                    break
+        return max(found, key=lambda item: item[0].reached)
+
+    def _onward(self, way: Track) -> tuple[Track, Stop | None]:
+        """Go on from the end of a way by tracking, which tells what stops it there."""
+        stations = stations_of(self.on_curve)
+        rest = np.append(way.reached, stations[stations > way.reached])
+        last = way.positions[-1:]
+        (more,) = track(self.on_curve, rest, last, _still(last))
+        stations = np.concatenate((way.stations, more.stations[1:]))
+        return self._best([Track(stations, np.concatenate((way.positions, more.positions[1:])))])
 
     def _best(self, tracks: list[Track]) -> tuple[Track, Stop | None]:
         """Return the clear part of the track that gets farthest; of equals the one that moves least."""
@@ -199,43 +230,20 @@ class _Following:
         return resampled(self.on_curve, way, stations)
 
     def _as_program(self, way: Track, why: Stop | None) -> tuple[Track, Stop | None]:
-        """Plan the whole line at once; return its way if it gets at least as far, else the tracked one."""
-        if not self.on_curve.redundant:
+        """Plan what is followed as one program; return its way if it gets at least as far."""
+        if way.reached < LEAST * self.required.until:
             return way, why
-        guess = self._whole_guess(way)
-        solved = on_the_curve(self._beginning(way), self.required, guess)
+        part = replace(self.required, until=way.reached)
+        on_part = OnCurve(self.on_curve.reduced, part, self.on_curve.query)
+        problem = replace(self._beginning(way), goal=part)
+        guess = resampled(on_part, way, knot_stations(part))
+        solved = on_the_curve(problem, part, guess)
         self.programs += 1
-        (planned, blocked) = self._checked(Track(guess.stations, solved.x))
-        if planned.reached < way.reached * (1.0 - FREEST):
+        planned = _continuous(on_part, Track(guess.stations, solved.x))
+        clear = clear_part(on_part, planned)
+        if clear.stop is not None or planned.reached < way.reached:
             return way, why
-        return planned, blocked
-
-    def _whole_guess(self, way: Track) -> Track:
-        """Return a first guess of the whole line: the way as far as it goes, then what its end leads to."""
-        stations = knot_stations(self.required)
-        inside = stations <= way.reached
-        if len(way.stations) < 3:
-            return Track(stations, np.tile(way.positions[0], (len(stations), 1)))
-        known = resampled(self.on_curve, way, stations[inside])
-        rest = self.on_curve(np.tile(way.positions[-1], (int((~inside).sum()), 1)), stations[~inside])
-        return Track(stations, np.concatenate((known.positions, rest.positions)))
-
-    def _checked(self, planned: Track) -> tuple[Track, Stop | None]:
-        """Move knots of a program on to the curve and see how far they are continuous and clear."""
-        on_curve = self.on_curve
-        fine = stations_of(on_curve)
-        dense = resampled(on_curve, planned, fine)
-        held = on_curve(dense.positions, fine)
-        moved = np.abs(np.diff(held.positions, axis=0)).max(axis=1)
-        good = held.held & (np.append(0.0, moved) <= 2.0 * FARTHEST)
-        good[0] = True
-        kept = int(np.argmin(good)) if not good.all() else len(good)
-        positions = np.concatenate((planned.positions[:1], held.positions[1:kept]))
-        way = Track(fine[:kept], positions)
-        clear = clear_part(on_curve, way)
-        way = self._shortened(way, clear.until)
-        why = clear.stop or untracked(on_curve, way, self.rng)
-        return way, why
+        return planned, why
 
     def _beginning(self, way: Track) -> Problem:
         """Return the problem with the start where a way begins."""

@@ -84,9 +84,9 @@ class OnCurve:
         return self.required.position_tolerance
 
     @property
-    def redundant(self) -> bool:
-        """Whether a place leaves the joints a choice."""
-        return len(self.reduced.joint_names) > self.rows
+    def spare(self) -> int:
+        """How many joints a place leaves free."""
+        return max(len(self.reduced.joint_names) - self.rows, 0)
 
     def errors(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
         """Compare configurations (S, n) with places (S,): errors (S, rows) [m] and Jacobians (S, rows, n)."""
@@ -157,6 +157,11 @@ class OnCurve:
         _, jacobian = self.errors(q, s)
         moved = np.einsum("sij,sj->si", jacobian, wish)
         return wish - _damped(jacobian, moved)
+
+    def free_direction(self, q: Floats, s: Floats) -> Floats:
+        """Return the direction in which joints move least for the frame, shape (S, n), of length one."""
+        _, jacobian = self.errors(q, s)
+        return np.asarray(np.linalg.svd(jacobian)[2][:, -1], dtype=np.float64)
 
     def smallest_singular_value(self, q: Floats, s: Floats) -> Floats:
         """Return that of the Jacobian, shape (S,) [m/rad]: 0 where a direction of the way is lost."""

@@ -20,7 +20,7 @@ LEAST_STEPS = 8
 """Steps along a curve at least."""
 FARTHEST = 0.2
 """A joint that moves farther in one step may have jumped: shorter steps tell [rad | m]."""
-HALVINGS = 10
+HALVINGS = 7
 """How often a step is halved before what is left of it counts as a jump."""
 DRIFT = 4.0
 """How fast joints drift to their posture, per metre along the curve [1/m]."""
@@ -103,7 +103,7 @@ def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> l
 def _drift(on_curve: OnCurve, q: Floats, s: float, step: float, pull: Floats) -> Floats:
     drifting = np.isfinite(pull).all(axis=1)
     moved = np.zeros_like(q)
-    if on_curve.redundant and drifting.any():
+    if on_curve.spare and drifting.any():
         wish = np.clip((pull - q)[drifting] * DRIFT * step, -DRIFT * step, DRIFT * step)
         moved[drifting] = on_curve.free_motion(q[drifting], np.full(int(drifting.sum()), s), wish)
     return moved
