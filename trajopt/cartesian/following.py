@@ -4,22 +4,22 @@ import time
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats, readonly
-from trajopt.cartesian.blocked import clear_part, start_margins, stop, untracked
-from trajopt.cartesian.dense import densified, resampled
+from trajopt.cartesian.blocked import stop
+from trajopt.cartesian.dense import densified
 from trajopt.cartesian.deviate import SIDES, detours
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.options import Avoid, Begin, FollowOptions
-from trajopt.cartesian.program import knot_stations, on_the_curve
 from trajopt.cartesian.result import Cause, Followed, Stop
-from trajopt.cartesian.self_motion import SelfMotions
+from trajopt.cartesian.search import LEAST, Found, Search, beginning
 from trajopt.cartesian.starts import beginnings
 from trajopt.cartesian.timing import timed_along
-from trajopt.cartesian.tracking import FARTHEST, Track, stations_of, track
+from trajopt.cartesian.tracking import Track
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
 from trajopt.problem import Problem
@@ -32,34 +32,11 @@ DEFAULT_OPTIONS = FollowOptions()
 """What `follow` does unless told otherwise."""
 START_SHARE = 0.5
 """Share of the tolerances that the start may be off the beginning of the curve."""
-LEAST = 1e-4
-"""Part of a curve that is worth a motion."""
 CHORDS = (0.2, 0.1, 0.05)
 """How near to the curve straight lines between knots are, as a share of the tolerance; tighter if the judge
 refuses the motion."""
 ROUNDINGS = (0.6, 0.4, 0.2)
 """The same for how far timing may leave these lines."""
-POSTURES = 3
-"""Random postures that an arm with several joints to spare drifts to, to get farther."""
-FREEST = 1e-3
-"""Two ways that get equally far to this part of the curve are told apart by their travel."""
-
-
-def _still(starts: Floats) -> Floats:
-    """No posture to drift to."""
-    return np.full_like(starts, np.nan)
-
-
-def _continuous(on_curve: OnCurve, planned: Track) -> Track:
-    """Move the knots of a program on to the curve, and keep them up to the first jump."""
-    stations = stations_of(on_curve)
-    dense = resampled(on_curve, planned, stations)
-    there = on_curve(dense.positions, stations)
-    moved = np.abs(np.diff(dense.positions, axis=0)).max(axis=1)
-    good = there.held & (np.append(0.0, moved) <= 2.0 * FARTHEST)
-    good[0] = True
-    kept = len(good) if good.all() else int(np.argmin(good))
-    return Track(stations[:kept], dense.positions[:kept])
 
 
 def follow(
@@ -118,30 +95,35 @@ class _Following:
     seconds: dict[str, float] = field(default_factory=dict[str, float])
     programs: int = 0
 
+    @cached_property
+    def on_curve(self) -> OnCurve:
+        """The curve and the arm."""
+        reduced = self.problem.reduced
+        return OnCurve(reduced, self.required, query_of(reduced, self.counts))
+
     def run(self) -> Followed:
         """Choose where to begin, find the way that gets farthest, time it and have it judged."""
-        reduced = self.problem.reduced
-        self.on_curve = OnCurve(reduced, self.required, query_of(reduced, self.counts))
         with self._stage("start"):
             starts, refusal = self._starts()
         if refusal is not None:
             return self._nothing(refusal)
+        search = Search(self.problem, self.on_curve, self.rng)
         with self._stage("track"):
-            way, why = self._best(track(self.on_curve, stations_of(self.on_curve), starts, _still(starts)))
-        if why is not None and self.on_curve.spare:
+            found = search.tracked(starts)
+        if found.stop is not None and self.on_curve.spare:
             with self._stage("look ahead"):
-                way, why = self._looking_ahead(starts, way, why)
+                found = search.looking_ahead(starts, found)
         if self.on_curve.spare:
             with self._stage("program"):
-                way, why = self._as_program(way, why)
-        if why is not None and self.options.avoid is Avoid.DEVIATE:
-            around = self._around(starts, why)
+                found = search.as_program(found)
+                self.programs += 1
+        if found.stop is not None and self.options.avoid is Avoid.DEVIATE:
+            around = self._around(starts, found.stop)
             if around is not None:
                 return around
-        if way.reached < LEAST * self.required.until:
-            assert why is not None
-            return self._nothing(why)
-        return self._motion(way, why)
+        if found.stop is not None and found.way.reached < LEAST * self.required.until:
+            return self._nothing(found.stop)
+        return self._motion(found)
 
     def _starts(self) -> tuple[Floats, Stop | None]:
         """Return configurations to begin in, shape (b, n), or why there is none."""
@@ -174,86 +156,11 @@ class _Following:
             return nothing, stop(on_curve, Cause.START_OFF_CURVE, 0.0, text)
         return start, None
 
-    def _looking_ahead(self, starts: Floats, way: Track, why: Stop) -> tuple[Track, Stop | None]:
-        """Use the joints to spare to get farther than straight tracking does."""
-        on_curve, stations = self.on_curve, stations_of(self.on_curve)
-        found: list[tuple[Track, Stop | None]] = [(way, why)]
-        if on_curve.spare == 1:
-            margin = start_margins(on_curve, starts)
-            found.append(self._onward(SelfMotions(on_curve, margin).farthest(stations, starts)))
-        else:
-            limits = self.problem.reduced.limits
-            low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-            high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
-            for posture in ((low + high) / 2.0, *self.rng.uniform(low, high, (POSTURES, len(low)))):
-                drifting = np.tile(posture, (len(starts), 1))
-                found.append(self._best(track(on_curve, stations, starts, drifting)))
-                if found[-1][1] is None:
-                    break
-        return max(found, key=lambda item: item[0].reached)
-
-    def _onward(self, way: Track) -> tuple[Track, Stop | None]:
-        """Go on from the end of a way by tracking, which tells what stops it there."""
-        stations = stations_of(self.on_curve)
-        rest = np.append(way.reached, stations[stations > way.reached])
-        last = way.positions[-1:]
-        (more,) = track(self.on_curve, rest, last, _still(last))
-        stations = np.concatenate((way.stations, more.stations[1:]))
-        return self._best([Track(stations, np.concatenate((way.positions, more.positions[1:])))])
-
-    def _best(self, tracks: list[Track]) -> tuple[Track, Stop | None]:
-        """Return the clear part of the track that gets farthest; of equals the one that moves least."""
-        found: list[tuple[Track, Stop | None]] = []
-        for each in tracks:
-            clear = clear_part(self.on_curve, each)
-            found.append((self._shortened(each, clear.until), clear.stop))
-        length = self.required.until
-        velocity = self.problem.limits.velocity
-
-        def rank(item: tuple[Track, Stop | None]) -> tuple[float, float]:
-            travel = np.abs(np.diff(item[0].positions, axis=0)) / velocity
-            return round(item[0].reached / length / FREEST), -float(travel.sum(axis=0).max())
-
-        way, why = max(found, key=rank)
-        if why is None:
-            why = untracked(self.on_curve, way, self.rng)
-        return way, why
-
-    def _shortened(self, way: Track, until: float) -> Track:
-        """Return the part of a track up to a place, which becomes its last station."""
-        if until >= way.reached:
-            return way
-        kept = way.until(until)
-        if until - kept.reached < LEAST * self.required.until:
-            return kept
-        stations = np.append(kept.stations, until)
-        return resampled(self.on_curve, way, stations)
-
-    def _as_program(self, way: Track, why: Stop | None) -> tuple[Track, Stop | None]:
-        """Plan what is followed as one program; return its way if it gets at least as far."""
-        if way.reached < LEAST * self.required.until:
-            return way, why
-        part = replace(self.required, until=way.reached)
-        on_part = OnCurve(self.on_curve.reduced, part, self.on_curve.query)
-        problem = replace(self._beginning(way), goal=part)
-        guess = resampled(on_part, way, knot_stations(part))
-        solved = on_the_curve(problem, part, guess)
-        self.programs += 1
-        planned = _continuous(on_part, Track(guess.stations, solved.x))
-        clear = clear_part(on_part, planned)
-        if clear.stop is not None or planned.reached < way.reached:
-            return way, why
-        return planned, why
-
-    def _beginning(self, way: Track) -> Problem:
-        """Return the problem with the start where a way begins."""
-        reduced = self.problem.reduced
-        return replace(self.problem, start=readonly(reduced.all_positions(way.positions[0])))
-
-    def _motion(self, way: Track, why: Stop | None) -> Followed:
-        """Time the way and have the motion judged."""
+    def _motion(self, found: Found) -> Followed:
+        """Time a way and have the motion judged."""
+        way, why = found.way, found.stop
         got = self.required if why is None else replace(self.required, until=way.reached)
-        problem = replace(self._beginning(way), goal=got, constraints=(got,))
+        problem = replace(beginning(self.problem, way), goal=got, constraints=(got,))
         on_curve = OnCurve(problem.reduced, got, self.on_curve.query)
         path, timed, certificate = self._timed(problem, on_curve, way)
         if isinstance(timed, RetimeFailure):
@@ -262,7 +169,7 @@ class _Following:
         assert certificate is not None
         if not certificate.verified:
             why = stop(on_curve, Cause.NOT_VERIFIED, 0.0, reasons.not_verified(certificate))
-        fraction = got.fraction if certificate.verified else 0.0
+        fraction = got.until / self.required.until if certificate.verified else 0.0
         return self._result(problem, fraction, why, path=path, timed=timed, certificate=certificate)
 
     def _timed(
@@ -293,7 +200,7 @@ class _Following:
             self.programs += SIDES + 1
         wide = replace(self.required, position_tolerance=tube)
         for detour in found:
-            problem = replace(self._beginning(detour.way), constraints=(wide,))
+            problem = replace(beginning(self.problem, detour.way), constraints=(wide,))
             on_detour = OnCurve(problem.reduced, detour.required, self.on_curve.query)
             path, timed, certificate = self._timed(problem, on_detour, detour.way)
             if isinstance(timed, Retimed) and certificate is not None and certificate.verified:
