@@ -151,7 +151,7 @@ def test_a_waypoint_on_a_curve(gantry: ReducedModel) -> None:
     on_it = follows_curve("head", way, position_tolerance=2e-3, rotation_tolerance=1e-2)
     (found,) = [
         check
-        for check in verify(gantry, moved, goals=(), waypoints=((on_it,),)).checks
+        for check in verify(gantry, moved, goals=(), waypoints={"first": (on_it,)}).checks
         if check.name.startswith("waypoint")
     ]
     assert found.holds

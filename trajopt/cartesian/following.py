@@ -20,6 +20,7 @@ from trajopt.cartesian.search import LEAST, Found, Search, beginning
 from trajopt.cartesian.starts import beginnings
 from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import Track
+from trajopt.judgement import judge
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
 from trajopt.problem import Problem
@@ -186,7 +187,7 @@ class _Following:
             if isinstance(found, RetimeFailure):
                 return path, found, None
             with self._stage("verify"):
-                certificate = self._judged(problem, found)
+                certificate = judge(problem, found.trajectory)
             tries.append((path, found, certificate))
             if certificate.verified:
                 break
@@ -208,15 +209,6 @@ class _Following:
                     problem, 1.0, None, path=path, timed=timed, certificate=certificate, around=why
                 )
         return None
-
-    def _judged(self, problem: Problem, timed: Retimed) -> Certificate:
-        return Judge(problem.reduced).verify(
-            timed.trajectory,
-            goals=problem.goals,
-            constraints=problem.requirements,
-            tool_speeds=problem.tool_speeds,
-            limits=problem.limits,
-        )
 
     def _nothing(self, why: Stop) -> Followed:
         return self._result(self.problem, 0.0, why)

@@ -18,7 +18,7 @@ from trajopt.terms.frames import relative_frame
 from trajopt.terms.lengths import lengths
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
-from trajopt.terms.residual import Constraint, Window, constraint
+from trajopt.terms.residual import WHOLE, Constraint, Window, constraint
 
 POSITION_ROWS = 4
 """Components that tell the position: three along axes, and the distance."""
@@ -31,12 +31,14 @@ class CurveError:
     Attributes:
         reduced: The robot and its surroundings.
         required: The curve and what follows it.
-        stations: Place of each knot along the curve, shape (N,) [m]; evenly spread when None.
+        stations: Place of each knot along the curve, shape (N,) [m]; evenly spread over the window when None.
+        window: Where the curve is followed; of a single knot it is the end.
     """
 
     reduced: ReducedModel
     required: FollowsCurve
     stations: Floats | None = None
+    window: Window = WHOLE
 
     @property
     def name(self) -> str:
@@ -46,11 +48,13 @@ class CurveError:
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at the knots among the samples."""
         at_knots = motion.where((motion.fraction == 0.0) | (motion.fraction == 1.0))
-        knots = np.arange(len(motion.knots))
-        stations = self.stations
-        if stations is None:
-            stations = np.linspace(0.0, self.required.until, len(motion.knots))
-        s = np.interp(at_knots.place, knots, stations)
+        last = len(motion.knots) - 1
+        if self.stations is not None:
+            s = np.interp(at_knots.place, np.arange(last + 1), self.stations)
+        else:
+            first, length = self.window.first, self.window.last - self.window.first
+            part = (at_knots.place / last - first) / length if length > 0.0 else np.ones(len(at_knots.place))
+            s = self.required.until * np.clip(part, 0.0, 1.0)
         value, jacobian = self.errors(at_knots, s)
         return at_knots.rows_of_all(value, jacobian)
 
@@ -103,7 +107,7 @@ def _(
     smallest = min(required.position_tolerance, required.rotation_tolerance)
     return (
         constraint(
-            CurveError(reduced, required),
+            CurveError(reduced, required, window=window),
             lower=-bound,
             upper=bound,
             tolerance=max(smallest * inset * 0.5, 1e-9),
