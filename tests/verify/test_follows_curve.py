@@ -161,6 +161,7 @@ def test_a_waypoint_on_a_curve(gantry: ReducedModel) -> None:
 def test_bad_input_is_refused() -> None:
     way = line(at(0, 0), at(1, 0))
     for call in (
+        lambda: follows_curve("head", "a line"),  # type: ignore[arg-type]
         lambda: follows_curve("head", way, until=1.1),
         lambda: follows_curve("head", way, position_tolerance=0.0),
         lambda: follows_curve("head", way, rotation_tolerance=-1.0),

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number, readonly
 from trajopt.errors import ProblemError
+from trajopt.inputs import one_of
 from trajopt.model.curve import TURN_LENGTH, Curve, Piece, bezier, joined
-from trajopt.model.placement import Placement
+from trajopt.model.placement import Placement, placement
 
 NOWHERE = 1e-9
 """Poses nearer to each other than this are one [m | rad]."""
@@ -50,6 +51,7 @@ def polyline(poses: Sequence[Placement], *, blend: float = 0.0) -> Curve:
         ProblemError: If there are fewer than two poses, two that follow each other are the same, or the
             radius is negative.
     """
+    poses = [one_of("pose", pose, Placement) for pose in poses]
     if len(poses) < 2:
         raise ProblemError(f"a polyline needs at least two poses, has {len(poses)}")
     radius = number("blend", blend)
@@ -85,6 +87,7 @@ def arc_about(begin: Placement, end: Placement, *, centre: ArrayLike) -> Curve:
         ProblemError: If the three points lie on a line, so that they span no plane, or the ends are at
             different distances from the centre.
     """
+    begin, end = one_of("begin", begin, Placement), one_of("end", end, Placement)
     middle = floats("centre", centre, (3,))
     first, last = begin.translation - middle, end.translation - middle
     radii = float(np.linalg.norm(first)), float(np.linalg.norm(last))
@@ -118,6 +121,7 @@ def arc_through(begin: Placement, interim: ArrayLike, end: Placement) -> Curve:
     Raises:
         ProblemError: If the three points lie on a line.
     """
+    begin, end = one_of("begin", begin, Placement), one_of("end", end, Placement)
     passed = floats("interim", interim, (3,))
     a, b = begin.translation - passed, end.translation - passed
     normal = cross(a, b)
@@ -142,9 +146,10 @@ def circle(centre: Placement, *, radius: float, rotation: ArrayLike, sweep: floa
         ProblemError: If radius or sweep is out of its range.
     """
     size, angle = number("radius", radius), number("sweep", sweep)
+    centre = one_of("centre", centre, Placement)
     if size <= 0.0 or abs(angle) < NOWHERE:
         raise ProblemError(f"a circle needs a positive radius and a sweep, not {size:g} m and {angle:g} rad")
-    turned = floats("rotation", rotation, (3, 3))
+    turned = placement(rotation=rotation).rotation
     piece = Piece(
         readonly(centre.translation[None]),
         turned,
@@ -170,6 +175,7 @@ def spline(poses: Sequence[Placement]) -> Curve:
     """
     from scipy.interpolate import CubicSpline
 
+    poses = [one_of("pose", pose, Placement) for pose in poses]
     if len(poses) < 3:
         raise ProblemError(f"a spline needs at least three poses, has {len(poses)}; use line(...)")
     sides = [_side(first, second, place) for place, (first, second) in enumerate(pairwise(poses))]

@@ -20,6 +20,7 @@ from trajopt.cartesian.search import LEAST, Found, Search, beginning
 from trajopt.cartesian.starts import beginnings
 from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import Track
+from trajopt.inputs import one_of
 from trajopt.judgement import judge
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
@@ -71,8 +72,9 @@ def follow(
         ProblemError: If the curve cannot be asked of this robot.
         NameNotFound: If a frame, group or state is unknown.
     """
+    required, options = one_of("required", required, FollowsCurve), one_of("options", options, FollowOptions)
     problem = Problem(
-        scene=scene,
+        scene=one_of("scene", scene, Scene),
         group=group,
         start=start,
         goal=required,

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
+from trajopt.inputs import one_of
 from trajopt.model.curve import Curve
 from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
 
@@ -91,12 +92,13 @@ def follows_curve(
         ShapeError: If a number is not usable.
         ProblemError: If a tolerance is not positive or the length is not on the curve.
     """
-    end = curve.length if until is None else number("until", until)
-    if not 0.0 <= end <= curve.length:
-        raise ProblemError(f"until must lie on the curve, in [0, {curve.length:.6g}] m, is {end:g}")
+    way = one_of("curve", curve, Curve)
+    end = way.length if until is None else number("until", until)
+    if not 0.0 <= end <= way.length:
+        raise ProblemError(f"until must lie on the curve, in [0, {way.length:.6g}] m, is {end:g}")
     return FollowsCurve(
         frame,
-        curve,
+        way,
         positive("position_tolerance", position_tolerance),
         positive("rotation_tolerance", rotation_tolerance, infinite=True),
         end,
