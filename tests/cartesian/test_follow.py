@@ -202,3 +202,15 @@ def test_a_blocked_line_is_left_no_farther_than_needed() -> None:
     free = followed(way, options=deviating(0.15))
     assert free.around is None
     assert free.deviation <= TENTH
+
+
+def test_part_of_a_curve_is_asked_for() -> None:
+    way = line(at(), at(0.1, 0.4, 0.0))
+    ball = to.Scene(panda()).add("ball", to.Sphere(0.04), at(0.05, 0.2, 0.0))
+    half = followed(way, until=0.5 * way.length)
+    assert half.complete
+    assert half.fraction == 1.0
+    assert tips(half)[-1] == pytest.approx(way.placement(0.5 * way.length).translation, abs=TENTH)
+    around = followed(way, ball, until=0.8 * way.length, options=deviating(0.15))
+    assert around.complete
+    assert tips(around)[-1] == pytest.approx(way.placement(0.8 * way.length).translation, abs=TENTH)

@@ -81,10 +81,14 @@ def _guesses(on_curve: OnCurve, starts: Floats, tube: float) -> Iterator[Track]:
     """Track the curve and bent ones, whatever is in the way."""
     required = on_curve.required
     stations = knot_stations(required)
-    for curve in (required.curve, *_bent_curves(required.curve, required.until, BENT * tube)):
-        until = required.until * curve.length / required.curve.length
-        bent = OnCurve(on_curve.reduced, replace(required, curve=curve, until=until), on_curve.query)
-        tracks = track(bent, stations * (until / required.until), starts, np.full_like(starts, np.nan))
+    bent = [
+        replace(required, curve=curve, until=curve.length)
+        for curve in _bent_curves(required.curve, required.until, BENT * tube)
+    ]
+    for along in (required, *bent):
+        guided = OnCurve(on_curve.reduced, along, on_curve.query)
+        places = stations * (along.until / required.until)
+        tracks = track(guided, places, starts, np.full_like(starts, np.nan))
         longest = max(tracks, key=lambda each: each.reached)
         missing = len(stations) - len(longest.stations)
         if missing <= 0:

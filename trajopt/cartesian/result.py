@@ -61,7 +61,7 @@ class Followed:
         problem: The motion as a problem: its start, its end, and the curve up to where it got. It goes with
             the motion to `simulate`, `view` and `store`.
         required: The whole curve, as it was asked for.
-        fraction: Part of the curve that is followed, judged where there is a verified motion.
+        fraction: Part of what was asked for that is followed; judged where there is a verified motion.
         stop: Why not more; None if the whole curve is followed.
         around: What was gone around inside the tube, where the curve is blocked; None if nothing was.
         path: Knots of the joints; None if not even the beginning could be done.
