@@ -22,6 +22,7 @@ from trajopt.cartesian import (
     read_poses,
     spline,
 )
+from trajopt.model.requirements import FramePlacement
 from trajopt.store import read_trajectory, write_json
 
 UR5_READY = {
@@ -138,3 +139,22 @@ def test_redundancy_is_used() -> None:
     assert result.complete
     assert result.trajectory is not None
     assert result.trajectory.positions[:, 0].max() <= 2.8973
+
+
+def test_the_drawn_figure_eight_is_covered_whole() -> None:
+    """The points of the problem of writing, as a curve to a tenth of a millimetre in place of stops."""
+    drawn = to.named_problem("figure_eight_panda")
+    asked = [item[0] for item in drawn.waypoint_requirements] + [drawn.goals[0]]
+    points = [item.placement.translation for item in asked if isinstance(item, FramePlacement)]
+    down = to.placement(rpy=(np.pi, 0.0, 0.0)).rotation
+    way = spline([to.placement(point, rotation=down) for point in (points[-1], *points)])
+    result = follow(
+        drawn.scene,
+        follows_curve(TCP, way),
+        group=drawn.group,
+        start=drawn.start_positions,
+        options=FollowOptions(begin=Begin.ANY_BRANCH),
+    )
+    assert result.complete
+    assert result.fraction == 1.0
+    assert result.deviation <= 1e-4
