@@ -121,6 +121,19 @@ class MeshFileError(ModelError):
         super().__init__(f"mesh file {path}: {reason}")
 
 
+class GripperError(ModelError):
+    """A robot has no gripper that its description tells enough of."""
+
+    def __init__(self, robot: str, reason: str) -> None:
+        """Name the robot, what is missing, and the way out."""
+        self.robot = robot
+        self.reason = reason
+        super().__init__(
+            f"robot {robot!r} has no gripper to grasp with: {reason}; "
+            "describe one with trajopt.grasping.Gripper(...)"
+        )
+
+
 class FileFormatError(ModelError):
     """A file (URDF, SRDF, YAML, JSON) does not say what it must.
 

@@ -226,17 +226,8 @@ class Planning:
         self._count(distance_calls=counts.distances, forward_kinematics=counts.forward_kinematics)
         if found.free:
             return found.free, None
-        if found.blocking is not None:
-            first, second, depth = found.blocking
-            return (), self._result(
-                Status.GOAL_IN_COLLISION,
-                f"all {found.colliding} configurations that reach the goal collide; in the nearest, "
-                f"{first} is {depth * 1000:.1f} mm inside {second}",
-            )
-        return (), self._result(
-            Status.NO_INVERSE_KINEMATICS,
-            f"the nearest of the configurations tried misses the goal by {found.nearest_miss:.3g} (m, rad)",
-        )
+        status = Status.NO_INVERSE_KINEMATICS if found.blocking is None else Status.GOAL_IN_COLLISION
+        return (), self._result(status, reasons.no_goal_configuration(found))
 
     @property
     def _last_stop(self) -> int:

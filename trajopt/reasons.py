@@ -3,6 +3,7 @@
 import numpy as np
 
 from trajopt.problem import Problem
+from trajopt.seeds import GoalCandidates
 from trajopt.solvers import SolveResult
 from trajopt.terms import Clearance
 from trajopt.verify import Certificate, Examination
@@ -24,6 +25,17 @@ def collisions(seen: Examination) -> str:
     return "; ".join(
         f"{item.first} is {max(-item.distance, 0.0) * 1000:.1f} mm inside {item.second}"
         for item in seen.collisions[:NAMED]
+    )
+
+
+def no_goal_configuration(found: GoalCandidates) -> str:
+    """Say why no configuration that reaches a goal can be had."""
+    if found.blocking is None:
+        return f"the nearest of the configurations tried misses the goal by {found.nearest_miss:.3g} (m, rad)"
+    first, second, depth = found.blocking
+    return (
+        f"all {found.colliding} configurations that reach the goal collide; in the nearest, "
+        f"{first} is {depth * 1000:.1f} mm inside {second}"
     )
 
 

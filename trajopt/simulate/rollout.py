@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.tool_frame import tool_frame
 from trajopt.simulate.contacts import Contact
-from trajopt.simulate.tool import tool_frame
 from trajopt.trajectory import Trajectory
 
 MOST_CONTACTS = 3

@@ -8,11 +8,11 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.tool_frame import tool_frame, tool_point
 from trajopt.simulate.camera import FIELD_OF_VIEW, CameraView, automatic_view, visible_points
 from trajopt.simulate.film import labelled
 from trajopt.simulate.offscreen import Image, Offscreen
 from trajopt.simulate.stage import adapt_to_camera, picture_spec
-from trajopt.simulate.tool import tool_frame, tool_point
 
 PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
 """Colour of the line that the tool draws."""

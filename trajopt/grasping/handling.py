@@ -1,0 +1,181 @@
+"""Handling: what was planned for an object, stage by stage, or why there is no way."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from trajopt.arrays import Floats
+from trajopt.errors import PlanningFailed
+from trajopt.grasping.grasp import Grasp, Place
+from trajopt.grasping.gripper import Gripper
+from trajopt.grasping.timeline import Timeline
+from trajopt.model.scene import Scene
+from trajopt.result import Result
+from trajopt.trajectory import Trajectory
+
+
+class Stage(Enum):
+    """The stages of picking and placing, in order; each value says what happens in it."""
+
+    OPEN = "the fingers open"
+    REACH = "the arm moves before the object"
+    APPROACH = "the open fingers go straight to the object"
+    CLOSE = "the fingers close on the object"
+    LIFT = "the object is lifted straight off what it stands on"
+    CARRY = "the object is carried"
+    LOWER = "the object is lowered straight to where it will stand"
+    RELEASE = "the fingers open and let go"
+    RETREAT = "the open fingers go straight off the object"
+
+    @property
+    def holds(self) -> bool:
+        """Whether the object is in the hand."""
+        return self in {Stage.LIFT, Stage.CARRY, Stage.LOWER}
+
+
+STAGES = tuple(Stage)
+"""All stages, in order."""
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """One motion of a handling, of the arm or of the fingers.
+
+    Attributes:
+        stage: What it is for.
+        result: What planning returned: its problem has the scene of this stage, its certificate the
+            judge's verdict.
+        rest: How long its end is held before the next begins [s].
+    """
+
+    stage: Stage
+    result: Result
+    rest: float = 0.0
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of this stage: the object stands in it, or is attached."""
+        return self.result.problem.scene
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The motion, of the joints of its group."""
+        return self.result.require().trajectory
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        return self.trajectory.duration + self.rest
+
+    def positions(self, time: float) -> Floats:
+        """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
+        return self.result.problem.reduced.all_positions(self.trajectory(time))
+
+    @property
+    def end(self) -> Floats:
+        """Positions of all joints at its end, shape (number of joints,) [rad | m]."""
+        return self.positions(self.trajectory.duration)
+
+
+@dataclass(frozen=True, eq=False)
+class Refusal:
+    """Why a grasp or a place was given up.
+
+    Attributes:
+        grasp: Name of the grasp; empty where the object was in the hand from the beginning.
+        place: Name of the place; empty where the grasp alone failed.
+        stage: In which stage.
+        reason: In words.
+        result: What planning returned; None where a configuration was missing already.
+    """
+
+    grasp: str
+    place: str
+    stage: Stage
+    reason: str
+    result: Result | None = None
+
+    def __str__(self) -> str:
+        """Say it in words."""
+        which = [f"grasp {self.grasp!r}"] * bool(self.grasp) + [f"place {self.place!r}"] * bool(self.place)
+        return f"{', '.join(which)}: {self.stage.name}: {self.reason}"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Handling:
+    """A planned sequence of picking, placing or both; or why there is none.
+
+    Attributes:
+        name: The object.
+        scene: The scene before.
+        final_scene: The scene after: the object attached to the hand, or standing where it was put; as
+            before where there is no way.
+        start: Positions of all joints before, shape (number of joints,) [rad | m].
+        group: The arm's planning group.
+        gripper: The gripper.
+        grasp: The grasp that was chosen; None if none was, or the object was in the hand already.
+        place: The place that was chosen; None if none was, or none asked for.
+        segments: The motions, in order; empty where there is no way.
+        refusals: What was tried before and why it was given up, in the order of the search.
+        counts: Exact numbers of the work done.
+        cpu_seconds: Process time of planning [s].
+    """
+
+    name: str
+    scene: Scene
+    final_scene: Scene
+    start: Floats
+    group: str
+    gripper: Gripper
+    grasp: Grasp | None
+    place: Place | None
+    segments: tuple[Segment, ...]
+    refusals: tuple[Refusal, ...]
+    counts: Mapping[str, int]
+    cpu_seconds: float
+
+    @property
+    def verified(self) -> bool:
+        """Whether there is a sequence, each motion of which the judge verified."""
+        return bool(self.segments) and all(segment.result.verified for segment in self.segments)
+
+    @property
+    def failed(self) -> Stage | None:
+        """The last stage that any candidate got to; None if there is a sequence."""
+        if self.segments or not self.refusals:
+            return None
+        return max((refusal.stage for refusal in self.refusals), key=STAGES.index)
+
+    @property
+    def timeline(self) -> Timeline:
+        """The whole motion, fingers included."""
+        return Timeline(self.require())
+
+    @property
+    def final_positions(self) -> Floats:
+        """Positions of all joints after, shape (number of joints,) [rad | m]."""
+        return self.require()[-1].end
+
+    def segment(self, stage: Stage) -> Segment | None:
+        """Return the motion of a stage; None if it has none."""
+        return next((item for item in self.segments if item.stage is stage), None)
+
+    def require(self) -> tuple[Segment, ...]:
+        """Return the motions.
+
+        Raises:
+            PlanningFailed: If there is no verified sequence; carries this handling.
+        """
+        if not self.verified:
+            raise PlanningFailed(self.explain(), self)
+        return self.segments
+
+    def explain(self) -> str:
+        """Say what was planned, or for each grasp and place why it was given up."""
+        if self.segments:
+            how = f" by grasp {self.grasp.name!r}" if self.grasp else ""
+            where = f", put at {self.place.name!r}" if self.place else ""
+            steps = ", ".join(f"{item.stage.name} {item.duration:.2f} s" for item in self.segments)
+            return f"{self.name!r} is taken{how}{where}: {steps}"
+        stage = "" if self.failed is None else f"; the farthest came to {self.failed.name}"
+        return "\n  ".join((f"no way to handle {self.name!r}{stage}", *map(str, self.refusals)))

@@ -1,0 +1,177 @@
+"""Picking and placing, planned whole: candidates in order, the cheap checks of all stages first."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ProblemError
+from trajopt.grasping.described import arm_of, gripper_of
+from trajopt.grasping.grasp import Grasp, Place
+from trajopt.grasping.gripper import Gripper
+from trajopt.grasping.handling import Handling
+from trajopt.grasping.options import GraspingOptions
+from trajopt.grasping.search import Search
+from trajopt.grasping.task import Task
+from trajopt.model.requirements import WORLD, Requirement
+from trajopt.model.scene import Scene
+from trajopt.terms.residual import Constraint
+
+Start = str | Mapping[str, float] | Floats
+"""Name of a state, joint -> position [rad | m], or positions of all joints."""
+Constraints = Sequence[Requirement | Constraint]
+"""What must hold while the object is in the hand."""
+LET_GO = 0.02
+"""How much wider the fingers open to let go, unless told otherwise [m]."""
+
+
+def pick_and_place(
+    scene: Scene,
+    name: str,
+    *,
+    start: Start,
+    grasps: Sequence[Grasp],
+    places: Place | Sequence[Place],
+    group: str = "",
+    gripper: Gripper | None = None,
+    constraints: Constraints = (),
+    options: GraspingOptions | None = None,
+    rng: np.random.Generator | None = None,
+) -> Handling:
+    """Plan to take an object and put it down elsewhere, as one sequence that is verified stage by stage.
+
+    Grasps are tried in the order given, and for each the places in theirs. Inverse kinematics and the
+    straight lines of all stages are looked at before any motion is planned; then the motions are planned
+    in order, each with the judge's verdict, in a scene of its own: the object stands in the way, then it
+    is carried, then it stands in the way again.
+
+    Args:
+        scene: Robot and objects; the object stands in it.
+        name: The object.
+        start: Where the robot is.
+        grasps: Ways to take hold of it, the best first.
+        places: Where it may be put, the best first.
+        group: The arm's planning group; may be left out where the SRDF says what the hand is mounted on.
+        gripper: The gripper; the one of the robot's SRDF when None.
+        constraints: What must hold while the object is in the hand, such as that it stays upright.
+        options: Speeds, tolerances, times.
+        rng: Draws starts of the search; a fixed seed when None, so that the answer is the same every time.
+
+    Returns:
+        The sequence with the grasp and place that were chosen, or why there is none.
+
+    Raises:
+        ObjectNotFound: If there is no object of that name.
+        GripperError: If the robot has no gripper.
+        ProblemError: If there is no grasp or no place, or the object is in the hand already.
+    """
+    task = _task(scene, name, start, group, gripper, constraints, options, rng)
+    return Search(task, _listed(places)).take(_graspable(task, grasps))
+
+
+def pick(
+    scene: Scene,
+    name: str,
+    *,
+    start: Start,
+    grasps: Sequence[Grasp],
+    group: str = "",
+    gripper: Gripper | None = None,
+    constraints: Constraints = (),
+    options: GraspingOptions | None = None,
+    rng: np.random.Generator | None = None,
+) -> Handling:
+    """Plan to take an object and lift it; see `pick_and_place`.
+
+    `final_scene` of what is returned has the object attached to the hand.
+    """
+    task = _task(scene, name, start, group, gripper, constraints, options, rng)
+    return Search(task, ()).take(_graspable(task, grasps))
+
+
+def place(
+    scene: Scene,
+    name: str,
+    *,
+    start: Start,
+    places: Place | Sequence[Place],
+    opening: float | None = None,
+    group: str = "",
+    gripper: Gripper | None = None,
+    constraints: Constraints = (),
+    options: GraspingOptions | None = None,
+    rng: np.random.Generator | None = None,
+) -> Handling:
+    """Plan to put down an object that is in the hand; see `pick_and_place`.
+
+    Args:
+        scene: Robot and objects; the object is attached to the hand.
+        name: The object.
+        start: Where the robot is, its fingers at the object.
+        places: Where it may be put, the best first.
+        opening: To which the fingers let go [m]; 2 cm more than at the start when None, or all they can.
+        group: As in `pick_and_place`.
+        gripper: As in `pick_and_place`.
+        constraints: As in `pick_and_place`.
+        options: As in `pick_and_place`.
+        rng: As in `pick_and_place`.
+
+    Raises:
+        ProblemError: If the object is not attached.
+    """
+    task = _task(scene, name, start, group, gripper, constraints, options, rng)
+    if scene.holder(name).link == WORLD:
+        raise ProblemError(f"object {name!r} is in no hand; pick it first, or attach it")
+    if opening is None:
+        opening = task.gripper.opening_at(scene.robot, task.start) + LET_GO
+    opening = min(opening, task.gripper.widest)
+    search = Search(task, _listed(places))
+    placed = search.put(scene, task.start, opening, grasp="")
+    return search.ended(placed, None)
+
+
+def _task(
+    scene: Scene,
+    name: str,
+    start: Start,
+    group: str,
+    gripper: Gripper | None,
+    constraints: Constraints,
+    options: GraspingOptions | None,
+    rng: np.random.Generator | None,
+) -> Task:
+    """Check what was asked, and fill in what was left out."""
+    robot = scene.robot
+    scene.object(name)
+    hand = gripper or gripper_of(robot)
+    arm = group or arm_of(robot, hand)
+    robot.group(arm)
+    if isinstance(start, str | Mapping):
+        begin = robot.positions(start)
+    else:
+        begin = floats("start", start, (len(robot.joint_names),))
+    return Task(
+        scene=scene,
+        name=name,
+        start=begin,
+        group=arm,
+        gripper=hand,
+        constraints=tuple(constraints),
+        options=options or GraspingOptions(),
+        rng=rng or np.random.default_rng(0),
+    )
+
+
+def _listed(places: Place | Sequence[Place]) -> tuple[Place, ...]:
+    listed = (places,) if isinstance(places, Place) else tuple(places)
+    if not listed:
+        raise ProblemError("name at least one place to put the object")
+    return listed
+
+
+def _graspable(task: Task, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
+    if not grasps:
+        raise ProblemError(f"name at least one grasp of {task.name!r}")
+    if task.scene.holder(task.name).link != WORLD:
+        raise ProblemError(f"object {task.name!r} is in a hand already; place it, or detach it first")
+    return tuple(grasps)

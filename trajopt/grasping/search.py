@@ -1,0 +1,123 @@
+"""The search for a sequence: grasps in order, places in order, the cheap checks of all stages first."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+from trajopt.arrays import Floats
+from trajopt.grasping.grasp import Grasp, Place
+from trajopt.grasping.handling import Handling, Refusal, Segment
+from trajopt.grasping.picking import PickCandidate, pick_candidates, plan_pick
+from trajopt.grasping.placing import place_candidates, plan_place
+from trajopt.grasping.task import Names, Task
+from trajopt.model.scene import Scene
+
+Before = Callable[[], tuple[Segment, ...] | None]
+"""Plans what comes before; None where it cannot be."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A sequence that was found.
+
+    Attributes:
+        segments: Its motions.
+        final_scene: The scene after it.
+        place: Where the object was put; None for nowhere.
+    """
+
+    segments: tuple[Segment, ...]
+    final_scene: Scene
+    place: Place | None
+
+
+@dataclass(eq=False)
+class Search:
+    """A search for a sequence: what it was asked, and what it has given up.
+
+    Attributes:
+        task: What is to be done.
+        places: Where the object may be put; none to keep it in the hand.
+        refusals: What was given up, in order.
+        began: Process time at its beginning [s].
+    """
+
+    task: Task
+    places: tuple[Place, ...]
+    refusals: list[Refusal] = field(default_factory=list[Refusal])
+    began: float = field(default_factory=time.process_time)
+
+    def take(self, grasps: Sequence[Grasp]) -> Handling:
+        """Try grasps in order, each with all places."""
+        for grasp in grasps:
+            for candidate in pick_candidates(self.task, grasp):
+                if isinstance(candidate, Refusal):
+                    self.refusals.append(candidate)
+                    continue
+                found = self._from(candidate)
+                if found is not None:
+                    return self.ended(found, grasp)
+        return self.ended(None, None)
+
+    def put(
+        self, held: Scene, start: Floats, opening: float, *, grasp: str, before: Before | None = None
+    ) -> Found | None:
+        """Try places in order for an object in the hand.
+
+        Args:
+            held: The scene with the object in the hand.
+            start: Positions of all joints from which it is carried, nearly [rad | m].
+            opening: Of the fingers that let go [m].
+            grasp: Name of the grasp.
+            before: Plans what comes before, when first needed; None if it cannot be.
+        """
+        for place in self.places:
+            names = Names(grasp=grasp, place=place.name)
+            for candidate in place_candidates(self.task, held, start, place, opening=opening, names=names):
+                if isinstance(candidate, Refusal):
+                    self.refusals.append(candidate)
+                    continue
+                first = () if before is None else before()
+                if first is None:
+                    return None
+                then = plan_place(self.task, candidate, first[-1].end if first else start, names)
+                if not isinstance(then, Refusal):
+                    return Found((*first, *then), candidate.put, place)
+                self.refusals.append(then)
+        return None
+
+    def ended(self, found: Found | None, grasp: Grasp | None) -> Handling:
+        """Return what the search has come to."""
+        task = self.task
+        return Handling(
+            name=task.name,
+            scene=task.scene,
+            final_scene=task.scene if found is None else found.final_scene,
+            start=task.start,
+            group=task.group,
+            gripper=task.gripper,
+            grasp=None if found is None else grasp,
+            place=None if found is None else found.place,
+            segments=() if found is None else found.segments,
+            refusals=tuple(self.refusals),
+            counts=dict(task.counts),
+            cpu_seconds=time.process_time() - self.began,
+        )
+
+    def _from(self, candidate: PickCandidate) -> Found | None:
+        """Plan a grasp that passed the cheap checks, and all that follows."""
+
+        @cache
+        def picked() -> tuple[Segment, ...] | None:
+            planned = plan_pick(self.task, candidate)
+            if isinstance(planned, Refusal):
+                self.refusals.append(planned)
+                return None
+            return planned
+
+        if self.places:
+            grasp = candidate.grasp
+            return self.put(candidate.held, candidate.lifted, grasp.opening, grasp=grasp.name, before=picked)
+        segments = picked()
+        return None if segments is None else Found(segments, candidate.held, None)

@@ -1,0 +1,144 @@
+"""Straight motions of the tool that do not turn it: first configurations along the line, then a problem.
+
+The problem is an ordinary one, with the line as a path constraint. A planner of Cartesian motions can
+take the place of `straight_problem`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats, readonly
+from trajopt.grasping.grasp import Straight
+from trajopt.grasping.options import GraspingOptions
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement, frame_placement, joint_positions, point_on_line
+from trajopt.model.scene import Scene
+from trajopt.problem import Problem
+from trajopt.query import query_of
+from trajopt.seeds.projection import Projection
+from trajopt.terms.residual import Constraint
+
+STEPS = 8
+"""Configurations along a line that are looked at before it is planned."""
+JUMP = 0.6
+"""A joint that moves more between two of them changes to another family of solutions [rad | m]."""
+KNOTS = 12
+"""Knots of a straight motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A line followed away from a configuration.
+
+    Attributes:
+        end: The group's positions at its far end, shape (n,); where it stopped if there is a reason.
+        reason: Why the far end cannot be reached; empty if it can.
+    """
+
+    end: Floats
+    reason: str
+
+
+def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats) -> Floats:
+    """Return the way of a straight motion in the world, shape (3,) [m].
+
+    Args:
+        straight: The motion.
+        scene: Where its frame is.
+        positions: Of all joints where it touches the object [rad | m].
+        usual: Its direction in the world where it states none, shape (3,).
+
+    Raises:
+        FrameNotFound: If its frame is unknown.
+    """
+    given = straight.unit
+    direction = usual if given is None else scene.placement_of(straight.frame, positions).rotation @ given
+    return straight.distance * direction
+
+
+def up(scene: Scene) -> Floats:
+    """Return the direction against gravity, shape (3,); z where there is none."""
+    gravity = np.array(scene.robot.model.gravity.linear)
+    strength = float(np.linalg.norm(gravity))
+    return -gravity / strength if strength > 0.0 else np.array((0.0, 0.0, 1.0))
+
+
+def follow(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> Followed:
+    """Follow a line of the tool away from a configuration, without turning.
+
+    Args:
+        reduced: The model.
+        tool: Frame that follows the line.
+        at: The group's positions at its beginning, shape (n,), where contact is no matter.
+        away: Its way in the world, shape (3,) [m].
+    """
+    query = query_of(reduced)
+    begin = reduced.scene.placement_of(tool, reduced.all_positions(at))
+    now = at
+    for share in np.linspace(0.0, 1.0, STEPS + 1)[1:].tolist():
+        wanted = Placement(begin.rotation, readonly(begin.translation + share * away))
+        found = Projection(reduced, (frame_placement(tool, wanted),), query)(now[None])
+        after = found.positions[0]
+        way = f"{share * float(np.linalg.norm(away)) * 1e3:.0f} mm along the line"
+        if found.violation[0] > 0.0:
+            return Followed(now, f"no configuration {way}")
+        if np.abs(after - now).max() > JUMP:
+            return Followed(now, f"the arm would have to change its posture {way}")
+        contacts = query.near(after[None], np.zeros(len(reduced.pairs.margin)))
+        if len(contacts.distance):
+            deepest = int(np.argmin(contacts.distance))
+            first, second = reduced.owners(int(contacts.pair[deepest]))
+            return Followed(now, f"{first} meets {second} {way}")
+        now = after
+    return Followed(readonly(np.array(now)), "")
+
+
+def straight_problem(
+    scene: Scene,
+    start: Floats,
+    goal: Floats,
+    *,
+    group: str,
+    tool: str,
+    options: GraspingOptions,
+    constraints: Sequence[Requirement | Constraint] = (),
+    name: str,
+) -> Problem:
+    """Return the problem of moving the tool on a line, without turning it.
+
+    Args:
+        scene: The scene.
+        start: Positions of all joints at the beginning [rad | m].
+        goal: Positions of all joints at the end [rad | m].
+        group: The arm's planning group.
+        tool: The tool frame.
+        options: How far it may leave the line, and how fast it may be.
+        constraints: What else must hold.
+        name: For reports.
+    """
+    begin, end = scene.placement_of(tool, start), scene.placement_of(tool, goal)
+    line = point_on_line(
+        tool, begin.translation, end.translation - begin.translation, tolerance=options.aside
+    )
+    level = frame_placement(tool, end, position_tolerance=np.inf, rotation_tolerance=options.turn)
+    return Problem(
+        scene=scene,
+        group=group,
+        start=start,
+        goal=to_configuration(scene, group, goal),
+        constraints=(line, level, *constraints),
+        knots=KNOTS,
+        velocity_scaling=options.velocity_scaling,
+        acceleration_scaling=options.acceleration_scaling,
+        name=name,
+    )
+
+
+def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement:
+    """Require the group's joints where positions of all joints have them."""
+    robot = scene.robot
+    joints = robot.group(group).joints
+    return joint_positions(dict(zip(joints, positions[robot.index(joints)].tolist(), strict=True)))

@@ -1,0 +1,188 @@
+"""Task: what is the same for all candidates of a handling, and the planning of one motion for it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.grasping.gripper import Gripper
+from trajopt.grasping.handling import Refusal, Segment, Stage
+from trajopt.grasping.neighbours import with_room
+from trajopt.grasping.options import GraspingOptions
+from trajopt.grasping.straight import straight_problem, to_configuration
+from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.requirements import Requirement, joint_positions
+from trajopt.model.scene import Scene
+from trajopt.planning import Planning
+from trajopt.problem import Problem
+from trajopt.terms.residual import Constraint
+
+SAME = 1e-6
+"""Fingers that are nearer to where they should be stay there [rad | m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Names:
+    """By what names a refusal tells of a candidate.
+
+    Attributes:
+        grasp: The grasp; empty for none.
+        place: The place; empty for none.
+    """
+
+    grasp: str = ""
+    place: str = ""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Task:
+    """What is the same for all candidates.
+
+    Attributes:
+        scene: The scene before.
+        name: The object.
+        start: Positions of all joints before [rad | m].
+        group: The arm's planning group.
+        gripper: The gripper.
+        constraints: What must hold while the object is in the hand.
+        options: Speeds, tolerances, times.
+        rng: Draws the starts of inverse kinematics, and bends.
+        counts: Takes the work done.
+    """
+
+    scene: Scene
+    name: str
+    start: Floats
+    group: str
+    gripper: Gripper
+    constraints: Sequence[Requirement | Constraint]
+    options: GraspingOptions
+    rng: np.random.Generator
+    counts: dict[str, int] = field(default_factory=dict[str, int])
+
+    def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
+        """Return the reduced model of the arm, all else standing as in positions of all joints."""
+        return reduce_model(scene, self.group, positions)
+
+    def arm(self, positions: Floats) -> Floats:
+        """Pick the arm's joints out of positions of all joints."""
+        robot = self.scene.robot
+        return positions[robot.index(robot.group(self.group).joints)]
+
+    def opened(self, positions: Floats, opening: float) -> Floats:
+        """Return positions of all joints with the fingers at an opening [m]."""
+        return self.gripper.opened(self.scene.robot, positions, opening)
+
+    def held(self, scene: Scene, positions: Floats) -> Scene:
+        """Return the scene with the object attached to the hand where both are."""
+        return scene.attach(self.name, self.gripper.tool, at=positions, touch_links=self.gripper.links)
+
+    def plan(
+        self, stage: Stage, problem: Problem, candidate: Names, *, rest: float = 0.0
+    ) -> Segment | Refusal:
+        """Plan one motion and have it judged."""
+        run = Planning(problem, self.options.solver, self.rng, None)
+        result = run.prepare() or run.attempt(self.options.attempts)
+        for name, count in result.counts.items():
+            self.counts[name] = self.counts.get(name, 0) + count
+        if result.verified:
+            return Segment(stage, result, rest)
+        return Refusal(candidate.grasp, candidate.place, stage, result.explain(), result)
+
+    def move(
+        self, stage: Stage, scene: Scene, start: Floats, goal: Floats, candidate: Names
+    ) -> Segment | Refusal:
+        """Plan the arm's free motion to positions of all joints."""
+        problem = Problem(
+            scene=scene,
+            group=self.group,
+            start=start,
+            goal=to_configuration(scene, self.group, goal),
+            constraints=self.constraints if stage.holds else (),
+            velocity_scaling=self.options.velocity_scaling,
+            acceleration_scaling=self.options.acceleration_scaling,
+            name=f"{stage.name.lower()} {self.name}",
+        )
+        return self.plan(stage, problem, candidate)
+
+    def straight(
+        self,
+        stage: Stage,
+        scene: Scene,
+        start: Floats,
+        goal: Floats,
+        candidate: Names,
+        *,
+        rest: float = 0.0,
+    ) -> Segment | Refusal:
+        """Plan the arm's straight motion to positions of all joints, with room for it at its near end."""
+        near = start if stage in {Stage.LIFT, Stage.RETREAT} else goal
+        problem = straight_problem(
+            with_room(self.reduced(scene, near), self.arm(near)),
+            start,
+            goal,
+            group=self.group,
+            tool=self.gripper.tool,
+            options=self.options,
+            constraints=self.constraints if stage.holds else (),
+            name=f"{stage.name.lower()} {self.name}",
+        )
+        return self.plan(stage, problem, candidate, rest=rest)
+
+    def fingers(
+        self,
+        stage: Stage,
+        scene: Scene,
+        start: Floats,
+        opening: float,
+        candidate: Names,
+        *,
+        rest: float = 0.0,
+    ) -> Segment | Refusal | None:
+        """Plan the fingers' motion to an opening; None if they are there.
+
+        The pads may touch the object. Clear of everything is clear enough for them: the hand stands
+        where the arm had to go.
+        """
+        gripper = self.gripper
+        goal = self.opened(start, opening)
+        if np.abs(goal - start).max() < SAME:
+            return None
+        for finger in gripper.fingers:
+            scene = scene.allow(finger, self.name)
+        problem = Problem(
+            scene=_without_margins(scene),
+            group=gripper.group,
+            start=start,
+            goal=joint_positions(gripper.joints_at(opening)),
+            velocity_scaling=self.options.velocity_scaling,
+            acceleration_scaling=self.options.acceleration_scaling,
+            name=f"{stage.name.lower()} {self.name}",
+        )
+        return self.plan(stage, problem, candidate, rest=rest)
+
+
+Step = Callable[[Floats], Segment | Refusal | None]
+"""Plans a motion from positions of all joints; None where nothing has to move."""
+
+
+def in_turn(steps: Sequence[Step], start: Floats) -> tuple[Segment, ...] | Refusal:
+    """Plan motions, each from where the one before ends; stop at the first that cannot be.
+
+    Args:
+        steps: Plan one motion each.
+        start: Positions of all joints at the beginning [rad | m].
+    """
+    segments: list[Segment] = []
+    for step in steps:
+        done = step(segments[-1].end if segments else start)
+        if isinstance(done, Refusal):
+            return done
+        if done is not None:
+            segments.append(done)
+    return tuple(segments)
+
+
+def _without_margins(scene: Scene) -> Scene:
+    return replace(scene, margin=0.0, pair_margins={})
