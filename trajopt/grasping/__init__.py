@@ -1,4 +1,7 @@
-"""Picking and placing: an object is taken, carried and put down, in one sequence verified whole."""
+"""Picking and placing: an object is taken, carried and put down, in one sequence verified whole.
+
+`trajopt.grasping.simulation` executes such a sequence in MuJoCo, where only friction holds the object.
+"""
 
 from trajopt.grasping.described import gripper_of as gripper_of
 from trajopt.grasping.generators import grasps_of as grasps_of

@@ -101,6 +101,24 @@ class Gripper:
         order = np.argsort(column)
         return float(np.interp(joint, column[order], self.openings[order]))
 
+    def pressing(self, width: float, force: float) -> Mapping[str, float]:
+        """Return what the driven joints give so that each finger presses, joint -> force or torque [N | Nm].
+
+        By virtual work: the pads come nearer by the sum of what each of the m joints contributes, which is
+        as much for each: tau_i = -F d(opening)/dq_i, with d(opening)/dq_i = 1 / (m dq_i/d(opening)).
+
+        Args:
+            width: Between the pads [m].
+            force: That each finger presses with [N].
+        """
+        return dict(zip(self.joint_names, (-force / self._yield(width)).tolist(), strict=True))
+
+    def _yield(self, width: float) -> Floats:
+        """Return m dq_i/d(opening) at an opening, shape (m,)."""
+        place = int(np.clip(np.searchsorted(self.openings, width), 1, len(self.openings) - 1))
+        rise = self.positions[place] - self.positions[place - 1]
+        return len(self.joint_names) * rise / (self.openings[place] - self.openings[place - 1])
+
     def opened(self, robot: Robot, positions: Floats, opening: float) -> Floats:
         """Return positions of all joints with the fingers at an opening [rad | m].
 

@@ -3,8 +3,12 @@
 from trajopt.simulate.before_mujoco import load_mujoco as load_mujoco
 from trajopt.simulate.camera import CameraView as CameraView
 from trajopt.simulate.contacts import Contact as Contact
+from trajopt.simulate.loose import Friction as Friction
 from trajopt.simulate.offscreen import RenderingUnavailable as RenderingUnavailable
 from trajopt.simulate.options import SimulationOptions as SimulationOptions
+from trajopt.simulate.phases import Phase as Phase
+from trajopt.simulate.phases import SequenceLog as SequenceLog
+from trajopt.simulate.phases import simulate_phases as simulate_phases
 from trajopt.simulate.rendering import Layout as Layout
 from trajopt.simulate.rendering import render as render
 from trajopt.simulate.rollout import PoseError as PoseError

@@ -5,10 +5,12 @@ from collections.abc import Mapping
 import mujoco
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, readonly
 from trajopt.errors import ModelError
+from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
-from trajopt.simulate.spec import describe
+from trajopt.model.rotations import from_quaternion
+from trajopt.simulate.spec import SpecReport, describe
 
 SMALLEST_MOVED_INERTIA = 1e-9
 """A joint that moves less than this [kg m^2 | kg] cannot be simulated."""
@@ -19,17 +21,18 @@ TOUCH_DEPTH = 1e-6
 class Plant:
     """MuJoCo's model and state of a reduced model; scratch memory, one per simulation."""
 
-    def __init__(self, reduced: ReducedModel, dt: float) -> None:
+    def __init__(self, reduced: ReducedModel, dt: float, report: SpecReport | None = None) -> None:
         """Compile the model.
 
         Args:
             reduced: The reduced model.
             dt: Time step [s].
+            report: Its MuJoCo model, with whatever was added to it; made anew when None.
 
         Raises:
             ModelError: If MuJoCo refuses the model, or a joint moves no mass.
         """
-        report = describe(reduced)
+        report = report or describe(reduced)
         report.spec.option.timestep = dt
         # A simulation that blows up is reported; MuJoCo would silently start over.
         report.spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET.value
@@ -56,6 +59,12 @@ class Plant:
     def velocities(self) -> Floats:
         """Velocities of the model's joints, in pinocchio's order [rad/s | m/s]."""
         return self.data.qvel[self._velocity]
+
+    def placement_of(self, loose: str) -> Placement:
+        """Return where a loose object is in the world, by its free joint (bodies lag a step behind)."""
+        place = self.model.jnt_qposadr[self.model.joint(loose).id]
+        x, y, z, w, qx, qy, qz = self.data.qpos[place : place + 7].tolist()
+        return Placement(readonly(from_quaternion(qx, qy, qz, w)), readonly(np.array((x, y, z))))
 
     def reset(self, positions: Floats, velocities: Floats) -> None:
         """Put the group at positions and velocities, shape (n,) each; mimicking joints follow."""

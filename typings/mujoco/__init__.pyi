@@ -50,6 +50,9 @@ class mjtCatBit(_Enum):
     mjCAT_DECOR: ClassVar[mjtCatBit]
     mjCAT_ALL: ClassVar[mjtCatBit]
 
+class mjtCone(_Enum):
+    mjCONE_ELLIPTIC: ClassVar[mjtCone]
+
 class mjtDisableBit(_Enum):
     mjDSBL_AUTORESET: ClassVar[mjtDisableBit]
 
@@ -109,6 +112,9 @@ class MjOption:
     timestep: float
     gravity: _Doubles
     integrator: _Int
+    cone: _Int
+    impratio: float
+    noslip_iterations: int
     disableflags: int
 
 class MjStatistic:
@@ -209,7 +215,10 @@ class MjsBody:
     inertia: _Doubles
     ipos: _Doubles
     iquat: _Doubles
-    def add_body(self, *, name: str | None = None) -> MjsBody: ...
+    def add_body(
+        self, *, name: str | None = None, pos: ArrayLike | None = None, quat: ArrayLike | None = None
+    ) -> MjsBody: ...
+    def add_freejoint(self, *, name: str | None = None) -> MjsJoint: ...
     def add_geom(
         self, *, name: str | None = None, type: _Integer | None = None, size: ArrayLike | None = None
     ) -> MjsGeom: ...
@@ -232,6 +241,7 @@ class MjsEquality:
     name2: str
     data: _Doubles
     solref: _Doubles
+    solimp: _Doubles
 
 class MjsMesh:
     name: str
@@ -263,6 +273,11 @@ class MjsMaterial:
 class MjsPair:
     geomname1: str
     geomname2: str
+    condim: int
+    friction: _Doubles
+    solref: _Doubles
+    solreffriction: _Doubles
+    solimp: _Doubles
 
 class MjSpec:
     modelname: str
@@ -276,6 +291,9 @@ class MjSpec:
     def visual(self) -> MjVisual: ...
     @property
     def worldbody(self) -> MjsBody: ...
+    @property
+    def equalities(self) -> list[MjsEquality]: ...
+    def joint(self, name: str, /) -> MjsJoint: ...
     def __init__(self) -> None: ...
     def add_actuator(
         self, *, name: str | None = None, target: str | None = None, trntype: _Integer | None = None

@@ -1,0 +1,112 @@
+"""A loose object: nothing holds it but contact and friction."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from trajopt.arrays import number
+from trajopt.errors import ModelError, ShapeError
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.scene_object import SceneObject
+from trajopt.model.shapes import Shape, bounding_box
+from trajopt.simulate.pieces import pieces
+from trajopt.simulate.spec import SpecReport, add_piece, scalar_first
+
+CONTACT_TIME = (0.004, 1.0)
+"""Time constant [s] and damping ratio of the contacts of a loose object (MuJoCo's `solref`)."""
+CONTACT_IMPEDANCE = (0.95, 0.99, 0.0005, 0.5, 2.0)
+"""How hard those contacts are, by depth (MuJoCo's `solimp`)."""
+FRICTION_TO_NORMAL = 10.0
+"""Impedance of friction by that of normal forces (MuJoCo's `impratio`): at 1, things creep."""
+NO_SLIP = 10
+"""Iterations that take out what creeping is left (MuJoCo's `noslip_iterations`)."""
+ROLLING = 1e-4
+"""Friction against rolling [m]; MuJoCo's default."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction of a loose object.
+
+    Attributes:
+        pads: Coefficient between it and the fingers.
+        others: Coefficient between it and all else.
+        torsional: Of pads and all else, against turning about the normal: that of a patch of about
+            this radius [m].
+    """
+
+    pads: float = 0.8
+    others: float = 0.5
+    torsional: float = 0.005
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("pads", "others", "torsional"):
+            if number(name, getattr(self, name)) < 0.0:
+                raise ShapeError(name, f"is negative: {getattr(self, name):g}")
+
+
+def add_loose(
+    report: SpecReport,
+    reduced: ReducedModel,
+    item: SceneObject,
+    where: Placement,
+    *,
+    fingers: tuple[str, ...],
+    friction: Friction,
+) -> SpecReport:
+    """Add an object that falls, slides and can be held to a MuJoCo model.
+
+    It collides with everything. Its mass is spread evenly over its shapes, by the volume of their
+    bounding boxes.
+
+    Args:
+        report: The model; changed.
+        reduced: The reduced model that it was made of, without the object.
+        item: The object.
+        where: Its placement in the world.
+        fingers: Links with rubber on them.
+        friction: Of the object.
+
+    Raises:
+        ModelError: If its mass is not known, or it has no shape.
+    """
+    if item.mass <= 0.0:
+        raise ModelError(f"object {item.name!r} has no mass to simulate it with: add(..., mass=...)")
+    if not item.parts:
+        raise ModelError(f"object {item.name!r} has no shape to take hold of")
+    spec = report.spec
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = FRICTION_TO_NORMAL
+    spec.option.noslip_iterations = NO_SLIP
+    body = spec.worldbody.add_body(name=item.name, pos=where.translation, quat=scalar_first(where))
+    body.add_freejoint(name=item.name)
+    others = dict(report.owners)
+    volumes = [_volume(shape) for shape, _ in item.parts]
+    owners, notes = dict(others), list(report.notes)
+    for count, (shape, placed) in enumerate(item.parts):
+        parts, note = pieces(shape, moving=True)
+        notes += [f"{item.name}: {note}"] * bool(note)
+        for part, piece in enumerate(parts):
+            name = f"{item.name}/{count}#{part}"
+            geom = add_piece(spec, body, name, piece, placed)
+            geom.mass = item.mass * volumes[count] / sum(volumes) / len(parts)
+            owners[name] = item.name
+            for other, owner in others.items():
+                coefficient = friction.pads if owner in fingers else friction.others
+                pair = spec.add_pair(geomname1=name, geomname2=other)
+                pair.condim = 4
+                pair.friction = np.array((coefficient, coefficient, friction.torsional, ROLLING, ROLLING))
+                pair.solref, pair.solimp = np.array(CONTACT_TIME), np.array(CONTACT_IMPEDANCE)
+                # The shortest time constant that a step allows: MuJoCo leaves out the centripetal part of
+                # the acceleration at a contact, so that things creep outward in a hand that turns, at
+                # that acceleration times half this.
+                pair.solreffriction = np.array((2.0 * spec.option.timestep, 1.0))
+    return SpecReport(spec, owners, tuple(notes))
+
+
+def _volume(shape: Shape) -> float:
+    lower, upper = bounding_box(shape)
+    return float(np.prod(upper - lower))
