@@ -4,10 +4,12 @@ import coal
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.grasping.gripper import Gripper
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
+from trajopt.model.shapes import Shape
 from trajopt.query import query_of
 from trajopt.query.geometry import collision_geometry
 
@@ -25,25 +27,41 @@ def touched(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
         name: The object.
         where: Its placement in the world.
     """
-    found: list[str] = []
     own = [(where * placed, shape) for shape, placed in scene.object(name).parts]
-    for body in scene.object_bodies():
-        if body.owner == name or body.frame != WORLD or body.owner in found:
+    found = (
+        body.owner
+        for body in scene.object_bodies()
+        if body.owner != name
+        and body.frame == WORLD
+        and any(_gap(placed, shape, body.placement, body.shape) < TOUCHING for placed, shape in own)
+    )
+    return tuple(dict.fromkeys(found))
+
+
+def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
+    """Say what a hand would be inside of with its tool at a placement, whatever the arm does.
+
+    Args:
+        reduced: A model in which the fingers stand as they should.
+        gripper: The gripper.
+        tool: Placement of its tool frame in the world.
+
+    Returns:
+        Which link and which object; empty for none.
+    """
+    scene = reduced.scene
+    joint, held = reduced.attachment(gripper.tool)
+    hand = tool * held.inverse()
+    links = [body for body in reduced.bodies if body.owner in gripper.links and body.joint == joint]
+    for other in reduced.bodies:
+        if other.joint != 0 or other.owner in scene.robot.links:
             continue
-        for placed, shape in own:
-            result = coal.DistanceResult()
-            gap = coal.distance(
-                collision_geometry(shape),
-                _transform(placed),
-                collision_geometry(body.shape),
-                _transform(body.placement),
-                coal.DistanceRequest(),
-                result,
-            )
-            if gap < TOUCHING:
-                found.append(body.owner)
-                break
-    return tuple(found)
+        for body in links:
+            if scene.may_touch(body.owner, other.owner):
+                continue
+            if _gap(hand * body.placement, body.shape, other.placement, other.shape) < 0.0:
+                return f"{body.owner} is inside {other.owner}"
+    return ""
 
 
 def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
@@ -66,6 +84,20 @@ def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
         first, second = sorted(owners)
         scene = scene.with_margin(SHARE * gap if gap > TOUCHING else 0.0, first, second)
     return scene
+
+
+def _gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> float:
+    """Return how far two shapes are apart, negative where they overlap [m]."""
+    return float(
+        coal.distance(
+            collision_geometry(shape),
+            _transform(first),
+            collision_geometry(other),
+            _transform(second),
+            coal.DistanceRequest(),
+            coal.DistanceResult(),
+        )
+    )
 
 
 def _transform(placement: Placement) -> coal.Transform3s:

@@ -7,7 +7,7 @@ from trajopt import reasons
 from trajopt.arrays import Floats
 from trajopt.grasping.grasp import Grasp
 from trajopt.grasping.handling import Refusal, Segment, Stage
-from trajopt.grasping.neighbours import touched
+from trajopt.grasping.neighbours import hand_meets, touched
 from trajopt.grasping.straight import follow, up, vector_of
 from trajopt.grasping.task import Names, Step, Task, in_turn
 from trajopt.model.requirements import frame_placement
@@ -57,6 +57,10 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
     start = task.opened(task.start, grasp.opening)
     reduced = task.reduced(scene, start)
     stands = scene.placement_of(task.name, start)
+    meets = hand_meets(reduced, gripper, stands * grasp.placement)
+    if meets:
+        yield refused(Stage.APPROACH, f"{meets} at the object, wherever the arm is")
+        return
     wanted = frame_placement(gripper.tool, stands * grasp.placement)
     found = goal_candidates(reduced, (wanted,), rng=task.rng, counts=Counts())
     if not found.free:
@@ -71,7 +75,7 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
             yield refused(Stage.APPROACH, approach.reason)
             continue
         closed = task.opened(there, grasp.width)
-        held = lifting = task.held(scene, closed)
+        held = lifting = task.held(grasp)
         for support in supports:
             lifting = lifting.allow_contact(
                 f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time

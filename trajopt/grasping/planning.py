@@ -126,7 +126,7 @@ def place(
         opening = task.gripper.opening_at(scene.robot, task.start) + LET_GO
     opening = min(opening, task.gripper.widest)
     search = Search(task, _listed(places))
-    placed = search.put(scene, task.start, opening, grasp="")
+    placed = search.put(scene, task.start, opening, grasp=None)
     return search.ended(placed, None)
 
 

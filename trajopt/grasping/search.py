@@ -1,20 +1,22 @@
 """The search for a sequence: grasps in order, places in order, the cheap checks of all stages first."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 
 from trajopt.arrays import Floats
 from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.handling import Handling, Refusal, Segment
 from trajopt.grasping.picking import PickCandidate, pick_candidates, plan_pick
-from trajopt.grasping.placing import place_candidates, plan_place
+from trajopt.grasping.placing import PlaceCandidate, place_candidates, plan_place
 from trajopt.grasping.task import Names, Task
 from trajopt.model.scene import Scene
 
 Before = Callable[[], tuple[Segment, ...] | None]
 """Plans what comes before; None where it cannot be."""
+Remembered = tuple[list[PlaceCandidate], Iterator[PlaceCandidate | Refusal]]
+"""Candidates of a place that were found, and where more come from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +49,9 @@ class Search:
     places: tuple[Place, ...]
     refusals: list[Refusal] = field(default_factory=list[Refusal])
     began: float = field(default_factory=time.process_time)
+    _candidates: dict[tuple[Grasp | None, Place], Remembered] = field(
+        default_factory=dict[tuple[Grasp | None, Place], Remembered]
+    )
 
     def take(self, grasps: Sequence[Grasp]) -> Handling:
         """Try grasps in order, each with all places."""
@@ -61,7 +66,7 @@ class Search:
         return self.ended(None, None)
 
     def put(
-        self, held: Scene, start: Floats, opening: float, *, grasp: str, before: Before | None = None
+        self, held: Scene, start: Floats, opening: float, *, grasp: Grasp | None, before: Before | None = None
     ) -> Found | None:
         """Try places in order for an object in the hand.
 
@@ -69,15 +74,14 @@ class Search:
             held: The scene with the object in the hand.
             start: Positions of all joints from which it is carried, nearly [rad | m].
             opening: Of the fingers that let go [m].
-            grasp: Name of the grasp.
+            grasp: How it is held; None where that is not known.
             before: Plans what comes before, when first needed; None if it cannot be.
         """
+        name = "" if grasp is None else grasp.name
         for place in self.places:
-            names = Names(grasp=grasp, place=place.name)
-            for candidate in place_candidates(self.task, held, start, place, opening=opening, names=names):
-                if isinstance(candidate, Refusal):
-                    self.refusals.append(candidate)
-                    continue
+            names = Names(grasp=name, place=place.name)
+            make = partial(place_candidates, self.task, held, start, place, opening=opening, names=names)
+            for candidate in self._remembered((grasp, place), make):
                 first = () if before is None else before()
                 if first is None:
                     return None
@@ -105,6 +109,19 @@ class Search:
             cpu_seconds=time.process_time() - self.began,
         )
 
+    def _remembered(
+        self, key: tuple[Grasp | None, Place], make: Callable[[], Iterator[PlaceCandidate | Refusal]]
+    ) -> Iterator[PlaceCandidate]:
+        """Yield the candidates of a place, looked for once a grasp: the arm's posture in it is no matter."""
+        known, others = self._candidates.setdefault(key, ([], make()))
+        yield from tuple(known)
+        for candidate in others:
+            if isinstance(candidate, Refusal):
+                self.refusals.append(candidate)
+            else:
+                known.append(candidate)
+                yield candidate
+
     def _from(self, candidate: PickCandidate) -> Found | None:
         """Plan a grasp that passed the cheap checks, and all that follows."""
 
@@ -117,7 +134,7 @@ class Search:
             return planned
 
         if self.places:
-            grasp = candidate.grasp
-            return self.put(candidate.held, candidate.lifted, grasp.opening, grasp=grasp.name, before=picked)
+            opening = candidate.grasp.opening
+            return self.put(candidate.held, candidate.lifted, opening, grasp=candidate.grasp, before=picked)
         segments = picked()
         return None if segments is None else Found(segments, candidate.held, None)

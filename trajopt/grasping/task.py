@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.grasping.grasp import Grasp
 from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.handling import Refusal, Segment, Stage
 from trajopt.grasping.neighbours import with_room
@@ -74,9 +75,11 @@ class Task:
         """Return positions of all joints with the fingers at an opening [m]."""
         return self.gripper.opened(self.scene.robot, positions, opening)
 
-    def held(self, scene: Scene, positions: Floats) -> Scene:
-        """Return the scene with the object attached to the hand where both are."""
-        return scene.attach(self.name, self.gripper.tool, at=positions, touch_links=self.gripper.links)
+    def held(self, grasp: Grasp) -> Scene:
+        """Return the scene with the object attached to the hand as a grasp has it."""
+        gripper = self.gripper
+        where = grasp.placement.inverse()
+        return self.scene.attach(self.name, gripper.tool, placement=where, touch_links=gripper.links)
 
     def plan(
         self, stage: Stage, problem: Problem, candidate: Names, *, rest: float = 0.0
