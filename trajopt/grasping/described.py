@@ -1,6 +1,6 @@
 """The gripper that a robot's SRDF describes, measured on its collision bodies."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
     if np.linalg.norm(approach) < 1e-6:
         reason = f"{frame!r} is not before {effector.parent_link!r}; name its tool frame"
         raise GripperError(robot.name, reason)
-    return Gripper(
+    known = Gripper(
         group=effector.group,
         tool=frame,
         links=robot.group(effector.group).links,
@@ -64,10 +64,13 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
         joint_names=reduced.joint_names,
         openings=parted.openings,
         positions=parted.positions,
-        force=float(limits.effort[np.isfinite(limits.effort)].min()),
+        force=1.0,
         approach=approach,
         closing=closing,
     )
+    # With a newton at each pad, the motor that is nearest to its limit says how many there can be.
+    each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
+    return replace(known, force=float((limits.effort / each).min()))
 
 
 def arm_of(robot: Robot, gripper: Gripper) -> str:

@@ -61,22 +61,28 @@ class SequenceLog:
     """What happened in a simulated sequence.
 
     Attributes:
+        reduced: The joints of all phases, in the scene before.
+        loose: The object.
         times: Of the stored samples, shape (k,) [s].
         phases: Index of the phase at each sample, shape (k,).
         positions: Of all joints of the robot, shape (k, joints) [rad | m].
         placements: Of the loose object in the world, one each.
         touching: What touched it, one set each.
+        deepest: How deep it was in anything at most; contacts yield a little [m].
         contacts: Other contacts that the scene does not excuse.
         saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
         diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
         notes: Where MuJoCo's model differs from the robot's and the scene's.
     """
 
+    reduced: ReducedModel
+    loose: str
     times: Floats
     phases: Ints
     positions: Floats
     placements: tuple[Placement, ...]
     touching: tuple[frozenset[str], ...]
+    deepest: float
     contacts: tuple[Contact, ...]
     saturated: Mapping[str, float]
     diverged: float | None
@@ -135,7 +141,7 @@ def simulate_phases(
         at = run.follow(index, phase, at, options.settling_time if last else 0.0)
         if run.diverged is not None:
             break
-    return run.log()
+    return run.log(_whole(scene, joints, start))
 
 
 class _Run:
@@ -157,6 +163,7 @@ class _Run:
         self._touching: list[frozenset[str]] = []
         self._limited = np.zeros(len(whole.joint_names))
         self._last_touching = frozenset[str]()
+        self._deepest = 0.0
         model = whole.model
         self._driven = [model.getJointId(name) - 1 for name in whole.joint_names]
         self._steps = 0
@@ -194,21 +201,24 @@ class _Run:
         touching = self._plant.step(asked)
         now, loose = self._steps * self._options.dt, self._loose
         self._limited += self._options.dt * (np.abs(asked) > self._whole.limits.effort)
-        self._last_touching = frozenset(
-            name for pair in touching if loose in pair for name in pair if name != loose
-        )
+        own = {pair: depth for pair, depth in touching.items() if loose in pair}
+        self._last_touching = frozenset(name for pair in own for name in pair if name != loose)
+        self._deepest = max(self._deepest, *own.values(), 0.0)
         self._contacts.record(now, {pair: depth for pair, depth in touching.items() if loose not in pair})
         self._steps += 1
 
-    def log(self) -> SequenceLog:
-        """Return what was stored."""
+    def log(self, reduced: ReducedModel) -> SequenceLog:
+        """Return what was stored, with the joints and the scene that it is told of."""
         times, phases, positions = zip(*self._samples, strict=True)
         return SequenceLog(
+            reduced=reduced,
+            loose=self._loose,
             times=readonly(np.array(times)),
             phases=np.array(phases, dtype=np.int64),
             positions=readonly(np.array(positions)),
             placements=tuple(self._placements),
             touching=tuple(self._touching),
+            deepest=self._deepest,
             contacts=self._contacts.contacts(),
             saturated={
                 name: float(seconds)

@@ -12,6 +12,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.simulate.camera import CameraView
 from trajopt.simulate.controller import in_group_order
 from trajopt.simulate.film import WRITERS, check_path, write_strip
+from trajopt.simulate.phases import SequenceLog
 from trajopt.simulate.rollout import Rollout
 from trajopt.simulate.studio import Motion, Studio
 from trajopt.trajectory import Trajectory
@@ -26,7 +27,7 @@ class Layout(Enum):
 
 def render(
     reduced: ReducedModel,
-    motion: Rollout | Trajectory,
+    motion: Rollout | Trajectory | SequenceLog,
     path: Path | str,
     *,
     width: int = 640,
@@ -41,7 +42,7 @@ def render(
 
     Args:
         reduced: Robot and scene.
-        motion: A simulated or a planned motion.
+        motion: A simulated or a planned motion; of a simulated sequence, `reduced` is its own.
         path: The file; its suffix says the kind. MP4 needs the package imageio-ffmpeg.
         width: Of one picture [pixels].
         height: Of one picture [pixels].
@@ -91,7 +92,10 @@ def render(
     return file
 
 
-def _motion(reduced: ReducedModel, motion: Rollout | Trajectory) -> Motion:
+def _motion(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> Motion:
+    if isinstance(motion, SequenceLog):
+        columns = reduced.scene.robot.index(reduced.joint_names)
+        return Motion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)
     if isinstance(motion, Rollout):
         if motion.joint_names != reduced.joint_names:
             in_group_order(reduced, motion.trajectory)  # raises

@@ -40,12 +40,13 @@ WOODEN = ("table", "shelf", "desk", "bench", "board", "pallet")
 """An object whose name has one of these words is drawn as wood."""
 
 
-def picture_spec(reduced: ReducedModel, shown: Floats) -> mujoco.MjSpec:
+def picture_spec(reduced: ReducedModel, shown: Floats, *, loose: str = "") -> mujoco.MjSpec:
     """Return a MuJoCo model for the eye: nothing in it collides.
 
     Args:
         reduced: Robot and scene.
         shown: Points around everything that will be in view, shape (k, 3) in the world [m].
+        loose: An object that is moved by itself, as MuJoCo's one motion-captured body; empty for none.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -57,27 +58,31 @@ def picture_spec(reduced: ReducedModel, shown: Floats) -> mujoco.MjSpec:
     for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced)):
         geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
         geom.rgba, geom.group, geom.material = np.array(colour), ROBOT_GROUP, "paint"
-    colours = object_colours(reduced)
+    colours = object_colours(reduced, loose)
     links = reduced.scene.robot.links
     count = 0
+    free = spec.worldbody.add_body(name=loose, mocap=True) if loose else None
     for body in reduced.bodies:
         if body.owner in links or isinstance(body.shape, Plane):
             continue
+        carrier, where = bodies[body.joint], body.placement
+        if free is not None and body.owner == loose:
+            carrier, where = free, reduced.attachment(loose)[1].inverse() * where
         for piece in _seen(body.shape):
-            geom = add_piece(spec, bodies[body.joint], f"object {count}", piece, body.placement)
+            geom = add_piece(spec, carrier, f"object {count}", piece, where)
             geom.rgba, geom.group = np.array(colours[body.owner]), OBJECT_GROUP
             geom.material = "paint"
             count += 1
     return spec
 
 
-def object_colours(reduced: ReducedModel) -> dict[str, Colour]:
-    """Choose a colour for every object: accent if carried, wood by its name, else the palette."""
+def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
+    """Choose a colour for every object: accent if carried or loose, wood by its name, else the palette."""
     carried = {body.owner for body in reduced.scene.object_bodies() if body.frame != WORLD}
     colours: dict[str, Colour] = {}
     used = 0
     for name in reduced.scene.objects:
-        if name in carried:
+        if name in carried or name == loose:
             colours[name] = ATTACHED
         elif any(word in name.lower() for word in WOODEN):
             colours[name] = WOOD

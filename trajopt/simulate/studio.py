@@ -7,11 +7,13 @@ import mujoco
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.tool_frame import tool_frame, tool_point
 from trajopt.simulate.camera import FIELD_OF_VIEW, CameraView, automatic_view, visible_points
 from trajopt.simulate.film import labelled
 from trajopt.simulate.offscreen import Image, Offscreen
+from trajopt.simulate.spec import scalar_first
 from trajopt.simulate.stage import adapt_to_camera, picture_spec
 
 PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
@@ -35,15 +37,23 @@ class Motion:
     Attributes:
         times: Increasing from 0, shape (k,), k >= 2 [s].
         positions: Shape (k, n) [rad | m].
+        loose: An object that moves by itself; empty for none.
+        placements: Of that object in the world, k of them.
     """
 
     times: Floats
     positions: Floats
+    loose: str = ""
+    placements: tuple[Placement, ...] = ()
 
     @property
     def duration(self) -> float:
         """Time of the last sample [s]."""
         return float(self.times[-1])
+
+    def loose_at(self, t: float) -> Placement:
+        """Return where the loose object is at the last sample before a time."""
+        return self.placements[max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)]
 
     def __call__(self, t: float) -> Floats:
         """Return the positions at a time, shape (n,)."""
@@ -86,7 +96,7 @@ class Studio:
         self._reduced, self._motion = reduced, motion
         on_the_way = [motion(motion.duration * share) for share in np.linspace(0.0, 1.0, 9)]
         shown = visible_points(reduced, np.array(on_the_way))
-        spec = picture_spec(reduced, shown)
+        spec = picture_spec(reduced, shown, loose=motion.loose)
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
         spec.visual.global_.fovy = np.rad2deg(FIELD_OF_VIEW)
         spec.visual.quality.shadowsize = shadow
@@ -117,7 +127,7 @@ class Studio:
         """Draw the moments one by one."""
         drawn, picture = None, None
         for count, t in enumerate(times):
-            positions = self._motion(float(t))
+            positions = self._seen(float(t))
             if picture is None or drawn is None or np.abs(positions - drawn).max() > SAME_PICTURE:
                 self._compose(float(t))
                 drawn, picture = positions, self._screen.picture(self._scene)
@@ -150,8 +160,16 @@ class Studio:
             seen += not 0.0 <= share < 1.0 - NEAR_TOOL / float(np.linalg.norm(ray))
         return seen / len(looks)
 
+    def _seen(self, t: float) -> Floats:
+        """Return numbers that are the same where the picture is."""
+        where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
+        return np.concatenate((self._motion(t), where))
+
     def _pose(self, t: float) -> None:
         reduced = self._reduced
+        if self._motion.loose:
+            where = self._motion.loose_at(t)
+            self._data.mocap_pos[0], self._data.mocap_quat[0] = where.translation, scalar_first(where)
         self._data.qpos[self._address] = reduced.expand @ self._motion(t) + reduced.offset
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)

@@ -216,7 +216,12 @@ class MjsBody:
     ipos: _Doubles
     iquat: _Doubles
     def add_body(
-        self, *, name: str | None = None, pos: ArrayLike | None = None, quat: ArrayLike | None = None
+        self,
+        *,
+        name: str | None = None,
+        pos: ArrayLike | None = None,
+        quat: ArrayLike | None = None,
+        mocap: bool | None = None,
     ) -> MjsBody: ...
     def add_freejoint(self, *, name: str | None = None) -> MjsJoint: ...
     def add_geom(
@@ -358,6 +363,10 @@ class MjData:
     def qpos(self) -> NDArray[np.float64]: ...
     @property
     def qvel(self) -> NDArray[np.float64]: ...
+    @property
+    def mocap_pos(self) -> NDArray[np.float64]: ...
+    @property
+    def mocap_quat(self) -> NDArray[np.float64]: ...
     @property
     def ctrl(self) -> NDArray[np.float64]: ...
     @property
