@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from trajopt.arrays import number
 from trajopt.errors import ShapeError
-from trajopt.solvers import Sqp
+from trajopt.methods import Knots, Method
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,7 @@ class GraspingOptions:
         release_time: Rest before the fingers open, in which the object comes to stand [s].
         configurations: Of the arm that are tried for each grasp and each place.
         attempts: First guesses for each motion.
-        solver: The solver with its options.
+        method: Transcription and solver with their options.
     """
 
     velocity_scaling: float = 1.0
@@ -34,7 +34,7 @@ class GraspingOptions:
     release_time: float = 0.2
     configurations: int = 4
     attempts: int = 16
-    solver: Sqp = field(default_factory=Sqp)
+    method: Method = field(default_factory=Knots)
 
     def __post_init__(self) -> None:
         """Check that each number can be used."""

@@ -85,7 +85,7 @@ class Task:
         self, stage: Stage, problem: Problem, candidate: Names, *, rest: float = 0.0
     ) -> Segment | Refusal:
         """Plan one motion and have it judged."""
-        run = Planning(problem, self.options.solver, self.rng, None)
+        run = Planning(problem, self.options.method, self.rng, None)
         result = run.prepare() or run.attempt(self.options.attempts)
         for name, count in result.counts.items():
             self.counts[name] = self.counts.get(name, 0) + count
