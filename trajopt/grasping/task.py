@@ -145,14 +145,14 @@ class Task:
     ) -> Segment | Refusal | None:
         """Plan the fingers' motion to an opening; None if they are there.
 
-        The pads may touch the object. Clear of everything is clear enough for them: the hand stands
-        where the arm had to go.
+        At the object the pads may touch it. Clear of everything is clear enough for them: the hand
+        stands where the arm had to go.
         """
         gripper = self.gripper
         goal = self.opened(start, opening)
         if np.abs(goal - start).max() < SAME:
             return None
-        for finger in gripper.fingers:
+        for finger in gripper.fingers if stage is not Stage.OPEN else ():
             scene = scene.allow(finger, self.name)
         problem = Problem(
             scene=_without_margins(scene),
