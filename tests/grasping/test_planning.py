@@ -1,12 +1,14 @@
 """Picking and placing, planned: each stage in its own scene, judged; candidates in order; refusals."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.errors import ObjectNotFound, PlanningFailed, ProblemError, ShapeError
+from trajopt.errors import FrameNotFound, ObjectNotFound, PlanningFailed, ProblemError, ShapeError
 from trajopt.grasping import (
     Grasp,
     GraspingOptions,
@@ -16,10 +18,12 @@ from trajopt.grasping import (
     Stage,
     Straight,
     grasps_of,
+    gripper_of,
     pick,
     pick_and_place,
     place,
 )
+from trajopt.store import write_json
 
 from .conftest import drawn, on_table
 
@@ -263,6 +267,10 @@ def test_misuse_is_refused(panda: to.Robot, gripper: Gripper) -> None:
         Grasp(placement=to.placement(), width=0.05, opening=0.04)
     with pytest.raises(ProblemError, match="distance must be positive"):
         Straight(0.0)
+    with pytest.raises(FrameNotFound, match="did you mean 'table'"):
+        pick_and_place(scene, "thing", start="ready", grasps=grasps, places=replace(there, frame="tabel"))
+    with pytest.raises(FrameNotFound, match="no frame named 'tool'"):
+        pick(scene, "thing", start="ready", grasps=[replace(grasps[0], lift=Straight(frame="tool"))])
     with pytest.raises(ShapeError, match="contact_time"):
         GraspingOptions(contact_time=0.0)
 
@@ -278,6 +286,54 @@ def test_slow_handlings_are_slow(panda: to.Robot, gripper: Gripper, handling: Ha
     )
     assert found.verified, found.explain()
     assert found.timeline.duration > 2.0 * handling.timeline.duration
+
+
+def test_plain_data_holds_every_motion(handling: Handling, tmp_path: Path) -> None:
+    write_json(tmp_path / "handling.json", handling.as_dict())
+    read = json.loads((tmp_path / "handling.json").read_text())
+    assert [item["stage"] for item in read["segments"]] == [stage.name for stage in Stage]
+    assert handling.grasp is not None and read["grasp"] == handling.grasp.name
+    last = read["segments"][-1]
+    assert last["begin"] + last["duration"] == pytest.approx(handling.timeline.duration)
+
+
+@pytest.mark.parametrize("kind", ["straight", "grasp", "place", "grasps_of", "gripper_of", "pick"])
+def test_spoilt_arguments_are_refused_in_words(panda: to.Robot, gripper: Gripper, kind: str) -> None:
+    scene = on_table(panda, BLOCK, STOOD)
+    grasp = grasps_of(scene, "thing", gripper)[0]
+    function, given = {
+        "straight": (Straight, {"distance": 0.1, "frame": "world"}),
+        "grasp": (
+            Grasp,
+            {
+                "placement": to.placement(),
+                "width": 0.05,
+                "opening": 0.07,
+                "approach": Straight(),
+                "lift": Straight(),
+            },
+        ),
+        "place": (
+            Place,
+            {"placement": ASKED, "frame": "world", "position_tolerance": 0.01, "rotation_tolerance": 0.1},
+        ),
+        "grasps_of": (grasps_of, {"scene": scene, "name": "thing", "gripper": gripper, "reach": 0.03}),
+        "gripper_of": (gripper_of, {"robot": panda, "end_effector": "hand", "tool": "panda_hand"}),
+        "pick": (
+            pick,
+            {
+                "scene": scene,
+                "name": "thing",
+                "start": "ready",
+                "grasps": [grasp],
+                "options": GraspingOptions(),
+            },
+        ),
+    }[kind]
+    for argument in given:
+        for junk in (b"bytes", object(), 3 + 1j, float("nan"), [1, "a"]):
+            with pytest.raises(to.TrajoptError, match=r".{10}"):
+                function(**{**given, argument: junk})
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.errors import GripperError, NameNotFound
 from trajopt.grasping.gripper import Gripper
+from trajopt.inputs import one_of
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
@@ -37,7 +38,10 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
         NameNotFound: If there is no end effector of that name.
         FrameNotFound: If there is no such tool frame.
     """
-    effector = _effector(robot, end_effector)
+    for label, given in (("end_effector", end_effector), ("tool", tool)):
+        if given is not None:
+            one_of(label, given, str)
+    effector = _effector(one_of("robot", robot, Robot), end_effector)
     scene, standing = Scene(robot), robot.positions()
     reduced = reduce_model(scene, effector.group, standing)
     limits = reduced.limits
@@ -47,7 +51,7 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
         raise GripperError(robot.name, f"the joints of group {effector.group!r} state no effort limit")
     fingers = _fingers(reduced)
     parted = _parted(reduced, fingers)
-    frame = tool or tool_frame(reduce_model(scene, _arm(robot, effector), standing))
+    frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
     at = scene.placement_of(frame, standing)
     closing = at.rotation.T @ parted.direction
     base = scene.placement_of(effector.parent_link, standing)

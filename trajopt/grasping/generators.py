@@ -9,7 +9,9 @@ from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ModelError
 from trajopt.grasping.grasp import FORCE, Grasp
 from trajopt.grasping.gripper import Gripper
+from trajopt.inputs import one_of
 from trajopt.model.placement import Placement
+from trajopt.model.requirements.requirement import positive
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cylinder, Shape, Sphere
 
@@ -51,7 +53,10 @@ def grasps_of(
         ObjectNotFound: If there is none of that id.
         ModelError: If it is of another shape, or of several.
     """
-    item = scene.object(name)
+    one_of("gripper", gripper, Gripper)
+    positive("force", force)
+    positive("reach", reach)
+    item = one_of("scene", scene, Scene).object(one_of("name", name, str))
     if len(item.parts) != 1:
         raise ModelError(f"object {name!r} has {len(item.parts)} shapes; make its grasps by hand")
     shape, where = item.parts[0]

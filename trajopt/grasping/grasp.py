@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ShapeError
+from trajopt.inputs import one_of
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import (
     POSITION_TOLERANCE,
@@ -42,6 +43,7 @@ class Straight:
     def __post_init__(self) -> None:
         """Check the length and make the direction a unit vector."""
         positive("distance", self.distance)
+        one_of("frame", self.frame, str)
         if self.direction is not None:
             object.__setattr__(self, "direction", direction_of("direction", self.direction))
 
@@ -75,6 +77,9 @@ class Grasp:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
+        one_of("placement", self.placement, Placement)
+        for way in ("approach", "lift"):
+            one_of(way, getattr(self, way), Straight)
         positive("force", self.force)
         if number("width", self.width) < 0.0:
             raise ShapeError("width", f"is negative: {self.width:g} m")
@@ -107,6 +112,14 @@ class Place:
     lower: Straight = field(default_factory=Straight)
     retreat: Straight = field(default_factory=Straight)
     name: str = "place"
+
+    def __post_init__(self) -> None:
+        """Check the tolerances, and that everything is of its kind."""
+        one_of("placement", self.placement, Placement)
+        one_of("frame", self.frame, str)
+        for way in ("lower", "retreat"):
+            one_of(way, getattr(self, way), Straight)
+        self.requirement(WORLD)
 
     def requirement(self, name: str) -> FramePlacement:
         """Return what must hold of the object of that name."""

@@ -179,3 +179,24 @@ class Handling:
             return f"{self.name!r} is taken{how}{where}: {steps}"
         stage = "" if self.failed is None else f"; the farthest came to {self.failed.name}"
         return "\n  ".join((f"no way to handle {self.name!r}{stage}", *map(str, self.refusals)))
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold: the motions with their beginnings, and what was given up."""
+        begins: list[float] = list(self.timeline.begins) if self.segments else []
+        return {
+            "verified": self.verified,
+            "message": self.explain(),
+            "object": self.name,
+            "grasp": None if self.grasp is None else self.grasp.name,
+            "place": None if self.place is None else self.place.name,
+            "segments": [
+                {"stage": item.stage.name, "begin": float(begin), "rest": item.rest, **item.result.as_dict()}
+                for begin, item in zip(begins, self.segments, strict=True)
+            ],
+            "refusals": [
+                {"grasp": item.grasp, "place": item.place, "stage": item.stage.name, "reason": item.reason}
+                for item in self.refusals
+            ],
+            "counts": dict(self.counts),
+            "cpu_seconds": self.cpu_seconds,
+        }

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from trajopt.arrays import number
 from trajopt.errors import ShapeError
+from trajopt.inputs import one_of
 from trajopt.methods import Knots, Method
 
 
@@ -38,6 +39,11 @@ class GraspingOptions:
 
     def __post_init__(self) -> None:
         """Check that each number can be used."""
+        for name in ("velocity_scaling", "acceleration_scaling"):
+            if not 0.0 < number(name, getattr(self, name)) <= 1.0:
+                raise ShapeError(name, f"must lie in (0, 1], is {getattr(self, name)}")
+        for name in ("configurations", "attempts"):
+            one_of(name, getattr(self, name), int)
         for name in ("aside", "turn", "contact_time", "configurations", "attempts"):
             if number(name, getattr(self, name)) <= 0.0:
                 raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")

@@ -13,6 +13,7 @@ from trajopt.grasping.handling import Handling
 from trajopt.grasping.options import GraspingOptions
 from trajopt.grasping.search import Search
 from trajopt.grasping.task import Task
+from trajopt.inputs import one_of, sequence
 from trajopt.model.requirements import WORLD, Requirement
 from trajopt.model.scene import Scene
 from trajopt.terms.residual import Constraint
@@ -66,7 +67,7 @@ def pick_and_place(
         ProblemError: If there is no grasp or no place, or the object is in the hand already.
     """
     task = _task(scene, name, start, group, gripper, constraints, options, rng)
-    return Search(task, _listed(places)).take(_graspable(task, grasps))
+    return Search(task, _places(task.scene, places)).take(_graspable(task, grasps))
 
 
 def pick(
@@ -125,7 +126,7 @@ def place(
     if opening is None:
         opening = task.gripper.opening_at(scene.robot, task.start) + LET_GO
     opening = min(opening, task.gripper.widest)
-    search = Search(task, _listed(places))
+    search = Search(task, _places(task.scene, places))
     placed = search.put(scene, task.start, opening, grasp=None)
     return search.ended(placed, None)
 
@@ -141,10 +142,10 @@ def _task(
     rng: np.random.Generator | None,
 ) -> Task:
     """Check what was asked, and fill in what was left out."""
-    robot = scene.robot
-    scene.object(name)
-    hand = gripper or gripper_of(robot)
-    arm = group or arm_of(robot, hand)
+    robot = one_of("scene", scene, Scene).robot
+    scene.object(one_of("name", name, str))
+    hand = gripper_of(robot) if gripper is None else one_of("gripper", gripper, Gripper)
+    arm = one_of("group", group, str) or arm_of(robot, hand)
     robot.group(arm)
     if isinstance(start, str | Mapping):
         begin = robot.positions(start)
@@ -156,22 +157,32 @@ def _task(
         start=begin,
         group=arm,
         gripper=hand,
-        constraints=tuple(constraints),
-        options=options or GraspingOptions(),
-        rng=rng or np.random.default_rng(0),
+        constraints=sequence("constraints", constraints),
+        options=GraspingOptions() if options is None else one_of("options", options, GraspingOptions),
+        rng=np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator),
     )
 
 
-def _listed(places: Place | Sequence[Place]) -> tuple[Place, ...]:
-    listed = (places,) if isinstance(places, Place) else tuple(places)
+def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
+    """Check the places: that there are some, and that their frames are known."""
+    given = (places,) if isinstance(places, Place) else sequence("places", places)
+    listed = tuple(one_of("a place", place, Place) for place in given)
     if not listed:
         raise ProblemError("name at least one place to put the object")
+    for each in listed:
+        for frame in (each.frame, each.lower.frame, each.retreat.frame):
+            scene.holder(frame)
     return listed
 
 
 def _graspable(task: Task, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
-    if not grasps:
+    """Check the grasps: that there are some, that their frames are known, and that the object stands."""
+    listed = tuple(one_of("a grasp", grasp, Grasp) for grasp in sequence("grasps", grasps))
+    if not listed:
         raise ProblemError(f"name at least one grasp of {task.name!r}")
+    for each in listed:
+        for frame in (each.approach.frame, each.lift.frame):
+            task.scene.holder(frame)
     if task.scene.holder(task.name).link != WORLD:
         raise ProblemError(f"object {task.name!r} is in a hand already; place it, or detach it first")
-    return tuple(grasps)
+    return listed
