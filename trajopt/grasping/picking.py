@@ -23,8 +23,7 @@ class PickCandidate:
     Attributes:
         grasp: The grasp.
         before: Where the approach begins, fingers open.
-        open: At the object, fingers open.
-        closed: At the object, fingers closed.
+        at: At the object, fingers open.
         lifted: Where the lift ends.
         lifting: The scene with the object in the hand, allowed to touch what it stands on.
         held: The same without that allowance.
@@ -32,8 +31,7 @@ class PickCandidate:
 
     grasp: Grasp
     before: Floats
-    open: Floats
-    closed: Floats
+    at: Floats
     lifted: Floats
     lifting: Scene
     held: Scene
@@ -42,12 +40,8 @@ class PickCandidate:
 def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusal]:
     """Yield configurations for a grasp, nearest to the start first, or why one does not do."""
     scene, gripper, names = task.scene, task.gripper, Names(grasp=grasp.name)
-
-    def refused(stage: Stage, reason: str) -> Refusal:
-        return Refusal(names.grasp, names.place, stage, reason)
-
     if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
-        yield refused(
+        yield names.refused(
             Stage.OPEN,
             f"asks for {grasp.opening * 1e3:.1f} mm, closing to {grasp.width * 1e3:.1f} mm with "
             f"{grasp.force:g} N; the gripper has {gripper.narrowest * 1e3:.1f} to "
@@ -59,12 +53,12 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
     stands = scene.placement_of(task.name, start)
     meets = hand_meets(reduced, gripper, stands * grasp.placement)
     if meets:
-        yield refused(Stage.APPROACH, f"{meets} at the object, wherever the arm is")
+        yield names.refused(Stage.APPROACH, f"{meets} at the object, wherever the arm is")
         return
     wanted = frame_placement(gripper.tool, stands * grasp.placement)
     found = goal_candidates(reduced, (wanted,), rng=task.rng, counts=Counts())
     if not found.free:
-        yield refused(Stage.REACH, reasons.no_goal_configuration(found))
+        yield names.refused(Stage.REACH, reasons.no_goal_configuration(found))
     supports = touched(scene, task.name, stands)
     for at in found.free[: task.options.configurations]:
         there = reduced.all_positions(at)
@@ -72,7 +66,7 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
         way = vector_of(grasp.approach, scene, there, turned @ gripper.approach)
         approach = follow(reduced, gripper.tool, at, -way)
         if approach.reason:
-            yield refused(Stage.APPROACH, approach.reason)
+            yield names.refused(Stage.APPROACH, approach.reason)
             continue
         closed = task.opened(there, grasp.width)
         held = lifting = task.held(grasp)
@@ -83,10 +77,10 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
         carrying = task.reduced(held, closed)
         lift = follow(carrying, gripper.tool, at, vector_of(grasp.lift, scene, there, up(scene)))
         if lift.reason:
-            yield refused(Stage.LIFT, lift.reason)
+            yield names.refused(Stage.LIFT, lift.reason)
             continue
         before, lifted = reduced.all_positions(approach.end), carrying.all_positions(lift.end)
-        yield PickCandidate(grasp, before, there, closed, lifted, lifting, held)
+        yield PickCandidate(grasp, before, there, lifted, lifting, held)
 
 
 def plan_pick(task: Task, candidate: PickCandidate) -> tuple[Segment, ...] | Refusal:
@@ -95,7 +89,7 @@ def plan_pick(task: Task, candidate: PickCandidate) -> tuple[Segment, ...] | Ref
     steps: tuple[Step, ...] = (
         lambda at: task.fingers(Stage.OPEN, scene, at, grasp.opening, names),
         lambda at: task.move(Stage.REACH, scene, at, candidate.before, names),
-        lambda at: task.straight(Stage.APPROACH, scene, at, candidate.open, names),
+        lambda at: task.straight(Stage.APPROACH, scene, at, candidate.at, names),
         lambda at: task.fingers(Stage.CLOSE, scene, at, grasp.width, names, rest=task.options.grip_time),
         lambda at: task.straight(Stage.LIFT, candidate.lifting, at, candidate.lifted, names),
     )

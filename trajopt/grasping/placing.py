@@ -21,10 +21,8 @@ class PlaceCandidate:
     """A place with configurations that passed the cheap checks; positions are those of all joints.
 
     Attributes:
-        place: The place.
         above: Where the lowering begins.
         at: Where the object stands, fingers closed.
-        open: The same, fingers open.
         away: Where the retreat ends.
         opening: Of the fingers that let go [m].
         held: The scene with the object in the hand.
@@ -32,10 +30,8 @@ class PlaceCandidate:
         put: The scene with the object where it stands.
     """
 
-    place: Place
     above: Floats
     at: Floats
-    open: Floats
     away: Floats
     opening: float
     held: Scene
@@ -57,10 +53,6 @@ def place_candidates(
         names: For refusals.
     """
     gripper, options = task.gripper, task.options
-
-    def refused(stage: Stage, reason: str) -> Refusal:
-        return Refusal(names.grasp, names.place, stage, reason)
-
     lowering = held
     for support in touched(held, task.name, held.placement_of(place.frame, start) * place.placement):
         lowering = lowering.allow_contact(
@@ -71,13 +63,13 @@ def place_candidates(
     wanted = (place.requirement(task.name), *kept)
     found = goal_candidates(reduced, wanted, rng=task.rng, counts=Counts())
     if not found.free:
-        yield refused(Stage.LOWER, reasons.no_goal_configuration(found))
+        yield names.refused(Stage.LOWER, reasons.no_goal_configuration(found))
     for at in found.free[: options.configurations]:
         there = reduced.all_positions(at)
         down = vector_of(place.lower, held, there, -up(held))
         lower = follow(task.reduced(held, start), gripper.tool, at, -down)
         if lower.reason:
-            yield refused(Stage.LOWER, lower.reason)
+            yield names.refused(Stage.LOWER, lower.reason)
             continue
         put = held.detach(task.name, at=there)
         opened = task.opened(there, opening)
@@ -85,10 +77,10 @@ def place_candidates(
         usual = -(put.placement_of(gripper.tool, opened).rotation @ gripper.approach)
         retreat = follow(leaving, gripper.tool, at, vector_of(place.retreat, put, opened, usual))
         if retreat.reason:
-            yield refused(Stage.RETREAT, retreat.reason)
+            yield names.refused(Stage.RETREAT, retreat.reason)
             continue
         above, away = reduced.all_positions(lower.end), leaving.all_positions(retreat.end)
-        yield PlaceCandidate(place, above, there, opened, away, opening, held, lowering, put)
+        yield PlaceCandidate(above, there, away, opening, held, lowering, put)
 
 
 def plan_place(

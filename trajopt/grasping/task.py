@@ -17,6 +17,7 @@ from trajopt.model.requirements import Requirement, joint_positions
 from trajopt.model.scene import Scene
 from trajopt.planning import Planning
 from trajopt.problem import Problem
+from trajopt.result import Result
 from trajopt.terms.residual import Constraint
 
 SAME = 1e-6
@@ -34,6 +35,10 @@ class Names:
 
     grasp: str = ""
     place: str = ""
+
+    def refused(self, stage: Stage, reason: str, result: Result | None = None) -> Refusal:
+        """Say why the candidate was given up."""
+        return Refusal(self.grasp, self.place, stage, reason, result)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -91,7 +96,7 @@ class Task:
             self.counts[name] = self.counts.get(name, 0) + count
         if result.verified:
             return Segment(stage, result, rest)
-        return Refusal(candidate.grasp, candidate.place, stage, result.explain(), result)
+        return candidate.refused(stage, result.explain(), result)
 
     def move(
         self, stage: Stage, scene: Scene, start: Floats, goal: Floats, candidate: Names
