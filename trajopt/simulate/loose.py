@@ -8,7 +8,6 @@ import numpy as np
 from trajopt.arrays import number
 from trajopt.errors import ModelError, ShapeError
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Shape, bounding_box
 from trajopt.simulate.pieces import pieces
@@ -50,7 +49,6 @@ class Friction:
 
 def add_loose(
     report: SpecReport,
-    reduced: ReducedModel,
     item: SceneObject,
     where: Placement,
     *,
@@ -63,8 +61,7 @@ def add_loose(
     bounding boxes.
 
     Args:
-        report: The model; changed.
-        reduced: The reduced model that it was made of, without the object.
+        report: The model, without the object; its specification is changed.
         item: The object.
         where: Its placement in the world.
         fingers: Links with rubber on them.

@@ -122,7 +122,6 @@ def simulate_phases(
     bare.spec.option.timestep = options.dt
     report = add_loose(
         bare,
-        whole,
         scene.object(loose),
         scene.placement_of(loose, start),
         fingers=fingers,
