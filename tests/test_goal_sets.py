@@ -31,7 +31,7 @@ def test_the_nearest_is_reached_and_named(arm: to.Robot) -> None:
     result = to.plan(problem(to.Scene(arm)))
     plan = result.require()
     assert result.goal_name == "near"
-    assert "at the goal 'near'" in result.explain()
+    assert "at the goal 'near'" in result.reason
     assert plan.trajectory(plan.trajectory.duration)[0] == pytest.approx(0.7, abs=1e-3)
     assert result.problem.goals == result.problem.goals != ()
 

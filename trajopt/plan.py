@@ -60,11 +60,18 @@ def _to_any(problem: Problem, runs: dict[str, Planning]) -> Result:
                 return replace(
                     results[name], goal_name=name, tries=_tries(runs), counts=counts, cpu_seconds=seconds
                 )
-    first = results[order[0] if order else next(iter(runs))]
-    message = "; ".join(f"{name}: {results[name].explain()}" for name in runs)
+    ranked = {name: results[name] for name in (*order, *(name for name in runs if name not in order))}
+    first = next(iter(ranked.values()))
+    message = "; ".join(f"{name}: {results[name].reason}" for name in runs)
     counts, seconds = _work(runs)
     return replace(
-        first, problem=problem, message=message, tries=_tries(runs), counts=counts, cpu_seconds=seconds
+        first,
+        problem=problem,
+        message=message,
+        alternatives=ranked,
+        tries=_tries(runs),
+        counts=counts,
+        cpu_seconds=seconds,
     )
 
 

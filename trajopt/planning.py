@@ -19,10 +19,11 @@ from trajopt.judgement import judge
 from trajopt.methods import Method, Outcome, Program
 from trajopt.model.requirements import joint_positions
 from trajopt.problem import Problem
+from trajopt.proofs import closed_cut
 from trajopt.query import Counts, query_of
 from trajopt.result import Result, Status
 from trajopt.retime import Retimed, RetimeFailure
-from trajopt.seeds import SeedKind, bumps, choose_waypoints, goal_candidates, line_through
+from trajopt.seeds import SeedKind, bumps, choose_waypoints, conflicting, goal_candidates, line_through
 from trajopt.solvers import Iteration
 from trajopt.terms import Acceleration, Jerk, Velocity, constrain
 from trajopt.terms.motion import Motion
@@ -41,6 +42,9 @@ GOALS_TRIED = 3
 """Goal configurations that are planned to, nearest first."""
 ATTEMPTS = 48
 """First guesses that are tried before giving up."""
+
+BEFORE_PROOF = 4
+"""First guesses that fail before a proof is looked for that there is no way at all."""
 
 Progress = Callable[[str, Iteration | None], None]
 """Called with the stage, and with the solver's step while it works."""
@@ -122,10 +126,21 @@ class Planning:
             self.tries.append(_told(len(self.tries) + 1, kind, result))
             if self._best is None or _rank(result) < _rank(self._best):
                 self._best = result
-            if self._best.status is Status.SOLVED:
+            if len(self.tries) == BEFORE_PROOF and self._best.status is Status.STUCK:
+                self._best = self._walled_in(self._best)
+            if self._best.status in {Status.SOLVED, Status.WALLED_IN}:
+                self._guesses = iter(())
                 break
         assert self._best is not None
         return replace(self._best, tries=tuple(self.tries))
+
+    def _walled_in(self, stuck: Result) -> Result:
+        """Look for a proof that no other first guess can do better either."""
+        with self._stage("proof"):
+            cut = closed_cut(self.problem)
+        if cut is None:
+            return stuck
+        return replace(stuck, status=Status.WALLED_IN, message=reasons.walled_in(cut))
 
     def _seeds(self, goals: Sequence[Sequence[Floats]]) -> Iterator[tuple[SeedKind, Program, Floats]]:
         """Yield first guesses: straight legs through the stops to every goal, then bent ones in turn.
@@ -220,14 +235,21 @@ class Planning:
             if refusal is None and broken:
                 refusal = self._result(Status.GOAL_BREAKS_CONSTRAINT, broken)
             return (goal,), refusal
+        beyond = reasons.joint_goal_beyond_limits(self.problem)
+        if beyond:
+            words = "; ".join(block.words for block in beyond)
+            return (), self._result(Status.GOAL_OUT_OF_LIMITS, words)
         counts = Counts()
         wanted = (*self.problem.goals, *self.problem.requirements_at(self._last_stop))
         found = goal_candidates(reduced, wanted, rng=self.rng, counts=counts)
         self._count(distance_calls=counts.distances, forward_kinematics=counts.forward_kinematics)
         if found.free:
             return found.free, None
-        status = Status.NO_INVERSE_KINEMATICS if found.blocking is None else Status.GOAL_IN_COLLISION
-        return (), self._result(status, reasons.no_goal_configuration(found))
+        if found.blocking is not None:
+            return (), self._result(Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found))
+        clash = conflicting(reduced, wanted, rng=self.rng, counts=counts)
+        status = Status.CONFLICTING_CONSTRAINTS if len(clash) > 1 else Status.NO_INVERSE_KINEMATICS
+        return (), self._result(status, reasons.unreachable(clash, found.nearest_miss))
 
     @property
     def _last_stop(self) -> int:
@@ -314,6 +336,7 @@ def _rank(result: Result) -> tuple[bool, float]:
 def _told(number: int, kind: SeedKind, result: Result) -> Try:
     """Tell of a try what planning ended with after it."""
     solved = result.solve
+    blocks = () if solved is None else reasons.blocks_on_the_way(result.problem, solved)
     return Try(
         number=number,
         kind=kind,
@@ -321,4 +344,5 @@ def _told(number: int, kind: SeedKind, result: Result) -> Try:
         solver=None if solved is None else solved.status,
         message=result.message,
         iterations=0 if solved is None else len(solved.log),
+        block=next(iter(blocks), None),
     )

@@ -1,7 +1,8 @@
 """Result of planning: a verified plan, or the reason why there is none."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from trajopt.errors import PlanningFailed
 from trajopt.native import native_cores
@@ -12,6 +13,9 @@ from trajopt.status import Status
 from trajopt.trajectory import Path, Trajectory
 from trajopt.tries import Try
 from trajopt.verify import Certificate
+
+if TYPE_CHECKING:
+    from trajopt.explanation import Explanation
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +51,7 @@ class Result:
         counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
+        alternatives: Of a goal set that failed: the result of each goal, that of the nearest first.
         tries: What each first guess came to, in order; the last one won, if any did.
     """
 
@@ -61,6 +66,7 @@ class Result:
     counts: Mapping[str, int]
     cpu_seconds: Mapping[str, float]
     goal_name: str = ""
+    alternatives: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
     tries: tuple[Try, ...] = ()
 
     @property
@@ -75,7 +81,7 @@ class Result:
             PlanningFailed: If there is none; carries this result.
         """
         if self.path is None or self.trajectory is None or self.certificate is None or not self.verified:
-            raise PlanningFailed(self.explain(), self)
+            raise PlanningFailed(self.reason, self)
         return Plan(self.problem, self.path, self.trajectory, self.certificate)
 
     def as_dict(self) -> dict[str, object]:
@@ -87,7 +93,7 @@ class Result:
         return {
             "status": self.status.name,
             "verified": self.verified,
-            "message": self.explain(),
+            "message": self.reason,
             "name": self.problem.name,
             "goal_name": self.goal_name,
             **motion,
@@ -101,9 +107,28 @@ class Result:
             "duration": None if trajectory is None else trajectory.duration,
         }
 
-    def explain(self) -> str:
-        """Say how planning ended, with the particulars, in a sentence or two."""
+    @property
+    def reason(self) -> str:
+        """How planning ended, with the particulars, in a sentence or two; costs nothing."""
         text = f"{self.status.name}: {self.status.value}"
         if self.goal_name:
             text += f", at the goal {self.goal_name!r}"
         return f"{text} ({self.message})" if self.message else text
+
+    def explain(self, *, plan_again: bool = False) -> "Explanation":
+        """Say what stands in the way, how that is known, and what would change it.
+
+        Without planning again this takes about as long as planning once: the nearest configuration that is
+        free, the requirements that exclude each other, proofs.
+
+        Args:
+            plan_again: Whether to plan changed problems too, which takes as long as planning some dozens of
+                times: of a failure to find the smallest changes that make it solvable, of a success to
+                find what each limit and constraint costs in seconds.
+
+        Returns:
+            The explanation: print it, or read its parts.
+        """
+        from trajopt.explanation import explain
+
+        return explain(self, plan_again=plan_again)

@@ -16,11 +16,15 @@ class Status(Enum):
     NO_INVERSE_KINEMATICS = (
         "no configuration found that reaches the goal: move it nearer or widen its tolerance"
     )
+    CONFLICTING_CONSTRAINTS = (
+        "goal and path constraints exclude each other, though each alone can be held: widen one of them"
+    )
     NO_WAYPOINT = "no configuration found for a waypoint: move it or widen its tolerance"
     STUCK = (
         "the solver stopped where constraints do not hold: a local minimum, which another goal "
         "configuration, a smaller margin or waypoints may avoid"
     )
+    WALLED_IN = "every way from the start to the goal is blocked: something in the way must move, or the goal"
     METHOD_CANNOT = "the method cannot do what is asked: choose another"
     NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
     NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from trajopt.reasons import Block
 from trajopt.seeds import SeedKind
 from trajopt.solvers import SolverStatus
 from trajopt.status import Status
@@ -18,6 +19,7 @@ class Try:
         solver: How the solver ended, if it got so far.
         message: The particulars: what could not be satisfied, where and by how much.
         iterations: Steps of the solver.
+        block: What stood in its way most; None if nothing did, or nothing that has a place.
         goal_name: Of a goal set: the goal it was for.
     """
 
@@ -27,6 +29,7 @@ class Try:
     solver: SolverStatus | None
     message: str
     iterations: int
+    block: Block | None = None
     goal_name: str = ""
 
     def as_dict(self) -> dict[str, object]:
@@ -38,6 +41,7 @@ class Try:
             "solver": None if self.solver is None else self.solver.name,
             "message": self.message,
             "iterations": self.iterations,
+            "block": None if self.block is None else self.block.as_dict(),
             "goal_name": self.goal_name,
         }
 

@@ -22,7 +22,7 @@ class Trajopt:
         timing = sum(result.cpu_seconds.get(stage, 0.0) for stage in AFTER_THE_PATH)
         path = None if result.path is None else result.path.knots.tolist()
         motion = None if result.trajectory is None else _motion(result.trajectory)
-        return Planned(result.verified, path, motion, total - timing, timing, result.explain())
+        return Planned(result.verified, path, motion, total - timing, timing, result.reason)
 
 
 def _motion(trajectory: to.Trajectory) -> Motion:

@@ -30,13 +30,13 @@ def out_of_reach() -> to.Problem:
     )
 
 
-@to.refused(to.Status.NO_INVERSE_KINEMATICS)
+@to.refused(to.Status.CONFLICTING_CONSTRAINTS)
 def down_and_up() -> to.Problem:
     """Return the problem: a Panda's hand must point down all the way and up at the end.
 
     What is hard: each of the two can be held, and only both together cannot.
 
-    Expected outcome: refused, no inverse kinematics: goal and path constraint exclude each other.
+    Expected outcome: refused, conflicting constraints.
     """
     arm = panda()
     return to.Problem(
@@ -161,15 +161,15 @@ def goal_tilted() -> to.Problem:
     )
 
 
-@to.refused(to.Status.STUCK)
+@to.refused(to.Status.WALLED_IN)
 def walled_in() -> to.Problem:
     """Return the problem: a UR5 between walls that begin at its base must reach the other side.
 
     What is hard: start and goal are both clear, and only every way between them is blocked: the upper
     arm stands off the shoulder's axis and would sweep through a wall. An optimiser cannot prove
-    that; it must end without claiming success.
+    that; it must end without claiming success, and the proof is another's.
 
-    Expected outcome: refused, stuck.
+    Expected outcome: refused, walled in.
     """
     arm = ur5()
     walls = [(to.Box(1.4, 0.02, 3.0), to.placement((side * (0.11 + 0.7), 0.0, 0.0))) for side in (-1.0, 1.0)]

@@ -72,6 +72,15 @@ def test_plan_writes_what_it_promises(plan_file: Path) -> None:
     assert any("planner_id" in note for note in document["notes"])
 
 
+def test_a_failure_is_explained_on_request(folder: Path) -> None:
+    written = folder / "why.json"
+    done = trajopt("plan", *common(folder, "blocked.yaml"), "--explain", "--out", written)
+    assert done.returncode == 1
+    assert "explanation\nGOAL_IN_COLLISION" in done.stdout and "makes it solvable" in done.stdout
+    explanation = json.loads(written.read_text())["explanation"]
+    assert explanation["certainty"] == "PROVEN" and explanation["remedies"]
+
+
 def test_check_accepts_the_plan_and_refuses_it_changed(folder: Path, plan_file: Path) -> None:
     assert trajopt("check", *common(folder), plan_file).returncode == 0
     document = json.loads(plan_file.read_text())

@@ -54,8 +54,8 @@ def test_what_is_refused_must_say_the_right_reason(arm: to.Robot) -> None:
         return to.Problem(scene=to.Scene(arm), start={}, goal=to.joint_positions({"reach": 9.0}))
 
     unmarked = run(Definition("beyond", make))
-    assert unmarked.status is to.Status.NO_INVERSE_KINEMATICS and not unmarked.as_expected
-    assert run(Definition("beyond", to.refused(to.Status.NO_INVERSE_KINEMATICS)(make))).as_expected
+    assert unmarked.status is to.Status.GOAL_OUT_OF_LIMITS and not unmarked.as_expected
+    assert run(Definition("beyond", to.refused(to.Status.GOAL_OUT_OF_LIMITS)(make))).as_expected
     assert not run(Definition("beyond", to.refused(to.Status.STUCK)(make))).as_expected
 
 

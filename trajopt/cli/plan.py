@@ -23,6 +23,10 @@ from trajopt.cli.report import report
 from trajopt.plan import plan as plan_problem
 from trajopt.store import write_json
 
+ExplainOption = Annotated[
+    bool,
+    typer.Option("--explain", help="If there is no plan, plan again to find what would change that."),
+]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the plan here as JSON.")]
 
 
@@ -35,6 +39,7 @@ def plan(
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
     exact_meshes: ExactOption = False,
+    explain: ExplainOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
@@ -52,12 +57,17 @@ def plan(
             "request": str(request.resolve()),
         },
     }
+    explanation = result.explain(plan_again=True) if explain and not result.verified else None
+    if explanation is not None:
+        document["explanation"] = explanation.as_dict()
     if out is not None:
         write_json(out, document)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     else:
         typer.echo(report(result, notes))
+        if explanation is not None:
+            typer.echo(f"\nexplanation\n{explanation}")
         if out is not None:
             typer.echo(f"\nwritten to {out}")
     raise typer.Exit(0 if result.verified else 1)

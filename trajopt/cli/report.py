@@ -12,7 +12,7 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
         result: What planning returned.
         notes: Sentences about how files were read.
     """
-    lines = ["asked", *_indented(str(result.problem)), "", "answer", f"  {result.explain()}"]
+    lines = ["asked", *_indented(str(result.problem)), "", "answer", f"  {result.reason}"]
     trajectory, path = result.trajectory, result.path
     if trajectory is not None and path is not None and result.timed is not None:
         lines.append(

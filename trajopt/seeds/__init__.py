@@ -1,6 +1,7 @@
 """First guesses of a path."""
 
 from trajopt.seeds.bumps import bumps as bumps
+from trajopt.seeds.conflict import conflicting as conflicting
 from trajopt.seeds.inverse_kinematics import GoalCandidates as GoalCandidates
 from trajopt.seeds.inverse_kinematics import goal_candidates as goal_candidates
 from trajopt.seeds.kind import SeedKind as SeedKind

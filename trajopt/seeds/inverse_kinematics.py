@@ -68,7 +68,7 @@ def goal_candidates(
     """
     query = query_of(reduced, counts)
     projection = Projection(reduced, goals, query)
-    begin = _starts(reduced, rng, WAVES * starts)
+    begin = random_starts(reduced, rng, WAVES * starts)
     found = np.empty((0, begin.shape[1]))
     closest: Floats = reduced.start_positions
     nearest_miss = np.inf
@@ -98,7 +98,8 @@ def goal_candidates(
     return GoalCandidates(tuple(found[~collides]), tuple(found[collides]), blocking, closest, nearest_miss)
 
 
-def _starts(reduced: ReducedModel, rng: np.random.Generator, count: int) -> Floats:
+def random_starts(reduced: ReducedModel, rng: np.random.Generator, count: int) -> Floats:
+    """Return the start configuration and others drawn evenly within the limits, shape (count, n)."""
     begin = draw_positions(reduced.limits, count, rng=rng)
     begin[0] = reduced.start_positions
     return begin

@@ -1,6 +1,6 @@
 """Pictures and films of a motion, drawn by MuJoCo without a display."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from pathlib import Path
 
@@ -36,6 +36,7 @@ def render(
     moments: Sequence[float] | None = None,
     layout: Layout = Layout.FILM_STRIP,
     camera: CameraView | None = None,
+    highlight: Iterable[str] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Draw a motion into a PNG, GIF or MP4 file.
@@ -51,6 +52,7 @@ def render(
             way through joint space, when None.
         layout: How several moments come into a PNG.
         camera: From where; chosen to show the whole motion when None.
+        highlight: Links and objects that are drawn in a colour of their own.
         progress: Called with the share done, up to 1.
 
     Returns:
@@ -80,6 +82,7 @@ def render(
         shadow=min(4096, (6 if still else 3) * max(width, height)),
         pictures=len(times),
         camera=camera,
+        highlight=frozenset(highlight),
     )
     with studio:
         if still and layout is Layout.SUPERPOSED:

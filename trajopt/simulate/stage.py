@@ -24,6 +24,8 @@ FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP = 0, 1, 2
 LIGHT_LINK: Colour = (0.90, 0.91, 0.92, 1.0)
 DARK_LINK: Colour = (0.52, 0.55, 0.59, 1.0)
 ATTACHED: Colour = (0.95, 0.55, 0.15, 1.0)
+ALARM: Colour = (0.86, 0.15, 0.18, 1.0)
+ALARM_OBJECT: Colour = (0.86, 0.15, 0.18, 0.45)
 WOOD: Colour = (0.80, 0.66, 0.48, 1.0)
 PALETTE: tuple[Colour, ...] = (
     (0.42, 0.60, 0.74, 1.0),
@@ -40,13 +42,20 @@ WOODEN = ("table", "shelf", "desk", "bench", "board", "pallet")
 """An object whose name has one of these words is drawn as wood."""
 
 
-def picture_spec(reduced: ReducedModel, shown: Floats, *, loose: str = "") -> mujoco.MjSpec:
+def picture_spec(
+    reduced: ReducedModel,
+    shown: Floats,
+    *,
+    loose: str = "",
+    highlight: frozenset[str] = frozenset(),
+) -> mujoco.MjSpec:
     """Return a MuJoCo model for the eye: nothing in it collides.
 
     Args:
         reduced: Robot and scene.
         shown: Points around everything that will be in view, shape (k, 3) in the world [m].
         loose: An object that is moved by itself, as MuJoCo's one motion-captured body; empty for none.
+        highlight: Links and objects that are drawn in a colour of their own.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
@@ -55,10 +64,10 @@ def picture_spec(reduced: ReducedModel, shown: Floats, *, loose: str = "") -> mu
     spec.stat.center = (low + high) / 2
     spec.stat.extent = max(float(np.linalg.norm(high - low)) / 2, 0.01)
     _set_the_stage(spec, _floor_height(reduced, float(low[2])))
-    for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced)):
+    for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced, highlight)):
         geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
         geom.rgba, geom.group, geom.material = np.array(colour), ROBOT_GROUP, "paint"
-    colours = object_colours(reduced, loose)
+    colours = object_colours(reduced, loose) | dict.fromkeys(highlight, ALARM_OBJECT)
     links = reduced.scene.robot.links
     count = 0
     free = spec.worldbody.add_body(name=loose, mocap=True) if loose else None
@@ -98,7 +107,9 @@ def _seen(shape: Shape) -> tuple[Piece, ...]:
     return pieces(shape, moving=False)[0]
 
 
-def _robot_pieces(reduced: ReducedModel) -> Iterator[tuple[int, Placement, Piece, Colour]]:
+def _robot_pieces(
+    reduced: ReducedModel, highlight: frozenset[str]
+) -> Iterator[tuple[int, Placement, Piece, Colour]]:
     """Yield joint, placement in it, piece and colour of what shows the robot."""
     robot = reduced.scene.robot
     failed: set[str] = set()
@@ -109,7 +120,8 @@ def _robot_pieces(reduced: ReducedModel) -> Iterator[tuple[int, Placement, Piece
         except MeshFileError:
             failed.add(visual.link)
             continue
-        colour = visual.colour or _link_colour(reduced, visual.link)
+        plain = visual.colour or _link_colour(reduced, visual.link)
+        colour = ALARM if visual.link in highlight else plain
         found.extend((visual.link, visual.placement, piece, colour) for piece in _seen(shape))
     for link, where, piece, colour in found:
         if link not in failed:
@@ -118,7 +130,8 @@ def _robot_pieces(reduced: ReducedModel) -> Iterator[tuple[int, Placement, Piece
     for body in reduced.bodies:
         if body.owner in failed or (not robot.visuals and body.owner in robot.links):
             for piece in _seen(body.shape):
-                yield body.joint, body.placement, piece, _link_colour(reduced, body.owner)
+                plain = _link_colour(reduced, body.owner)
+                yield body.joint, body.placement, piece, ALARM if body.owner in highlight else plain
 
 
 def _visual_shape(visual: LinkGeometry) -> Shape:

@@ -78,6 +78,7 @@ class Studio:
         shadow: int,
         pictures: int,
         camera: CameraView | None,
+        highlight: frozenset[str] = frozenset(),
     ) -> None:
         """Set everything up.
 
@@ -89,6 +90,7 @@ class Studio:
             shadow: Edge of the square that shadows are computed on [pixels].
             pictures: How many moments may come into one picture.
             camera: From where; chosen when None.
+            highlight: Links and objects that are drawn in a colour of their own.
 
         Raises:
             RenderingUnavailable: If no OpenGL works here.
@@ -96,7 +98,7 @@ class Studio:
         self._reduced, self._motion = reduced, motion
         on_the_way = [motion(motion.duration * share) for share in np.linspace(0.0, 1.0, 9)]
         shown = visible_points(reduced, np.array(on_the_way))
-        spec = picture_spec(reduced, shown, loose=motion.loose)
+        spec = picture_spec(reduced, shown, loose=motion.loose, highlight=highlight)
         spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
         spec.visual.global_.fovy = np.rad2deg(FIELD_OF_VIEW)
         spec.visual.quality.shadowsize = shadow

@@ -1,0 +1,51 @@
+"""An explanation as a picture: words above, and what is in the way in red."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import trajopt as to
+from tests.robots_for_tests import odd_arm
+from trajopt.simulate import RenderingUnavailable
+from trajopt.view import draw_explanation
+
+START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
+
+
+def red_share(path: Path) -> float:
+    """Share of the picture that is clearly red."""
+    with Image.open(path) as image:
+        red, green, blue = np.moveaxis(np.asarray(image.convert("RGB")).astype(float), 2, 0)
+    return float(((red > 1.6 * green) & (red > 1.6 * blue) & (red > 80.0)).mean())
+
+
+@pytest.mark.parametrize("pan", [0.0, 1.0, 2.0], ids=["in collision", "on the way", "free"])
+def test_only_what_is_in_the_way_is_red(tmp_path: Path, pan: float) -> None:
+    robot = odd_arm(tmp_path)
+    scene = to.Scene(robot).add("post", to.Cylinder(0.06, 1.0), to.placement((0.6, 0.0, 0.3)))
+    if pan == 1.0:
+        scene = scene.add("sheet", to.Box(1.6, 0.02, 3.0), to.placement((0.95, 0.0, 0.0)))
+    goal = to.joint_positions({**START, "pan": pan})
+    found = to.plan(to.Problem(scene=scene, start=START, goal=goal)).explain()
+    assert (found.status is to.Status.SOLVED) is (pan == 2.0)
+    try:
+        path = draw_explanation(found, tmp_path / "why.png", width=320, height=240)
+    except RenderingUnavailable as reason:
+        pytest.skip(str(reason))
+    with Image.open(path) as image:
+        assert image.width == 320 and image.height > 240, "the words stand over the picture"
+    assert (red_share(path) > 0.01) is (pan != 2.0)
+
+
+def test_a_goal_out_of_reach_is_drawn_as_a_ball(tmp_path: Path) -> None:
+    robot = odd_arm(tmp_path)
+    goal = to.frame_placement("tip", to.placement((1.4, 0.0, 0.3)), rotation_tolerance=np.inf)
+    found = to.plan(to.Problem(scene=to.Scene(robot), start=START, goal=goal)).explain()
+    try:
+        path = draw_explanation(found, tmp_path / "why.png", width=320, height=240)
+    except RenderingUnavailable as reason:
+        pytest.skip(str(reason))
+    assert 0.0 < red_share(path) < 0.05
+    assert not found.problem.scene.objects, "the problem itself has no such thing"

@@ -1,0 +1,191 @@
+"""Candidates: what might be changed about a problem that has no plan, the most promising first."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.explanation.asked import always_at_end, always_at_start, everything, with_requirement
+from trajopt.explanation.change import (
+    Change,
+    lighter_load,
+    moved_joint_goal,
+    moved_object,
+    moved_placement,
+    moved_start,
+    smaller_margin,
+    stronger_joint,
+)
+from trajopt.explanation.explanation import Explanation
+from trajopt.explanation.nearest import NearestFree, least_missed
+from trajopt.explanation.widening import Widening, widenings
+from trajopt.model.requirements import WORLD, FramePlacement, Requirement
+from trajopt.problem import Problem
+from trajopt.query import query_of
+from trajopt.reasons import Block, BlockKind
+from trajopt.result import Status
+from trajopt.terms import constrain
+from trajopt.terms.motion import Motion
+from trajopt.terms.residual import WHOLE
+from trajopt.transcription import fixed_goal
+
+AT_THE_START = {Status.START_IN_COLLISION, Status.START_OUT_OF_LIMITS, Status.START_BREAKS_CONSTRAINT}
+AT_THE_GOAL = {
+    Status.GOAL_IN_COLLISION,
+    Status.GOAL_OUT_OF_LIMITS,
+    Status.GOAL_BREAKS_CONSTRAINT,
+    Status.NO_INVERSE_KINEMATICS,
+    Status.CONFLICTING_CONSTRAINTS,
+}
+SPARE = 1.05
+"""Factor on what the elastic relaxation says: the program keeps a little in hand."""
+SMALLEST = 1e-3
+"""First amount of a change of which nothing is known [m | rad]."""
+PAIRS = 3
+"""Pairs in contact of which something is changed."""
+
+
+def candidates(known: Explanation) -> Iterator[Change]:
+    """Yield changes that may make the problem of a failure solvable, the most promising first."""
+    problem = known.problem
+    if known.status in AT_THE_START:
+        yield from _at_the_start(known)
+    elif known.status in AT_THE_GOAL:
+        goal = fixed_goal(problem)
+        yield from (_at_a_searched_goal(known) if goal is None else _at_a_fixed_goal(known, goal))
+    elif known.status is Status.NO_WAYPOINT:
+        for stop, wanted in enumerate(problem.waypoint_requirements, start=1):
+            yield from _gives_way(problem, wanted, problem.requirements_at(stop))
+    yield from _requirements_in_the_way(known)
+    yield from _contacts(known)
+    for block in known.blocks:
+        if block.kind is BlockKind.EFFORT:
+            yield from _effort(problem, block)
+
+
+def _at_the_start(known: Explanation) -> Iterator[Change]:
+    if known.nearest_free is not None:
+        yield moved_start(known.problem, known.nearest_free.moved)
+    if known.status is Status.START_BREAKS_CONSTRAINT:
+        start = known.problem.reduced.start_positions
+        yield from _broken(known.problem, start, always_at_start(known.problem))
+
+
+def _at_a_fixed_goal(known: Explanation, goal: Floats) -> Iterator[Change]:
+    if known.nearest_free is not None:
+        yield moved_joint_goal(known.problem, goal, known.nearest_free.moved)
+    if known.status is Status.GOAL_BREAKS_CONSTRAINT:
+        yield from _broken(known.problem, goal, always_at_end(known.problem))
+
+
+def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
+    problem = known.problem
+    always = always_at_end(problem)
+    yield from _gives_way(problem, problem.goals, always)
+    for required in always:
+        # The start holds it, so widening it is a change of the way, too.
+        rest = [*problem.goals, *(item for item in always if item is not required)]
+        stood = least_missed(problem, [required], hard=rest)
+        if stood is not None:
+            yield from (_widened(problem, required, way, stood.given) for way in widenings(required))
+
+
+def _gives_way(
+    problem: Problem, wanted: Sequence[Requirement], always: Sequence[Requirement]
+) -> Iterator[Change]:
+    """Yield what makes requirements of one moment reachable: each gives way alone."""
+    for required in wanted:
+        rest = [*(item for item in wanted if item is not required), *always]
+        stood = least_missed(problem, [required], hard=rest)
+        if stood is None:
+            continue
+        if isinstance(required, FramePlacement):
+            yield from _moved(problem, required, stood)
+        yield from (_widened(problem, required, way, stood.given) for way in widenings(required))
+
+
+def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterator[Change]:
+    """Yield the goal moved to where its frame can be, along one axis where that is most of the way."""
+    place = problem.reduced.all_positions(stood.positions)
+    scene = problem.scene
+    point = scene.placement_of(goal.frame, place) * goal.offset
+    shift = scene.placement_of(goal.reference, place).inverse() * point - goal.placement.translation
+    length = float(np.linalg.norm(shift))
+    if length < 1e-6 or not np.isfinite(goal.position_tolerance).all():
+        return
+    axis = np.zeros(3)
+    main = int(np.argmax(np.abs(shift)))
+    axis[main] = np.sign(shift[main])
+    if abs(shift[main]) > 0.7 * length:
+        yield moved_placement(problem, goal, axis, SPARE * length)
+    if abs(shift[main]) < 0.999 * length:
+        yield moved_placement(problem, goal, shift, SPARE * length)
+
+
+def _widened(problem: Problem, required: Requirement, way: Widening, amount: float) -> Change:
+    return Change(
+        what=way.what,
+        unit="m" if way.shown[1] == "mm" else "rad" if way.shown[1] in ("deg", "rad") else "",
+        first=min(max(SPARE * amount, SMALLEST), way.largest),
+        largest=way.largest,
+        words=way.words,
+        apply=lambda more: with_requirement(problem, required, way.apply(more)),
+    )
+
+
+def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[Change]:
+    """Yield path constraints widened to what they are at a configuration."""
+    motion = Motion.standing(positions, query_of(problem.reduced))
+    for required in always:
+        excess = max(item.excess(motion) for item in constrain(required, problem.reduced, WHOLE))
+        if excess > 0.0:
+            yield from (_widened(problem, required, way, excess) for way in widenings(required))
+
+
+def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
+    """Yield path constraints and goals that a path could not hold, widened by what it lacked."""
+    problem = known.problem
+    for block in known.blocks:
+        if block.kind is BlockKind.REQUIREMENT and block.place is not None:
+            for required in everything(problem):
+                names = {item.residual.name for item in constrain(required, problem.reduced, WHOLE)}
+                if block.subjects[0] in names:
+                    ways = widenings(required)
+                    yield from (_widened(problem, required, way, block.amount) for way in ways)
+
+
+def _contacts(known: Explanation) -> Iterator[Change]:
+    """Yield smaller margins of pairs that lack clearance, and objects moved out of contact."""
+    problem, reduced = known.problem, known.problem.reduced
+    pairs = [block for block in known.blocks if block.kind is BlockKind.CONTACT][:PAIRS]
+    for block in pairs:
+        margin = smaller_margin(problem, block.subjects[0], block.subjects[1], block.amount)
+        if block.place is not None and margin is not None and block.amount <= margin.largest:
+            yield margin
+    if known.configuration is None:
+        return
+    seen = query_of(reduced).near(known.configuration[None], reduced.pairs.margin)
+    for row in np.argsort(seen.distance).tolist():
+        owners = reduced.owners(int(seen.pair[row]))
+        if not any(block.subjects == owners for block in pairs):
+            continue
+        for name, sign in zip(owners, (-1.0, 1.0), strict=True):
+            if name in problem.scene.objects and problem.scene.holder(name).link == WORLD:
+                lack = float(reduced.pairs.margin[seen.pair[row]] - seen.distance[row])
+                yield _moved_away(problem, name, sign * seen.normal[row], lack)
+        pairs = [block for block in pairs if block.subjects != owners]
+
+
+def _moved_away(problem: Problem, name: str, direction: Floats, lack: float) -> Change:
+    """Move an object in the coordinates of the frame that it is placed in."""
+    frame = problem.scene.holder(problem.scene.object(name).frame).placement
+    return moved_object(problem, name, frame.rotation.T @ direction, SPARE * max(lack, SMALLEST))
+
+
+def _effort(problem: Problem, block: Block) -> Iterator[Change]:
+    for name, item in problem.scene.objects.items():
+        if item.mass > 0.0 and problem.scene.holder(name).link != WORLD:
+            yield lighter_load(problem, name)
+    joint = block.subjects[0]
+    limit = float(problem.limits.effort[problem.reduced.joint_names.index(joint)])
+    yield stronger_joint(problem, joint, limit + block.amount)

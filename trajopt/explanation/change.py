@@ -1,0 +1,194 @@
+"""Change: one thing about a problem that can be different by an amount, and the problem that results."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.explanation.asked import with_requirement
+from trajopt.model.placement import Placement
+from trajopt.model.requirements import FramePlacement, JointPositions, joint_positions
+from trajopt.problem import Problem
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Change:
+    """One thing that can be changed.
+
+    Attributes:
+        what: What is changed, as a phrase.
+        unit: Unit of the amount: "m", "rad", "Nm", "kg", "" for a share.
+        first: An amount that may be enough, by the elastic relaxation; > 0.
+        largest: The largest amount that makes sense.
+        words: Says the change by an amount.
+        apply: Returns the problem changed by an amount.
+    """
+
+    what: str
+    unit: str
+    first: float
+    largest: float
+    words: Callable[[float], str]
+    apply: Callable[[float], Problem]
+
+
+def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first: float) -> Change:
+    """Return the change that moves a placement along a direction, shape (3,), in its reference."""
+    direction = shift / np.linalg.norm(shift)
+
+    def apply(amount: float) -> Problem:
+        where = Placement(goal.placement.rotation, goal.placement.translation + amount * direction)
+        return with_requirement(problem, goal, replace(goal, placement=where))
+
+    return Change(
+        what=f"place of {goal.frame}",
+        unit="m",
+        first=first,
+        largest=max(4.0 * first, 0.1),
+        words=lambda amount: f"move the goal of {goal.frame} {_length(amount)} along {_axis(direction)}",
+        apply=apply,
+    )
+
+
+def moved_joint_goal(problem: Problem, goal: Floats, moved: Floats) -> Change:
+    """Return the change that moves a goal of all joints along a direction in joint space, shape (n,)."""
+    names, most = problem.reduced.joint_names, float(np.abs(moved).max())
+
+    def apply(amount: float) -> Problem:
+        # Other goals that fix no joint stay as they are.
+        positions = goal + moved * (amount / most)
+        new = joint_positions(dict(zip(names, positions.tolist(), strict=True)))
+        others = [item for item in problem.goals if not isinstance(item, JointPositions)]
+        return replace(problem, goal=(new, *others))
+
+    return Change(
+        what="goal",
+        unit="rad",
+        first=most,
+        largest=2.0 * most,
+        words=lambda amount: f"move the goal: {_joints(names, moved * (amount / most))}",
+        apply=apply,
+    )
+
+
+def moved_start(problem: Problem, moved: Floats) -> Change:
+    """Return the change that moves the start along a direction in joint space, shape (n,)."""
+    names, most = problem.reduced.joint_names, float(np.abs(moved).max())
+    index = problem.scene.robot.index(names)
+
+    def apply(amount: float) -> Problem:
+        start = np.array(problem.start_positions)
+        start[index] += moved * (amount / most)
+        return replace(problem, start=start)
+
+    return Change(
+        what="start",
+        unit="rad",
+        first=most,
+        largest=2.0 * most,
+        words=lambda amount: f"move the start: {_joints(names, moved * (amount / most))}",
+        apply=apply,
+    )
+
+
+def moved_object(problem: Problem, name: str, direction: Floats, first: float) -> Change:
+    """Return the change that moves an object of the scene along a direction of the world, shape (3,)."""
+    item, along = problem.scene.object(name), direction / np.linalg.norm(direction)
+
+    def apply(amount: float) -> Problem:
+        where = Placement(item.placement.rotation, item.placement.translation + amount * along)
+        return replace(problem, scene=problem.scene.move(name, where))
+
+    return Change(
+        what=f"place of {name}",
+        unit="m",
+        first=first,
+        largest=max(4.0 * first, 0.3),
+        words=lambda amount: f"move {name} {_length(amount)} along {_axis(along)}",
+        apply=apply,
+    )
+
+
+def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Change | None:
+    """Return the change that makes the margin of a pair smaller; None where there is none to give."""
+    margin = problem.scene.margin_of(first, second)
+    if margin <= 0.0:
+        return None
+
+    def words(amount: float) -> str:
+        return f"margin of {first} from {second} {1000 * margin:.3g} to {1000 * (margin - amount):.3g} mm"
+
+    return Change(
+        what=f"margin of {first} from {second}",
+        unit="m",
+        first=min(max(lack, 0.1 * margin), margin),
+        largest=margin,
+        words=words,
+        apply=lambda amount: replace(
+            problem, scene=problem.scene.with_margin(max(margin - amount, 0.0), first, second)
+        ),
+    )
+
+
+def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
+    """Return the change that gives a joint a larger effort limit [Nm | N].
+
+    Args:
+        problem: The problem.
+        joint: The joint.
+        need: What it has to bear at rest [Nm | N].
+    """
+    robot = problem.scene.robot
+    place = robot.joint_names.index(joint)
+    limit = float(robot.limits.effort[place])
+
+    def apply(amount: float) -> Problem:
+        effort = np.array(robot.limits.effort)
+        effort[place] = limit + amount
+        stronger = replace(robot, limits=replace(robot.limits, effort=effort))
+        return replace(problem, scene=replace(problem.scene, robot=stronger))
+
+    return Change(
+        what=f"effort limit of {joint}",
+        unit="Nm",
+        first=1.1 * max(need - limit, 0.05 * limit),
+        largest=20.0 * limit,
+        words=lambda amount: f"effort limit of {joint} {limit:.3g} to {limit + amount:.3g} Nm",
+        apply=apply,
+    )
+
+
+def lighter_load(problem: Problem, name: str) -> Change:
+    """Return the change that makes a carried object lighter [kg]."""
+    item = problem.scene.object(name)
+
+    def apply(amount: float) -> Problem:
+        objects = {**problem.scene.objects, name: replace(item, mass=max(item.mass - amount, 0.0))}
+        return replace(problem, scene=replace(problem.scene, objects=objects))
+
+    return Change(
+        what=f"mass of {name}",
+        unit="kg",
+        first=item.mass / 2.0,
+        largest=item.mass,
+        words=lambda amount: f"mass of {name} {item.mass:.3g} to {item.mass - amount:.3g} kg",
+        apply=apply,
+    )
+
+
+def _length(amount: float) -> str:
+    return f"{100 * amount:.3g} cm" if amount >= 0.01 else f"{1000 * amount:.3g} mm"
+
+
+def _axis(direction: Floats) -> str:
+    """Name a direction: an axis where it is one."""
+    main = int(np.argmax(np.abs(direction)))
+    if abs(direction[main]) > 0.999:
+        return f"{'+' if direction[main] > 0.0 else '-'}{'xyz'[main]}"
+    return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
+
+
+def _joints(names: Sequence[str], moved: Floats) -> str:
+    order = np.argsort(-np.abs(moved), kind="stable")
+    return ", ".join(f"{names[k]} by {moved[k]:+.3f}" for k in order if abs(moved[k]) > 5e-4)

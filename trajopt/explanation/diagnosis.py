@@ -1,0 +1,232 @@
+"""Diagnosis: what stands in the way of a plan, and how well that is known; without planning again."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.explanation.asked import always_at_end
+from trajopt.explanation.conflict import conflict_at_goal
+from trajopt.explanation.explanation import Certainty, Explanation
+from trajopt.explanation.nearest import NearestFree, least_missed, nearest_free
+from trajopt.explanation.standing_torque import overloaded
+from trajopt.model.reduced import ReducedModel
+from trajopt.proofs import exclusion, out_of_reach
+from trajopt.query import Counts
+from trajopt.reasons import Block, BlockKind, blocks_of, blocks_on_the_way, joint_goal_beyond_limits
+from trajopt.result import Result, Status
+from trajopt.seeds import conflicting
+from trajopt.transcription import fixed_goal
+from trajopt.verify import Certificate, Moment, examine
+
+PRESSED = 1e-3
+"""A joint this near to its limit presses against it [rad | m]."""
+
+
+def diagnose(result: Result) -> Explanation:
+    """Return what stands in the way of a plan of one goal; remedies and prices are left to others."""
+    return _BY_STATUS.get(result.status, _of_the_way)(result)
+
+
+def _plain(result: Result, certainty: Certainty, grounds: str) -> Explanation:
+    return Explanation(
+        problem=result.problem,
+        status=result.status,
+        reason=result.reason,
+        certainty=certainty,
+        grounds=grounds,
+        path=result.path,
+        tries=result.tries,
+    )
+
+
+def _solved(result: Result) -> Explanation:
+    return _plain(result, Certainty.PROVEN, "the judge recomputed everything from the motion alone")
+
+
+def _start(result: Result) -> Explanation:
+    return _end(result, result.problem.reduced.start_positions, Moment.START)
+
+
+def _goal(result: Result) -> Explanation:
+    goal = fixed_goal(result.problem)
+    if goal is not None:
+        return _end(result, goal, Moment.END)
+    beyond = joint_goal_beyond_limits(result.problem)
+    if beyond:
+        grounds = "no position within the limits is within the goal's tolerance"
+        return _with(_plain(result, Certainty.PROVEN, grounds), blocks=beyond)
+    return _searched_goal(result)
+
+
+def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
+    """Explain a start or goal of joints that is not free: the judge has measured it."""
+    problem = result.problem
+    blocks = blocks_of(examine(problem.reduced, positions, moment=moment))
+    if not blocks:
+        kind, words = BlockKind.REQUIREMENT, result.message
+        blocks = (Block(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
+    return _with(
+        _plain(result, Certainty.PROVEN, "it was measured at that very configuration"),
+        blocks=blocks,
+        configuration=positions,
+        nearest=nearest_free(problem, positions, moment),
+    )
+
+
+def _searched_goal(result: Result) -> Explanation:
+    """Explain a goal that no free configuration was found for."""
+    problem, reduced = result.problem, result.problem.reduced
+    always = always_at_end(problem)
+    wanted = (*problem.goals, *always)
+    proofs = [words for each in wanted if (words := out_of_reach(each, reduced))]
+    proofs += [words for pair in combinations(wanted, 2) if (words := exclusion(*pair, reduced))]
+    touching = least_missed(problem, problem.goals, hard=always, clear=False)
+    free = least_missed(problem, problem.goals, hard=always)
+    blocks: tuple[Block, ...] = ()
+    if touching is not None:
+        blocks = (
+            *_pressed(reduced, touching, result.status),
+            *blocks_of(examine(reduced, touching.positions, moment=Moment.END)),
+        )
+    if result.status is Status.GOAL_IN_COLLISION:
+        conflict = conflict_at_goal(problem, blocks)
+    else:
+        clash = conflicting(reduced, wanted, rng=np.random.default_rng(0), counts=Counts())
+        conflict = tuple(str(item) for item in clash)
+    grounds = "; ".join(proofs) or f"{result.message}; other configurations may exist"
+    return _with(
+        _plain(result, Certainty.PROVEN if proofs else Certainty.EVIDENCE, grounds),
+        blocks=blocks,
+        conflict=conflict if len(conflict) > 1 else (),
+        configuration=None if touching is None else touching.positions,
+        nearest=free,
+    )
+
+
+def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tuple[Block, ...]:
+    """Return the joint limits that the configuration nearest to an unreachable goal presses against."""
+    if status is Status.GOAL_IN_COLLISION:
+        return ()
+    limits, blocks = reduced.limits, list[Block]()
+    for place, name in enumerate(reduced.joint_names):
+        at = float(nearest.positions[place])
+        for side, limit in (("lower", limits.lower[place]), ("upper", limits.upper[place])):
+            if abs(at - limit) <= PRESSED:
+                words = f"{name} is at its {side} limit {limit:.4f} where the goal is missed least"
+                kind = BlockKind.JOINT_LIMIT
+                blocks.append(Block(kind=kind, subjects=(name,), amount=0.0, place=None, words=words))
+    return tuple(blocks)
+
+
+def _walled_in(result: Result) -> Explanation:
+    grounds = f"{result.message}: boxes that cover all such configurations were closed one by one"
+    return _with(
+        _plain(result, Certainty.PROVEN, grounds), blocks=_way_blocks(result), configuration=_worst(result)
+    )
+
+
+def _of_the_way(result: Result) -> Explanation:
+    """Explain why no path was found: what blocked each first guess."""
+    tried: dict[str, int] = {}
+    for each in result.tries:
+        what = each.status.name if each.block is None else " and ".join(each.block.subjects)
+        tried[what] = tried.get(what, 0) + 1
+    ranked = sorted(tried, key=lambda what: -tried[what])
+    stopped = ", ".join(f"{tried[what]} by {what}" for what in ranked[:4])
+    grounds = f"of {len(result.tries)} first guesses none led to a plan: {stopped} were blocked"
+    if not result.tries:
+        grounds = result.message
+    return _with(
+        _plain(result, Certainty.EVIDENCE, grounds), blocks=_way_blocks(result), configuration=_worst(result)
+    )
+
+
+def _way_blocks(result: Result) -> tuple[Block, ...]:
+    if result.solve is None:
+        return ()
+    return blocks_on_the_way(result.problem, result.solve)
+
+
+def _worst(result: Result) -> Floats | None:
+    """Return the configuration of the path at which the worst thing stands in the way."""
+    blocks = _way_blocks(result)
+    if result.path is None or not blocks or blocks[0].place is None:
+        return None
+    knots = result.path.knots
+    at = blocks[0].place * (len(knots) - 1)
+    first = min(int(at), len(knots) - 2)
+    return knots[first] + (at - first) * (knots[first + 1] - knots[first])
+
+
+def _timing(result: Result) -> Explanation:
+    """Explain a path that no timing cures: a proof where the start or a goal of joints cannot be held."""
+    problem, goal = result.problem, fixed_goal(result.problem)
+    for positions, name in ((problem.reduced.start_positions, "start"), (goal, "goal")):
+        blocks = () if positions is None else overloaded(problem, positions)
+        if blocks:
+            grounds = f"the {name} itself cannot be held at rest: {blocks[0].words}"
+            plain = _plain(result, Certainty.PROVEN, grounds)
+            return _with(plain, blocks=blocks, configuration=positions)
+    if result.path is None:
+        return _of_the_way(result)
+    worst = max(
+        (item for knot in result.path.knots for item in [(overloaded(problem, knot), knot)] if item[0]),
+        key=lambda item: item[0][0].amount,
+        default=((), None),
+    )
+    grounds = f"{result.message} on every path found, of {len(result.tries)} first guesses"
+    return _with(_plain(result, Certainty.EVIDENCE, grounds), blocks=worst[0], configuration=worst[1])
+
+
+def _refused(result: Result) -> Explanation:
+    """Explain a motion that the judge refused."""
+    certificate = result.certificate
+    assert isinstance(certificate, Certificate)
+    blocks = tuple(
+        Block(
+            kind=BlockKind.REQUIREMENT,
+            subjects=(check.subject or check.name,),
+            amount=abs(check.slack or 0.0),
+            place=None
+            if check.time is None or result.trajectory is None
+            else check.time / result.trajectory.duration,
+            words=f"{check.name}: {check.detail}",
+        )
+        for check in certificate.failed
+    )
+    at = None
+    if blocks and blocks[0].place is not None and result.trajectory is not None:
+        at = result.trajectory(blocks[0].place * result.trajectory.duration)
+    grounds = f"the judge refused the motion that came nearest, of {len(result.tries)} first guesses"
+    return _with(_plain(result, Certainty.EVIDENCE, grounds), blocks=blocks, configuration=at)
+
+
+def _with(
+    plain: Explanation,
+    *,
+    blocks: tuple[Block, ...],
+    conflict: tuple[str, ...] = (),
+    configuration: Floats | None = None,
+    nearest: NearestFree | None = None,
+) -> Explanation:
+    return replace(plain, blocks=blocks, conflict=conflict, configuration=configuration, nearest_free=nearest)
+
+
+_BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
+    Status.SOLVED: _solved,
+    Status.START_IN_COLLISION: _start,
+    Status.START_OUT_OF_LIMITS: _start,
+    Status.START_BREAKS_CONSTRAINT: _start,
+    Status.GOAL_IN_COLLISION: _goal,
+    Status.GOAL_OUT_OF_LIMITS: _goal,
+    Status.GOAL_BREAKS_CONSTRAINT: _goal,
+    Status.NO_INVERSE_KINEMATICS: _goal,
+    Status.CONFLICTING_CONSTRAINTS: _goal,
+    Status.WALLED_IN: _walled_in,
+    Status.NO_TIMING: _timing,
+    Status.NOT_VERIFIED: _refused,
+}
+"""What explains each status; all others are explained by what blocked the way."""

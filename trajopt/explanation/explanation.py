@@ -1,0 +1,112 @@
+"""Explanation: how planning ended and why, how that is known, and what would change it."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.explanation.nearest import NearestFree
+from trajopt.explanation.prices import Price
+from trajopt.explanation.remedies import Remedy
+from trajopt.problem import Problem
+from trajopt.reasons import Block
+from trajopt.result import Status
+from trajopt.trajectory import Path
+from trajopt.tries import Try
+
+NAMED = 4
+"""Things in the way that are named; the others are counted."""
+
+
+class Certainty(Enum):
+    """How well a verdict is known."""
+
+    PROVEN = "proven"
+    EVIDENCE = "evidence, no proof"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Explanation:
+    """How planning ended and why: `print` it, or read its parts.
+
+    Attributes:
+        problem: What was asked.
+        status: How planning ended.
+        reason: The result's own sentence.
+        certainty: Whether the verdict is proven.
+        grounds: Why it is known, or how much speaks for it.
+        blocks: What stands in the way, worst first.
+        conflict: What excludes each other; whichever one is left out, the others can be held. Empty where
+            nothing of the kind was found.
+        configuration: The configuration that shows it, shape (n,) [rad | m]: the start or goal that is not
+            free, the one that comes nearest to the goal, or where on the way the worst contact is.
+        nearest_free: The nearest configuration that is free, where that is the question.
+        path: The path that came nearest, if planning got so far.
+        tries: The first guesses that were tried, and what blocked each.
+        remedies: Changes that make it solvable; None if they were not looked for.
+        prices: What active constraints cost; in seconds only if planned again.
+    """
+
+    problem: Problem
+    status: Status
+    reason: str
+    certainty: Certainty
+    grounds: str
+    blocks: tuple[Block, ...] = ()
+    conflict: tuple[str, ...] = ()
+    configuration: Floats | None = None
+    nearest_free: NearestFree | None = None
+    path: Path | None = None
+    tries: tuple[Try, ...] = ()
+    remedies: tuple[Remedy, ...] | None = None
+    prices: tuple[Price, ...] = ()
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "status": self.status.name,
+            "reason": self.reason,
+            "certainty": self.certainty.name,
+            "grounds": self.grounds,
+            "blocks": [block.as_dict() for block in self.blocks],
+            "conflict": list(self.conflict),
+            "joint_names": list(self.problem.reduced.joint_names),
+            "configuration": None if self.configuration is None else self.configuration.tolist(),
+            "nearest_free": None if self.nearest_free is None else self.nearest_free.as_dict(),
+            "tries": [each.as_dict() for each in self.tries],
+            "remedies": None if self.remedies is None else [each.as_dict() for each in self.remedies],
+            "prices": [price.as_dict() for price in self.prices],
+        }
+
+    def __str__(self) -> str:
+        """Say it in plain words, a line for each part."""
+        lines = [self.reason, f"This is {self.certainty.value}: {self.grounds}."]
+        if self.conflict:
+            lines.append("Not all of these can be held together; any one fewer could:")
+            lines += [f"  {item}" for item in self.conflict]
+        if self.blocks:
+            lines.append("In the way:")
+            lines += [f"  {block.words}" for block in self.blocks[:NAMED]]
+            if len(self.blocks) > NAMED:
+                lines.append(f"  and {len(self.blocks) - NAMED} more")
+        if self.nearest_free is not None:
+            lines.append(self._nearest(self.nearest_free))
+        if self.remedies is not None and not self.remedies:
+            lines.append("No single change of those that were tried makes it solvable.")
+        if self.remedies:
+            lines.append("Each of these makes it solvable, and half of it does not:")
+            lines += [f"  {remedy}" for remedy in self.remedies]
+        if self.prices:
+            lines.append("What the active constraints cost:")
+            lines += [f"  {price}" for price in self.prices]
+        return "\n".join(lines)
+
+    def _nearest(self, free: NearestFree) -> str:
+        joints = self.problem.reduced.joint_names
+        if free.given > 0.0:
+            where = ", ".join(f"{q:.3f}" for q in free.positions)
+            return f"The nearest that is free misses the goal by {free.given:.3g} (m, rad) in all: ({where})"
+        order = np.argsort(-np.abs(free.moved))
+        moves = [f"{joints[k]} by {free.moved[k]:+.3f}" for k in order if abs(free.moved[k]) > 5e-4]
+        return f"The nearest that is free: {', '.join(moves)}"

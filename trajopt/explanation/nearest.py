@@ -1,0 +1,124 @@
+"""The nearest configuration that is free: by optimisation from many starts, checked by the judge."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats, readonly
+from trajopt.explanation.asked import always_at_end, always_at_start
+from trajopt.explanation.standing import Standing, Stood
+from trajopt.model.requirements import Requirement
+from trajopt.problem import Problem
+from trajopt.query import query_of
+from trajopt.seeds.inverse_kinematics import random_starts
+from trajopt.seeds.projection import Projection
+from trajopt.verify import Moment, examine
+
+STARTS = 128
+"""Configurations that the search of the goal starts from."""
+POLISHED = 6
+"""Those of them that are optimised, the nearest ones."""
+SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)
+"""Standard deviations of starts around a configuration [rad | m]."""
+SEED = 0
+"""Of what is drawn: explanations are the same every time."""
+STAY = 1e-3
+"""Weight of staying near the start, where the goal is what gives way."""
+
+
+@dataclass(frozen=True, eq=False)
+class NearestFree:
+    """A configuration that the judge finds free, near one that is not.
+
+    Attributes:
+        positions: Of the group's joints, shape (n,) [rad | m].
+        moved: By how much each joint differs from where it was asked to be, shape (n,) [rad | m].
+        given: By how much the goal is missed there [m and rad]; 0 where joints were asked for.
+        clearance: Smallest distance there, by the judge [m]; inf where no pair keeps apart.
+    """
+
+    positions: Floats
+    moved: Floats
+    given: float
+    clearance: float
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "positions": self.positions.tolist(),
+            "moved": self.moved.tolist(),
+            "given": self.given,
+            "clearance": self.clearance if np.isfinite(self.clearance) else None,
+        }
+
+
+def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> NearestFree | None:
+    """Find the nearest configuration that is clear of everything and holds the path constraints.
+
+    Args:
+        problem: The problem.
+        positions: What is not free, shape (n,) [rad | m].
+        moment: At which end of the motion; contact may be meant there.
+
+    Returns:
+        The nearest that was found; None if none was.
+    """
+    reduced, rng = problem.reduced, np.random.default_rng(SEED)
+    always = always_at_start(problem) if moment is Moment.START else always_at_end(problem)
+    asked = Standing(reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0)
+    query = query_of(reduced)
+    starts = [
+        positions + rng.normal(scale=spread, size=positions.shape) for spread in SPREADS for _ in (0, 1)
+    ]
+    stood = [asked.solve(np.clip(q, reduced.limits.lower, reduced.limits.upper), query) for q in starts]
+    return _best(problem, positions, stood, moment)
+
+
+def least_missed(
+    problem: Problem, soft: Sequence[Requirement], *, hard: Sequence[Requirement], clear: bool = True
+) -> NearestFree | None:
+    """Find a configuration to end at where some of what is asked gives way, as little as it can.
+
+    Args:
+        problem: The problem.
+        soft: What gives way.
+        hard: What must hold.
+        clear: Whether it must be clear of everything.
+
+    Returns:
+        The one that misses least, then the nearest to the start; None if none was found.
+    """
+    reduced, rng = problem.reduced, np.random.default_rng(SEED)
+    query, near = query_of(reduced), reduced.start_positions
+    begin = random_starts(reduced, rng, STARTS)
+    ended = Projection(reduced, (*soft, *hard), query)(begin)
+    order = np.argsort(ended.violation, kind="stable")[:POLISHED]
+    asked = Standing(reduced=reduced, hard=hard, soft=soft, clear=clear, near=near, stay=STAY)
+    starts = [*ended.positions[order], *begin[: POLISHED // 2]]
+    moment = Moment.END if clear else None
+    if not soft:
+        # Any that holds is as good as another.
+        each = (_best(problem, near, [asked.solve(start, query)], moment) for start in starts)
+        return next((found for found in each if found is not None), None)
+    return _best(problem, near, [asked.solve(start, query) for start in starts], moment)
+
+
+def _best(
+    problem: Problem, positions: Floats, stood: Sequence[Stood], moment: Moment | None
+) -> NearestFree | None:
+    """Return the first in order of what gave way and of joint motion that the judge finds free."""
+    reduced = problem.reduced
+    for each in sorted(
+        (item for item in stood if item.holds),
+        key=lambda item: (round(item.given, 3), float(np.abs(item.positions - positions).max())),
+    ):
+        clearance = np.inf
+        if moment is not None:
+            seen = examine(reduced, each.positions, moment=moment)
+            if not seen.clear:
+                continue
+            clearance = np.inf if seen.smallest is None else seen.smallest.distance
+        moved = readonly(each.positions - positions)
+        return NearestFree(readonly(np.array(each.positions)), moved, each.given, clearance)
+    return None

@@ -1,0 +1,232 @@
+"""Prices: what each active constraint of a solution costs, in units of the objective and in seconds."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.explanation.asked import everything, with_requirement
+from trajopt.explanation.change import smaller_margin
+from trajopt.explanation.multipliers import Multipliers, multipliers
+from trajopt.explanation.widening import DEGREE, MILLIMETRE, widenings
+from trajopt.model.requirements import Requirement
+from trajopt.problem import Problem
+from trajopt.query import query_of
+from trajopt.result import Result
+from trajopt.retime import Retimed
+from trajopt.seeds.projection import Projection
+from trajopt.solvers import Sqp
+from trajopt.terms import Clearance, constrain
+from trajopt.terms.residual import WHOLE
+from trajopt.timing import timed
+from trajopt.trajectory import Path
+from trajopt.transcription import KnotsNlp, transcribe
+
+TIGHT = Sqp(max_iterations=300, relative_gain=1e-7, absolute_gain=1e-10)
+"""Prices are differences of costs: the solver must not stop early."""
+UNBALANCED = 0.2
+"""Multipliers that leave more of the gradient than this share are no prices."""
+LEAST = 1e-3
+"""Objective prices below this share of the largest are left out."""
+STEP = 2.0
+"""By how much a constraint is relaxed to see what it costs in time [mm | deg]."""
+PERCENT = 5.0
+"""By how much a joint's limit is raised to see what it costs in time [%]."""
+TOLERANCE = 1e-3
+"""How far the timed motion may leave the path [m]."""
+LEAST_SECONDS = 1e-4
+"""Smaller changes of the duration than this are noise of timing [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Price:
+    """What an active constraint costs.
+
+    Attributes:
+        what: The constraint.
+        unit: "mm", "deg", "rad" or "%": the amount that the prices are for.
+        objective: By how much the objective falls when the constraint is relaxed by one unit; None for
+            limits that the objective does not know.
+        seconds: By how much the duration falls [s]; None where that was not asked for, or is not known.
+    """
+
+    what: str
+    unit: str
+    objective: float | None
+    seconds: float | None
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {"what": self.what, "unit": self.unit, "objective": self.objective, "seconds": self.seconds}
+
+    def __str__(self) -> str:
+        """Say both prices."""
+        parts = [] if self.objective is None else [f"{self.objective:.3g} of the objective"]
+        parts += [] if self.seconds is None else [f"{1000 * self.seconds:.3g} ms"]
+        return f"{self.what}: {' and '.join(parts)} per {self.unit}"
+
+
+def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
+    """Return what the active constraints of a verified motion cost, dearest first.
+
+    The motion's own program is solved again, tightly, from where it ended; prices in seconds compare the
+    timed motions of that solution and of one with the constraint relaxed a little.
+
+    Args:
+        result: A verified result of the method `Knots`; anything else has no prices.
+        seconds: Whether to solve and time relaxed problems too.
+    """
+    if not result.verified or result.path is None or result.timed is None:
+        return ()
+    problem, knots = result.problem, result.path.knots
+    base = _Solved.of(problem, knots)
+    at = base.multipliers
+    if at.unbalanced > UNBALANCED:
+        return _limits(base) if seconds else ()
+    largest = max((*at.rows.values(), *at.bounds.values()), default=0.0)
+    dear = {key: value for key, value in at.rows.items() if value > LEAST * largest}
+    found = [*_clearances(base, dear, seconds), *_requirements(base, dear, seconds)]
+    found += _bounds(
+        base, {key: value for key, value in at.bounds.items() if value > LEAST * largest}, seconds
+    )
+    found.sort(key=lambda price: -(price.objective or 0.0))
+    return (*found, *(_limits(base) if seconds else ()))
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """A problem's program, solved tightly from given knots."""
+
+    problem: Problem
+    nlp: KnotsNlp
+    knots: Floats
+    multipliers: Multipliers
+
+    @staticmethod
+    def of(problem: Problem, knots: Floats) -> "_Solved":
+        nlp = transcribe(problem, knots, _waypoint_knots(problem, knots))
+        solved = TIGHT.solve(nlp, knots)
+        return _Solved(problem, nlp, solved.x, multipliers(solved.at, nlp.lower, nlp.upper))
+
+    def duration(self, problem: Problem | None = None) -> float | None:
+        """Return the duration of the path within the limits of this problem or another [s]."""
+        path = Path(self.problem.reduced.joint_names, self.knots)
+        motion = timed(problem or self.problem, self.nlp.query, path, tolerance=TOLERANCE)
+        return motion.trajectory.duration if isinstance(motion, Retimed) else None
+
+    def saved(self, relaxed: Problem, amount: float) -> float | None:
+        """Return by how much the duration falls by unit of a relaxation [s]."""
+        before, after = self.duration(), _Solved.of(relaxed, self.knots).duration()
+        return None if before is None or after is None else (before - after) / amount
+
+
+def _waypoint_knots(problem: Problem, knots: Floats) -> list[int]:
+    """Return the knots at which waypoints are held best, in order."""
+    places: list[int] = []
+    count = len(problem.waypoint_requirements)
+    for number, wanted in enumerate(problem.waypoint_requirements):
+        first = places[-1] + 1 if places else 1
+        last = len(knots) - 1 - (count - 1 - number)
+        off = Projection(problem.reduced, wanted, query_of(problem.reduced)).violation(knots[first:last])
+        places.append(first + int(np.argmin(off)))
+    return places
+
+
+def _clearances(base: _Solved, dear: dict[tuple[str, int], float], seconds: bool) -> Iterator[Price]:
+    reduced, total = base.problem.reduced, dict[tuple[str, str], float]()
+    for (name, pair), push in dear.items():
+        if name == Clearance.name:
+            owners = reduced.owners(pair)
+            total[owners] = total.get(owners, 0.0) + push
+    for (first, second), push in total.items():
+        change = smaller_margin(base.problem, first, second, STEP * MILLIMETRE) if seconds else None
+        step = 0.0 if change is None else min(STEP * MILLIMETRE, change.largest)
+        yield Price(
+            what=f"margin of {first} from {second}",
+            unit="mm",
+            objective=push * MILLIMETRE,
+            seconds=None if change is None else base.saved(change.apply(step), step / MILLIMETRE),
+        )
+
+
+def _requirements(base: _Solved, dear: dict[tuple[str, int], float], seconds: bool) -> Iterator[Price]:
+    problem = base.problem
+    for required in everything(problem):
+        names = {item.residual.name for item in constrain(required, problem.reduced, WHOLE)}
+        push = sum(value for (name, _), value in dear.items() if name in names)
+        if push == 0.0:
+            continue
+        unit, factor = _unit(required)
+        yield Price(
+            what=", ".join(sorted(names)),
+            unit=unit,
+            objective=push * factor,
+            seconds=_saved_by(base, required) if seconds else None,
+        )
+
+
+def _unit(required: Requirement) -> tuple[str, float]:
+    ways = widenings(required)
+    return (ways[0].shown[1] or "unit", ways[0].shown[0]) if ways else ("unit", 1.0)
+
+
+def _saved_by(base: _Solved, required: Requirement) -> float | None:
+    for way in widenings(required)[:1]:
+        amount = min(STEP * way.shown[0], way.largest)
+        relaxed = with_requirement(base.problem, required, way.apply(amount))
+        return base.saved(relaxed, amount / way.shown[0])
+    return None
+
+
+def _bounds(base: _Solved, dear: dict[int, float], seconds: bool) -> Iterator[Price]:
+    reduced = base.problem.reduced
+    for place, push in dear.items():
+        name = reduced.joint_names[place]
+        relaxed = _with_limits(base.problem, [name], "position", STEP * DEGREE) if seconds else None
+        yield Price(
+            what=f"position limit of {name}",
+            unit="deg",
+            objective=push * DEGREE,
+            seconds=None if relaxed is None else base.saved(relaxed, STEP),
+        )
+
+
+def _limits(base: _Solved) -> tuple[Price, ...]:
+    """Return what the limits that bind cost in time: the same path is timed with each a little higher."""
+    before, found = base.duration(), list[Price]()
+    if before is None:
+        return ()
+    for kind in ("velocity", "acceleration", "jerk", "effort"):
+        everyone = base.problem.reduced.joint_names
+        if not _gain(base, before, everyone, kind) > LEAST_SECONDS:
+            continue
+        for name in everyone:
+            gain = _gain(base, before, [name], kind)
+            if gain > LEAST_SECONDS:
+                what = f"{kind} limit of {name}"
+                found.append(Price(what=what, unit="%", objective=None, seconds=gain / PERCENT))
+    return tuple(sorted(found, key=lambda price: -(price.seconds or 0.0)))
+
+
+def _gain(base: _Solved, before: float, joints: Sequence[str], kind: str) -> float:
+    after = base.duration(_with_limits(base.problem, joints, kind, PERCENT / 100.0))
+    return 0.0 if after is None else before - after
+
+
+def _with_limits(problem: Problem, joints: Sequence[str], kind: str, amount: float) -> Problem:
+    """Return the problem with a limit of joints raised: by a share, or positions by an amount [rad | m]."""
+    robot = problem.scene.robot
+    index, limits = robot.index(joints), robot.limits
+    if kind == "position":
+        lower, upper = np.array(limits.lower), np.array(limits.upper)
+        lower[index] -= amount
+        upper[index] += amount
+        raised = replace(limits, lower=lower, upper=upper)
+    else:
+        values = {
+            name: np.array(getattr(limits, name)) for name in ("velocity", "acceleration", "jerk", "effort")
+        }
+        values[kind][index] *= 1.0 + amount
+        raised = replace(limits, **{kind: values[kind]})
+    return replace(problem, scene=replace(problem.scene, robot=replace(robot, limits=raised)))
