@@ -118,8 +118,8 @@ class Result:
     def explain(self, *, plan_again: bool = False) -> "Explanation":
         """Say what stands in the way, how that is known, and what would change it.
 
-        Without planning again this takes about as long as planning once: the nearest configuration that is
-        free, the requirements that exclude each other, proofs.
+        Without planning again it takes milliseconds to a second or two: the nearest configuration that is
+        free, the requirements that exclude each other, proofs, multipliers.
 
         Args:
             plan_again: Whether to plan changed problems too, which takes as long as planning some dozens of

@@ -1,12 +1,14 @@
 """A closed cut is a proof: nothing on it is free, and what can be planned has none."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from trajopt_problems.arms import ur5
 
 import trajopt as to
+from tests.robots_for_tests import odd_arm
 from trajopt.proofs import closed_cut
 from trajopt.verify import Judge
 
@@ -66,3 +68,19 @@ def test_meant_contact_closes_nothing() -> None:
         touched = touched.allow_contact("meant", link, "walls", first=0.1)
     cut = closed_cut(replace(problem, scene=touched))
     assert cut is None or all("wrist" in first + second for first, second in cut.pairs)
+
+
+def test_a_slide_without_end_is_no_proof(tmp_path: Path) -> None:
+    """No box holds all places of a joint that slides without limits: it may be beyond the sheet."""
+    short = odd_arm(tmp_path)
+    place = short.joint_names.index("reach")
+    lower, upper = np.array(short.limits.lower), np.array(short.limits.upper)
+    lower[place], upper[place] = -np.inf, np.inf
+    endless = replace(short, limits=replace(short.limits, lower=lower, upper=upper))
+    start = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
+    proven: list[bool] = []
+    for robot in (short, endless):
+        scene = to.Scene(robot).add("sheet", to.Box(1.6, 0.02, 3.0), to.placement((0.95, 0.0, 0.0)))
+        goal = to.joint_positions({**start, "pan": 1.0})
+        proven.append(closed_cut(to.Problem(scene=scene, start=start, goal=goal)) is not None)
+    assert proven == [True, False]

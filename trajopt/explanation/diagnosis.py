@@ -46,6 +46,10 @@ def _solved(result: Result) -> Explanation:
     return _plain(result, Certainty.PROVEN, "the judge recomputed everything from the motion alone")
 
 
+def _cannot(result: Result) -> Explanation:
+    return _plain(result, Certainty.PROVEN, "the method was asked before anything began")
+
+
 def _start(result: Result) -> Explanation:
     return _end(result, result.problem.reduced.start_positions, Moment.START)
 
@@ -225,6 +229,7 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.GOAL_BREAKS_CONSTRAINT: _goal,
     Status.NO_INVERSE_KINEMATICS: _goal,
     Status.CONFLICTING_CONSTRAINTS: _goal,
+    Status.METHOD_CANNOT: _cannot,
     Status.WALLED_IN: _walled_in,
     Status.NO_TIMING: _timing,
     Status.NOT_VERIFIED: _refused,

@@ -53,6 +53,8 @@ def closed_cut(problem: Problem) -> ClosedCut | None:
     Returns:
         The first that is proven; None if none is, which says nothing.
     """
+    if _endless(problem.reduced).any():
+        return None
     cover = _Cover(problem.reduced)
     for joint, (start, goal) in _must_move(problem).items():
         for share in SHARES:
@@ -136,12 +138,23 @@ def _whole(reduced: ReducedModel, joint: int, value: float) -> tuple[Floats, Flo
     lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
     upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
     middle, half = (lower + upper) / 2.0, (upper - lower) / 2.0
+    half = np.where(_periodic(reduced), np.minimum(half, np.pi), half)
+    middle[joint], half[joint] = value, 0.0
+    return middle[None], half[None]
+
+
+def _periodic(reduced: ReducedModel) -> Bools:
+    """Return which joints of the group have everything where it was after one turn, shape (n,)."""
     names = [reduced.model.joints[reduced.model.getJointId(name)].shortname() for name in reduced.joint_names]
     turns = np.array(["JointModelR" in name for name in names], dtype=np.bool_)
     mimicked = (reduced.expand != 0.0).sum(axis=0) > 1
-    half = np.where(turns & ~mimicked, np.minimum(half, np.pi), half)
-    middle[joint], half[joint] = value, 0.0
-    return middle[None], half[None]
+    return turns & ~mimicked
+
+
+def _endless(reduced: ReducedModel) -> Bools:
+    """Return which joints no box of finite size can cover, shape (n,)."""
+    limited = np.isfinite(reduced.limits.lower) & np.isfinite(reduced.limits.upper)
+    return ~limited & ~_periodic(reduced)
 
 
 def _halved(middle: Floats, half: Floats, axis: np.ndarray) -> tuple[Floats, Floats]:
