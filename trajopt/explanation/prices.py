@@ -82,7 +82,7 @@ def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
     problem, knots = result.problem, result.path.knots
     base = _Solved.of(problem, knots)
     at = base.multipliers
-    if at.unbalanced > UNBALANCED:
+    if at.unbalanced > UNBALANCED or not base.holds:
         return _limits(base) if seconds else ()
     largest = max((*at.rows.values(), *at.bounds.values()), default=0.0)
     dear = {key: value for key, value in at.rows.items() if value > LEAST * largest}
@@ -101,13 +101,15 @@ class _Solved:
     problem: Problem
     nlp: KnotsNlp
     knots: Floats
+    holds: bool
     multipliers: Multipliers
 
     @staticmethod
     def of(problem: Problem, knots: Floats) -> "_Solved":
         nlp = transcribe(problem, knots, _waypoint_knots(problem, knots))
         solved = TIGHT.solve(nlp, knots)
-        return _Solved(problem, nlp, solved.x, multipliers(solved.at, nlp.lower, nlp.upper))
+        at = multipliers(solved.at, nlp.lower, nlp.upper)
+        return _Solved(problem, nlp, solved.x, solved.feasible, at)
 
     def duration(self, problem: Problem | None = None) -> float | None:
         """Return the duration of the path within the limits of this problem or another [s]."""
@@ -117,7 +119,8 @@ class _Solved:
 
     def saved(self, relaxed: Problem, amount: float) -> float | None:
         """Return by how much the duration falls by unit of a relaxation [s]."""
-        before, after = self.duration(), _Solved.of(relaxed, self.knots).duration()
+        again = _Solved.of(relaxed, self.knots)
+        before, after = self.duration(), again.duration() if again.holds else None
         return None if before is None or after is None else (before - after) / amount
 
 
