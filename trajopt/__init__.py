@@ -5,6 +5,7 @@ The short way is here: a robot, a scene, a problem, `plan`. The steps that `plan
 what comes after in `trajopt.simulate`, `trajopt.view`, `trajopt.moveit` and `trajopt.store`.
 """
 
+from trajopt.budget import Budget as Budget
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError

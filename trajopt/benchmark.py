@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
+from trajopt.budget import Budget
 from trajopt.errors import FileFormatError, NameNotFound
 from trajopt.model.robot import Robot
 from trajopt.moveit import read_request, read_scene
-from trajopt.plan import plan
-from trajopt.result import Result, Status
+from trajopt.plan import NO_BOUNDS, plan
+from trajopt.result import Result
+from trajopt.seeds import SeedKind
+from trajopt.status import Status
 
 UNASKABLE = (
     Status.START_IN_COLLISION,
@@ -54,6 +57,9 @@ class Record:
         path_length: Length of the path in joint space [rad], if there is one.
         duration: Duration of the motion [s], if there is one.
         clearance: Smallest clearance of the motion that is proven [m], if there is one.
+        won_by: The kind of first guess that the motion came from, if there is one.
+        tries: First guesses that were tried, by kind.
+        stopped_by_clock: Whether time ran out: another run may end otherwise.
     """
 
     instance: Instance
@@ -64,6 +70,9 @@ class Record:
     path_length: float | None
     duration: float | None
     clearance: float | None
+    won_by: SeedKind | None
+    tries: dict[str, int]
+    stopped_by_clock: bool
 
     @property
     def verified(self) -> bool:
@@ -89,6 +98,9 @@ class Record:
             "path_length": self.path_length,
             "duration": self.duration,
             "clearance": self.clearance,
+            "won_by": None if self.won_by is None else self.won_by.name,
+            "tries": self.tries,
+            "stopped_by_clock": self.stopped_by_clock,
         }
 
 
@@ -124,12 +136,12 @@ def find_instances(folder: Path, sets: Sequence[str] = (), *, limit: int | None 
     return found
 
 
-def run_instance(robot: Robot, instance: Instance) -> Record:
-    """Read and plan one problem."""
+def run_instance(robot: Robot, instance: Instance, budget: Budget = NO_BOUNDS) -> Record:
+    """Read and plan one problem within a budget."""
     begin = time.process_time()
     problem = read_request(instance.request, read_scene(instance.scene, robot)).problem()
     reading = time.process_time() - begin
-    result = plan(problem)
+    result = plan(problem, budget=budget)
     planning = dict(result.cpu_seconds)
     return Record(
         instance,
@@ -140,6 +152,9 @@ def run_instance(robot: Robot, instance: Instance) -> Record:
         None if result.path is None else result.path.length,
         None if result.trajectory is None else result.trajectory.duration,
         _clearance(result),
+        None if result.won is None else result.won.kind,
+        dict(Counter(item.kind.name for item in result.tries)),
+        result.stopped_by_clock,
     )
 
 
@@ -149,17 +164,22 @@ def _clearance(result: Result) -> float | None:
 
 
 def run(
-    robot: Robot, instances: Sequence[Instance], *, progress: Callable[[int, Record], None] | None = None
+    robot: Robot,
+    instances: Sequence[Instance],
+    *,
+    budget: Budget = NO_BOUNDS,
+    progress: Callable[[int, Record], None] | None = None,
 ) -> Iterator[Record]:
     """Plan problems one after the other.
 
     Args:
         robot: The robot they are for.
         instances: The problems.
+        budget: For each of them.
         progress: Called with the count and the record after each.
     """
     for count, instance in enumerate(instances, 1):
-        record = run_instance(robot, instance)
+        record = run_instance(robot, instance, budget)
         if progress is not None:
             progress(count, record)
         yield record
@@ -198,6 +218,8 @@ def summary(records: Sequence[Record]) -> dict[str, object]:
         "path_length_median": middle([record.path_length for record in solved], 50),
         "duration_median": middle([record.duration for record in solved], 50),
         "clearance_smallest": min((r.clearance for r in solved if r.clearance is not None), default=None),
+        "won_by": dict(Counter(r.won_by.name for r in records if r.won_by is not None).most_common()),
+        "stopped_by_clock": sum(record.stopped_by_clock for record in records),
         "statuses": dict(Counter(record.status.name for record in records)),
         "causes": dict(Counter(r.cause for r in records if not r.verified).most_common()),
     }

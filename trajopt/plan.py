@@ -1,17 +1,18 @@
 """plan(problem): the whole of planning in one call; of a goal set, to the goal that comes easiest."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from threading import Event
 
 import numpy as np
 
+from trajopt.budget import Budget
 from trajopt.methods import Knots, Method
-from trajopt.planning import ATTEMPTS, Planning, Progress
+from trajopt.planning import Attempts, Meter, Portfolio, Progress, Search
 from trajopt.problem import Problem
-from trajopt.result import Result, Status
-from trajopt.tries import Try
+from trajopt.result import Result
 
-FIRST_ATTEMPTS = 4
-"""First guesses that every goal of a set gets before any gets more: straight lines."""
+NO_BOUNDS = Budget()
+"""The budget unless told otherwise: the first guesses that planning knows of, one after the other."""
 
 
 def plan(
@@ -19,75 +20,32 @@ def plan(
     *,
     method: Method | None = None,
     rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
     progress: Progress | None = None,
+    on_incumbent: Callable[[Result], None] | None = None,
 ) -> Result:
     """Plan a motion and have it judged.
 
     Args:
         problem: What the motion must achieve.
         method: Transcription and solver with their options; sequential QP over knots when None.
-        rng: Draws the starts of inverse kinematics; a fixed seed when None, so that the answer is
-            the same every time.
+        rng: Draws the starts of inverse kinematics and the bends of first guesses; a fixed seed when
+            None, so that the answer is the same every time.
+        budget: How much work, time and how many cores it may use, and whether to go on improving.
+        cancel: Set it from another thread to stop: the best motion so far is returned, if there is
+            one.
         progress: Called at every stage and every step of the solver.
+        on_incumbent: Called with every verified motion that is better than the one before.
 
     Returns:
         A result; `result.require()` gives the plan or raises with the reason.
 
     Raises:
         ProblemError: If a requirement cannot be asked of this robot.
+        KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
-    method, rng = method or Knots(), rng or np.random.default_rng(0)
-    if problem.alternatives:
-        runs = {name: Planning(each, method, rng, progress) for name, each in problem.alternatives.items()}
-        return _to_any(problem, runs)
-    run = Planning(problem, method, rng, progress)
-    return run.prepare() or run.attempt(ATTEMPTS)
-
-
-def _to_any(problem: Problem, runs: dict[str, Planning]) -> Result:
-    """Plan to the nearest goal first; all get straight lines before any gets more than that."""
-    results: dict[str, Result] = {}
-    for name, run in runs.items():
-        refusal = run.prepare()
-        if refusal is not None:
-            results[name] = refusal
-    order = sorted((name for name in runs if name not in results), key=lambda name: runs[name].travel)
-    for attempts in (FIRST_ATTEMPTS, ATTEMPTS - FIRST_ATTEMPTS):
-        for name in order:
-            results[name] = runs[name].attempt(attempts)
-            if results[name].status is Status.SOLVED:
-                counts, seconds = _work(runs)
-                return replace(
-                    results[name], goal_name=name, tries=_tries(runs), counts=counts, cpu_seconds=seconds
-                )
-    ranked = {name: results[name] for name in (*order, *(name for name in runs if name not in order))}
-    first = next(iter(ranked.values()))
-    message = "; ".join(f"{name}: {results[name].reason}" for name in runs)
-    counts, seconds = _work(runs)
-    return replace(
-        first,
-        problem=problem,
-        message=message,
-        alternatives=ranked,
-        tries=_tries(runs),
-        counts=counts,
-        cpu_seconds=seconds,
-    )
-
-
-def _work(runs: dict[str, Planning]) -> tuple[dict[str, int], dict[str, float]]:
-    """Sum up the counts and process times of all runs."""
-    counts: dict[str, int] = {}
-    seconds: dict[str, float] = {}
-    for run in runs.values():
-        for name, count in run.counts.items():
-            counts[name] = counts.get(name, 0) + count
-        for name, time in run.seconds.items():
-            seconds[name] = seconds.get(name, 0.0) + time
-    return counts, seconds
-
-
-def _tries(runs: dict[str, Planning]) -> tuple[Try, ...]:
-    """Return the tries of all runs, goal by goal."""
-    every = [replace(item, goal_name=name) for name, run in runs.items() for item in run.tries]
-    return tuple(replace(item, number=number) for number, item in enumerate(every, 1))
+    method, rng, meter = method or Knots(), rng or np.random.default_rng(0), Meter(budget, cancel, progress)
+    goals = problem.alternatives or {"": problem}
+    portfolios = [Portfolio(Attempts(each, meter), method, rng, name) for name, each in goals.items()]
+    return Search(problem, portfolios, meter, on_incumbent).run()

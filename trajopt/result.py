@@ -2,8 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import inf
 from typing import TYPE_CHECKING
 
+from trajopt.budget import Stop
 from trajopt.errors import PlanningFailed
 from trajopt.native import native_cores
 from trajopt.problem import Problem
@@ -52,7 +54,10 @@ class Result:
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
         alternatives: Of a goal set that failed: the result of each goal, that of the nearest first.
-        tries: What each first guess came to, in order; the last one won, if any did.
+        tries: What each first guess came to, in order.
+        won: Of a motion: the try that it came from, the last one or, with a budget that improves, the
+            one of least cost.
+        stopped: What ended planning before it was done; None if nothing did.
     """
 
     problem: Problem
@@ -68,11 +73,27 @@ class Result:
     goal_name: str = ""
     alternatives: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
     tries: tuple[Try, ...] = ()
+    won: Try | None = None
+    stopped: Stop | None = None
 
     @property
     def verified(self) -> bool:
         """Whether there is a plan and the judge verified it."""
         return self.status is Status.SOLVED
+
+    @property
+    def cost(self) -> float:
+        """What tells motions of one problem apart: how long it takes [s]; infinite without a plan.
+
+        Not the costs of the problem: they belong to one program, and knots, goals and methods that
+        differ have sums that mean different things. Time means the same to all.
+        """
+        return self.trajectory.duration if self.verified and self.trajectory is not None else inf
+
+    @property
+    def stopped_by_clock(self) -> bool:
+        """Whether time ran out: then, and only then, the same question may have another answer."""
+        return self.stopped is Stop.CLOCK
 
     def require(self) -> Plan:
         """Return the plan.
@@ -99,6 +120,9 @@ class Result:
             **motion,
             "certificate": None if self.certificate is None else self.certificate.as_dict(),
             "tries": [item.as_dict() for item in self.tries],
+            "won_by": None if self.won is None else self.won.kind.name,
+            "stopped": None if self.stopped is None else self.stopped.name,
+            "stopped_by_clock": self.stopped_by_clock,
             "counts": dict(self.counts),
             "native_cores": list(native_cores()),
             "qp_backends": [] if self.solve is None else list(self.solve.qp_backends),

@@ -25,6 +25,11 @@ class Status(Enum):
         "configuration, a smaller margin or waypoints may avoid"
     )
     WALLED_IN = "every way from the start to the goal is blocked: something in the way must move, or the goal"
+    NO_FIRST_GUESS = "no first guess of that kind could be made: another kind may do"
+    OUT_OF_TIME = "the time was used up before a motion was found: allow more, or try again"
+    OUT_OF_WORK = "the counted work was used up before a motion was found: allow more"
+    CANCELLED = "planning was cancelled before a motion was found"
+    WORKER_DIED = "a process that tried a first guess died: plan with one worker to see why"
     METHOD_CANNOT = "the method cannot do what is asked: choose another"
     NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
     NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"

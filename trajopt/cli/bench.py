@@ -1,6 +1,7 @@
 """`trajopt bench`: plan folders of MoveIt problems and sum up."""
 
 import json
+import time
 from pathlib import Path
 from typing import Annotated, cast
 
@@ -12,9 +13,12 @@ from trajopt.cli.options import (
     ExactOption,
     LimitsOption,
     PackageOption,
+    PortfolioOption,
     RobotOption,
     RobotSource,
     SrdfOption,
+    TimeBudgetOption,
+    budget_of,
 )
 from trajopt.store import write_json
 
@@ -40,15 +44,21 @@ def bench(
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
     exact_meshes: ExactOption = False,
+    portfolio: PortfolioOption = True,
+    time_budget: TimeBudgetOption = None,
 ) -> None:
-    """Plan every problem below a folder. Exit status 0 if all that can be asked are solved, else 1."""
+    """Plan every problem below a folder. Exit status 0 if all that can be asked are solved, else 1.
+
+    The time budget is for each problem, in CPU time.
+    """
     source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
     instances = find_instances(data, [name for name in sets.split(",") if name], limit=limit)
+    budget = budget_of(time_budget, portfolio, clock=time.process_time)
     machine = source.load()
     records: list[Record] = []
     with Progress(transient=True) as bar:
         task = bar.add_task("planning", total=len(instances))
-        for record in run(machine, instances):
+        for record in run(machine, instances, budget=budget):
             records.append(record)
             solved = sum(item.verified for item in records)
             bar.update(task, advance=1, description=f"{solved} of {len(records)} solved")
@@ -63,7 +73,8 @@ def bench(
         write_json(json_file, document)
     typer.echo(table({**by_set(records), "all": total}))
     typer.echo("\n" + stage_table(total))
-    typer.echo("\n" + json.dumps(total["statuses"]))
+    typer.echo(f"\nwon by {winners(total)}")
+    typer.echo(json.dumps(total["statuses"]))
     for name, count in cast("dict[str, int]", total["causes"]).items():
         typer.echo(f"  {count:4} x {name}")
     for record in records:
@@ -99,6 +110,12 @@ def stage_table(total: dict[str, object]) -> str:
     lines = ["| stage | CPU ms median | CPU ms p90 |", "|---|---|---|"]
     lines += [f"| {name} | {1e3 * mid:.1f} | {1e3 * high:.1f} |" for name, (mid, high) in stages.items()]
     return "\n".join(lines)
+
+
+def winners(total: dict[str, object]) -> str:
+    """Say how many motions came from each kind of first guess."""
+    won = cast("dict[str, int]", total["won_by"])
+    return ", ".join(f"{count} {name}" for name, count in won.items()) or "none"
 
 
 def _number(value: object, factor: float, form: str) -> str:

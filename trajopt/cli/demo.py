@@ -8,11 +8,10 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import JsonOption
-from trajopt.cli.progress import progress_line
+from trajopt.cli.progress import ProgressLine, progress_line
 from trajopt.cli.report import report
 from trajopt.moveit import write_trajectory
 from trajopt.plan import plan
-from trajopt.planning import Progress
 from trajopt.problem import named_problem
 from trajopt.result import Plan
 from trajopt.simulate import Rollout, render, simulate
@@ -38,20 +37,20 @@ def demo(
     """
     asked = named_problem(problem)
     out.mkdir(parents=True, exist_ok=True)
-    with progress_line() as progress:
-        result = plan(asked, progress=progress)
+    with progress_line() as line:
+        result = plan(asked, progress=line.show)
     if not as_json:
         typer.echo(report(result))
     if not result.verified:
         if as_json:
             typer.echo(json.dumps(result.as_dict(), allow_nan=False))
         raise typer.Exit(1)
-    with progress_line() as progress:
+    with progress_line() as line:
         begin = time.process_time()
-        progress("simulate", None)
+        line.show("simulate", None)
         rollout, files = _produce(result.require(), result.as_dict() | {"source": {"problem": problem}}, out)
         if picture:
-            files |= _pictures(result.require(), rollout, out, progress)
+            files |= _pictures(result.require(), rollout, out, line)
         used = time.process_time() - begin
     if as_json:
         document = {
@@ -89,11 +88,11 @@ def _produce(plan: Plan, document: dict[str, object], out: Path) -> tuple[Rollou
     return simulate(reduced, trajectory), files
 
 
-def _pictures(plan: Plan, rollout: Rollout, out: Path, progress: Progress) -> dict[str, Path]:
+def _pictures(plan: Plan, rollout: Rollout, out: Path, line: ProgressLine) -> dict[str, Path]:
     """Render a still of several moments, and a clip."""
 
     def show(share: float) -> None:
-        progress(f"rendering {share:.0%}", None)
+        line.show(f"rendering {share:.0%}", None)
 
     still, clip = out / "rollout.png", out / "rollout.gif"
     moments = [share * plan.trajectory.duration for share in (0.0, 1 / 3, 2 / 3, 1.0)]

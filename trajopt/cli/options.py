@@ -1,5 +1,7 @@
 """Options that commands share, and the robot, scene and request that they name."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, cast
@@ -7,6 +9,7 @@ from typing import Annotated, cast
 import typer
 from rich.console import Console
 
+from trajopt.budget import Budget
 from trajopt.errors import FileFormatError
 from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot, load
@@ -28,6 +31,16 @@ PackageOption = Annotated[
 ExactOption = Annotated[
     bool,
     typer.Option("--exact-meshes", help="With a URDF file: keep collision meshes as triangles."),
+]
+PortfolioOption = Annotated[
+    bool,
+    typer.Option(
+        "--portfolio/--no-portfolio",
+        help="Other first guesses where the straight line fails; without, the straight line alone.",
+    ),
+]
+TimeBudgetOption = Annotated[
+    float | None, typer.Option("--time-budget", metavar="S", help="Seconds that planning may take.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
 
@@ -95,6 +108,23 @@ class RobotSource:
             else (),
             bool(document.get("exact_meshes")),
         )
+
+
+def budget_of(
+    time_budget: float | None,
+    portfolio: bool,
+    *,
+    improve: bool = False,
+    workers: int = 1,
+    clock: Callable[[], float] = time.monotonic,
+) -> Budget:
+    """Return the budget that options ask for.
+
+    Raises:
+        ProblemError: If they contradict each other.
+    """
+    tries = None if portfolio else 1
+    return Budget(time_budget, tries=tries, workers=workers, improve=improve, clock=clock)
 
 
 def read_files(robot: Robot, scene: Path, request: Path) -> tuple[SceneFile, RequestFile]:

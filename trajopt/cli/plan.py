@@ -11,11 +11,14 @@ from trajopt.cli.options import (
     JsonOption,
     LimitsOption,
     PackageOption,
+    PortfolioOption,
     RequestOption,
     RobotOption,
     RobotSource,
     SceneOption,
     SrdfOption,
+    TimeBudgetOption,
+    budget_of,
     read_files,
 )
 from trajopt.cli.progress import progress_line
@@ -26,6 +29,13 @@ from trajopt.store import write_json
 ExplainOption = Annotated[
     bool,
     typer.Option("--explain", help="If there is no plan, plan again to find what would change that."),
+]
+ImproveOption = Annotated[
+    bool,
+    typer.Option("--improve", help="Use the whole time budget for a shorter motion; Ctrl-C ends it early."),
+]
+WorkersOption = Annotated[
+    int, typer.Option("--workers", min=1, help="Processes, once the straight line has been tried.")
 ]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the plan here as JSON.")]
 
@@ -41,12 +51,17 @@ def plan(
     exact_meshes: ExactOption = False,
     explain: ExplainOption = False,
     as_json: JsonOption = False,
+    portfolio: PortfolioOption = True,
+    time_budget: TimeBudgetOption = None,
+    improve: ImproveOption = False,
+    workers: WorkersOption = 1,
 ) -> None:
     """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
     source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
+    budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
     around, asked = read_files(source.load(), scene, request)
-    with progress_line() as progress:
-        result = plan_problem(asked.problem(), progress=progress)
+    with progress_line() as line:
+        result = plan_problem(asked.problem(), budget=budget, progress=line.show, on_incumbent=line.have)
     notes = [*around.notes, *asked.notes]
     document = {
         **result.as_dict(),

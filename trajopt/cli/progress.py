@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rich.console import Console
 from rich.progress import Progress as Bar
+from rich.status import Status as ConsoleStatus
 
-from trajopt.planning import Progress
+from trajopt.result import Result
 from trajopt.solvers import Iteration
 
 DOING = {
@@ -21,19 +23,34 @@ DOING = {
 """What each stage is called while it runs."""
 
 
+@dataclass(eq=False)
+class ProgressLine:
+    """The line: what goes on, and the best motion so far.
+
+    Attributes:
+        status: Where it is written.
+    """
+
+    status: ConsoleStatus
+    _best: str = ""
+
+    def show(self, stage: str, step: Iteration | None) -> None:
+        """Show the present stage, and the solver's step while it works."""
+        text = DOING.get(stage, stage)
+        if step is not None:
+            text += f": cost {step.cost:.3f}, violation {step.violation:.4f}"
+        self.status.update(self._best + text)
+
+    def have(self, result: Result) -> None:
+        """Show from now on how long the best motion so far takes."""
+        self._best = f"have a motion of {result.cost:.3f} s; "
+
+
 @contextmanager
-def progress_line() -> Generator[Progress]:
+def progress_line() -> Generator[ProgressLine]:
     """Show a spinner with the present stage; silent where standard error is no terminal."""
-    console = Console(stderr=True)
-    with console.status("starting") as status:
-
-        def show(stage: str, step: Iteration | None) -> None:
-            text = DOING.get(stage, stage)
-            if step is not None:
-                text += f": cost {step.cost:.3f}, violation {step.violation:.4f}"
-            status.update(text)
-
-        yield show
+    with Console(stderr=True).status("starting") as status:
+        yield ProgressLine(status)
 
 
 @contextmanager

@@ -96,7 +96,7 @@ class Task:
             self.counts[name] = self.counts.get(name, 0) + count
         if result.verified:
             return Segment(stage, result, rest)
-        return candidate.refused(stage, result.explain(), result)
+        return candidate.refused(stage, result.reason, result)
 
     def move(
         self, stage: Stage, scene: Scene, start: Floats, goal: Floats, candidate: Names

@@ -1,11 +1,15 @@
 """Straight lines bent to random sides: first guesses for when the straight one ends in a local minimum."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import count
 
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.query import Counts
+from trajopt.seeds.kind import SeedKind
+from trajopt.seeds.source import Blocked, Check, Guess, Route
 
 BEND = 0.6
 """Standard deviation of the first bends, in ordinary steps of each joint."""
@@ -15,17 +19,42 @@ SWAY = 0.5
 """Share of the whole wave, to one side and then the other, beside the half wave."""
 
 
-def bumps(line: Floats, scale: Floats, rng: np.random.Generator) -> Iterator[Floats]:
-    """Yield the line plus a half and a whole sine wave of random heights in every joint, without end.
+@dataclass(frozen=True)
+class Bumps:
+    """The `Source` of lines bent to random sides, without end; they bend more and more.
+
+    Attributes:
+        bend: Standard deviation of the first bends, in ordinary steps of each joint.
+    """
+
+    bend: float = BEND
+    kind = SeedKind.BUMP
+
+    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
+        """Yield bent lines; see `Source.guesses`."""
+        del blocked
+        for index in count():
+            spread = self.bend * (1.0 + index / GROWTH) * route.scale
+            yield _guess(route.line.knots, spread, rng.spawn(1)[0])
+
+
+def bump(line: Floats, spread: Floats, rng: np.random.Generator) -> Floats:
+    """Return a line plus a half and a whole sine wave of random heights in every joint.
 
     Args:
         line: Knots, shape (N, n); the ends stay.
-        scale: A step of ordinary size in each joint, shape (n,).
+        spread: Standard deviation of the half wave's height in each joint, shape (n,) [rad | m].
         rng: Draws the heights.
     """
     phase = np.linspace(0.0, np.pi, len(line))[:, None]
     half, whole = np.sin(phase), np.sin(2.0 * phase)
     half[-1] = whole[-1] = 0.0
-    for index in count():
-        spread = BEND * (1.0 + index / GROWTH) * scale
-        yield line + half * rng.normal(scale=spread) + SWAY * whole * rng.normal(scale=spread)
+    return line + half * rng.normal(scale=spread) + SWAY * whole * rng.normal(scale=spread)
+
+
+def _guess(line: Floats, spread: Floats, rng: np.random.Generator) -> Guess:
+    def made(counts: Counts, check: Check) -> Floats:
+        del counts, check
+        return bump(line, spread, rng)
+
+    return made

@@ -1,6 +1,6 @@
 """Goal configurations of goals that fix none: searched from many starts, the nearest first."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +56,7 @@ def goal_candidates(
     rng: np.random.Generator,
     counts: Counts,
     starts: int = STARTS,
+    check: Callable[[], None] | None = None,
 ) -> GoalCandidates:
     """Search configurations that hold all goals.
 
@@ -65,6 +66,7 @@ def goal_candidates(
         rng: Draws the starts after the first, which is the start configuration.
         counts: Takes the work done.
         starts: How many starts to search from at once.
+        check: Called before every wave of starts; may raise to stop.
     """
     query = query_of(reduced, counts)
     projection = Projection(reduced, goals, query)
@@ -74,6 +76,8 @@ def goal_candidates(
     nearest_miss = np.inf
     depth, pair = np.empty(0), np.empty(0, dtype=np.int64)
     for wave in range(WAVES + PUSHES):
+        if check is not None:
+            check()
         if wave < WAVES:
             drawn = begin[wave * starts : (wave + 1) * starts]
         elif len(found) > 0:

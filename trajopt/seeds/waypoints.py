@@ -1,6 +1,6 @@
 """First guesses that pass waypoints: a configuration for each, and the knots they are held at."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -47,6 +47,7 @@ def choose_waypoints(
     *,
     rng: np.random.Generator,
     counts: Counts,
+    check: Callable[[], None] | None = None,
 ) -> WaypointChoice:
     """Choose a configuration for each waypoint: of those that touch nothing the nearest to the one before.
 
@@ -56,6 +57,7 @@ def choose_waypoints(
         passing: What else must hold at each, because it holds on the way there or on from there.
         rng: Draws the starts of the search.
         counts: Takes the work done.
+        check: Called all along; may raise to stop.
     """
     query = query_of(reduced, counts)
     last = reduced.start_positions
@@ -73,7 +75,7 @@ def choose_waypoints(
                 )
             last = fixed
         else:
-            seen = goal_candidates(reduced, (*wanted, *also), rng=rng, counts=counts)
+            seen = goal_candidates(reduced, (*wanted, *also), rng=rng, counts=counts, check=check)
             if not seen.free:
                 why = f"misses it by {seen.nearest_miss:.3g} (m, rad)" if not seen.colliding else "collides"
                 return WaypointChoice(

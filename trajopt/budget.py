@@ -1,0 +1,66 @@
+"""Budget: how much work planning may do, for how long, on how many cores; and what stopped it."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from math import isnan
+from multiprocessing import get_all_start_methods
+
+from trajopt.errors import ProblemError
+
+
+class Stop(Enum):
+    """What ended planning before it was done."""
+
+    CLOCK = "the time was used up; on another day the answer may differ"
+    WORK = "the counted work was used up"
+    CANCEL = "it was cancelled"
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What planning may use.
+
+    With none of `seconds`, `work` and `tries` it ends when the first guesses that it knows of are
+    tried; with any of them it goes on to others until that is used up.
+
+    Attributes:
+        seconds: Time by `clock` [s]. The answer then depends on the machine.
+        work: Configurations that goal search, optimiser and sampling planner may look at: an exact
+            number, with which the same question has the same answer everywhere.
+        tries: First guesses at most; 1 is the straight line to the nearest goal configuration alone.
+        workers: Processes that try first guesses, from when the straight line has failed (with
+            `improve`: has been tried). The answer is the same for any number.
+        improve: Whether to go on after the first motion, until the budget is used up, and return the
+            shortest in time.
+        clock: What tells the time [s]: the wall's; `time.process_time` for benchmarks.
+    """
+
+    seconds: float | None = None
+    work: int | None = None
+    tries: int | None = None
+    workers: int = 1
+    improve: bool = False
+    clock: Callable[[], float] = time.monotonic
+
+    def __post_init__(self) -> None:
+        """Refuse what bounds nothing.
+
+        Raises:
+            ProblemError: If a number is not positive, or nothing would ever end the improvement.
+        """
+        if self.seconds is not None and (isnan(self.seconds) or self.seconds <= 0.0):
+            raise ProblemError(f"a budget's seconds must be above zero, are {self.seconds}")
+        for name, value in (("work", self.work), ("tries", self.tries), ("workers", self.workers)):
+            if value is not None and (type(value) is not int or value < 1):
+                raise ProblemError(f"a budget's {name} must be a whole number above zero, is {value!r}")
+        if self.improve and not self.bounded:
+            raise ProblemError("a budget that improves needs seconds, work or tries to end it")
+        if self.workers > 1 and "fork" not in get_all_start_methods():
+            raise ProblemError("a budget of several workers needs processes that fork; here there are none")
+
+    @property
+    def bounded(self) -> bool:
+        """Whether anything but running out of first guesses ends planning."""
+        return any(bound is not None for bound in (self.seconds, self.work, self.tries))

@@ -1,0 +1,168 @@
+"""RRT-Connect of OMPL between two configurations, with the query as what tells free from not.
+
+Source: Kuffner and LaValle, ICRA 2000; Sucan, Moll and Kavraki, IEEE RAM 2012.
+"""
+
+from typing import cast
+
+import numpy as np
+from ompl import base, geometric, util
+
+from trajopt.arrays import Floats
+from trajopt.query import Query
+from trajopt.seeds.source import Check, NoGuess
+
+SHORTENED = 20_000
+"""Configurations that shortening may look at."""
+STEP = 0.03
+"""Between two configurations that are looked at no body moves farther [m]."""
+KEPT = 0.5
+"""Part of each pair's margin that is kept."""
+TURN = np.pi
+"""No joint is searched farther beyond its start and goal, whatever its limits [rad | m]."""
+RANGE = 1.0
+"""Longest branch of the trees, in ordinary steps of the joints."""
+FIRST_LOOK = 8
+"""A line is looked at in as many places first: most lines that touch touch there."""
+
+
+def search(
+    query: Query,
+    start: Floats,
+    goal: Floats,
+    *,
+    scale: Floats,
+    rng: np.random.Generator,
+    check: Check,
+    checked: int,
+) -> Floats:
+    """Return the corners of a path that is clear of everything.
+
+    Args:
+        query: Of the robot and its surroundings.
+        start: Where it begins, shape (n,) [rad | m].
+        goal: Where it ends, shape (n,).
+        scale: A step of ordinary size in each joint, shape (n,): the tree's unit of length.
+        rng: Seeds OMPL, whose generator is one for the whole process.
+        check: Called all the time; may raise to stop.
+        checked: Configurations that are looked at before giving up.
+
+    Returns:
+        Shape (k, n), start and goal included.
+
+    Raises:
+        NoGuess: If no path was found.
+    """
+    free = _Free(query, np.stack((start, goal)), scale, check, checked)
+    if free.between(start, goal):
+        return np.stack((start, goal))
+    util.setLogLevel(util.LogLevel.LOG_NONE)
+    util.RNG.setSeed(int(rng.integers(1, 2**31)))
+    setup = geometric.SimpleSetup(_space(query, start, goal, scale))
+    information = setup.getSpaceInformation()
+    motions = _Motions(information, free)
+    information.setMotionValidator(motions)
+    try:
+        return _shortened(setup, free, start, goal)
+    finally:
+        # Both hold each other, one of them in C++, where no garbage is collected.
+        information.setMotionValidator(base.MotionValidator(information))
+
+
+def _shortened(setup: geometric.SimpleSetup, free: "_Free", start: Floats, goal: Floats) -> Floats:
+    """Search and shorten."""
+    information = setup.getSpaceInformation()
+    setup.setStateValidityChecker(lambda state: free.between(q := free.positions(state), q))
+    begin, end = (_state(information, free.scaled(positions)) for positions in (start, goal))
+    setup.setStartAndGoalStates(begin, end)
+    planner = geometric.RRTConnect(information)
+    planner.setRange(RANGE)
+    setup.setPlanner(planner)
+    setup.solve(base.PlannerTerminationCondition(free.used_up))
+    free.raise_what_stopped()
+    if not setup.haveExactSolutionPath():
+        raise NoGuess(f"the sampling planner found no path among {free.allowed} configurations")
+    free.left = SHORTENED
+    setup.simplifySolution(base.PlannerTerminationCondition(free.used_up))
+    free.raise_what_stopped()
+    return np.array([free.positions(state) for state in setup.getSolutionPath().getStates()])
+
+
+class _Free:
+    """Tells free from not, and when to stop."""
+
+    def __init__(self, query: Query, ends: Floats, scale: Floats, check: Check, checked: int) -> None:
+        """Measure both ends: nothing need be farther from anything than it is there."""
+        self.left = self.allowed = checked
+        self._query, self._check, self._scale = query, check, scale
+        self._stopped: Exception | None = None
+        self._reach = KEPT * query.reduced.pairs.margin
+        contacts = query.near(ends, self._reach)
+        np.minimum.at(self._reach, contacts.pair, contacts.distance)
+
+    def between(self, start: Floats, end: Floats) -> bool:
+        """Say whether the straight line between two configurations keeps clear, looked at every `STEP`."""
+        swept = float(self._query.displacement(start[None, :], end[None, :])[0])
+        samples = np.linspace(start, end, int(np.ceil(swept / STEP)) + 1)
+        coarse = samples[:: max(len(samples) // FIRST_LOOK, 1)]
+        return self._clear(coarse) and (len(coarse) == len(samples) or self._clear(samples))
+
+    def _clear(self, samples: Floats) -> bool:
+        self.left -= len(samples)
+        return len(self._query.near(samples, self._reach).pair) == 0
+
+    def used_up(self) -> bool:
+        """Say whether to stop; what is raised must not pass through C++."""
+        if self._stopped is None:
+            try:
+                self._check()
+            except Exception as stopped:
+                self._stopped = stopped
+        return self._stopped is not None or self.left <= 0
+
+    def raise_what_stopped(self) -> None:
+        """Raise what `check` raised."""
+        if self._stopped is not None:
+            raise self._stopped
+
+    def scaled(self, positions: Floats) -> Floats:
+        """Return positions in ordinary steps."""
+        return positions / self._scale
+
+    def positions(self, state: base.State) -> Floats:
+        """Return a state's positions, shape (n,)."""
+        values = cast("base.RealVectorStateType", state)
+        return np.array([values[joint] for joint in range(len(self._scale))]) * self._scale
+
+
+class _Motions(base.MotionValidator):
+    """Straight lines between states, all samples of one in one call."""
+
+    def __init__(self, information: base.SpaceInformation, free: _Free) -> None:
+        """Note who tells."""
+        super().__init__(information)
+        self._free = free
+
+    def checkMotion(self, first: base.State, second: base.State) -> bool:
+        """Say whether a line is free."""
+        return self._free.between(self._free.positions(first), self._free.positions(second))
+
+
+def _state(information: base.SpaceInformation, positions: Floats) -> base.RealVectorStateType:
+    state = cast("base.RealVectorStateType", information.allocState())
+    for joint, position in enumerate(positions.tolist()):
+        state[joint] = position
+    return state
+
+
+def _space(query: Query, start: Floats, goal: Floats, scale: Floats) -> base.RealVectorStateSpace:
+    limits = query.reduced.limits
+    low = np.maximum(np.minimum(start, goal) - TURN, limits.lower) / scale
+    high = np.minimum(np.maximum(start, goal) + TURN, limits.upper) / scale
+    bounds = base.RealVectorBounds(len(low))
+    for joint in range(len(low)):
+        bounds.setLow(joint, float(low[joint]))
+        bounds.setHigh(joint, float(high[joint]))
+    space = base.RealVectorStateSpace(len(low))
+    space.setBounds(bounds)
+    return space
