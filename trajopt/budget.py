@@ -4,10 +4,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from math import isnan
 from multiprocessing import get_all_start_methods
 
+from trajopt.arrays import number
 from trajopt.errors import ProblemError
+from trajopt.inputs import one_of
 
 
 class Stop(Enum):
@@ -49,12 +50,18 @@ class Budget:
 
         Raises:
             ProblemError: If a number is not positive, or nothing would ever end the improvement.
+            ShapeError: If the seconds are no number.
         """
-        if self.seconds is not None and (isnan(self.seconds) or self.seconds <= 0.0):
+        if self.seconds is not None and number("seconds", self.seconds, infinite=True) <= 0.0:
             raise ProblemError(f"a budget's seconds must be above zero, are {self.seconds}")
-        for name, value in (("work", self.work), ("tries", self.tries), ("workers", self.workers)):
-            if value is not None and (type(value) is not int or value < 1):
+        bounds = {"work": self.work, "tries": self.tries}
+        given = {name: value for name, value in bounds.items() if value is not None}
+        for name, value in (given | {"workers": self.workers}).items():
+            if type(value) is not int or value < 1:
                 raise ProblemError(f"a budget's {name} must be a whole number above zero, is {value!r}")
+        one_of("improve", self.improve, bool)
+        if not callable(self.clock):
+            raise ProblemError(f"clock is a function that tells the time, is {self.clock!r}")
         if self.improve and not self.bounded:
             raise ProblemError("a budget that improves needs seconds, work or tries to end it")
         if self.workers > 1 and "fork" not in get_all_start_methods():

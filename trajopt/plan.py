@@ -6,6 +6,7 @@ from threading import Event
 import numpy as np
 
 from trajopt.budget import Budget
+from trajopt.inputs import one_of
 from trajopt.methods import Knots, Method
 from trajopt.planning import Attempts, Meter, Portfolio, Progress, Search
 from trajopt.problem import Problem
@@ -42,9 +43,12 @@ def plan(
         A result; `result.require()` gives the plan or raises with the reason.
 
     Raises:
-        ProblemError: If a requirement cannot be asked of this robot.
+        ProblemError: If a requirement cannot be asked of this robot, or an argument is of the wrong kind.
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
+    if cancel is not None:
+        one_of("cancel", cancel, Event)
+    one_of("budget", budget, Budget)
     method, rng, meter = method or Knots(), rng or np.random.default_rng(0), Meter(budget, cancel, progress)
     goals = problem.alternatives or {"": problem}
     portfolios = [Portfolio(Attempts(each, meter), method, rng, name) for name, each in goals.items()]

@@ -51,6 +51,7 @@ def calls(folder: Path) -> dict[str, Sound]:
     )  # fmt: skip
     point, axis = (0.1, 0.0, 0.2), (0.0, 0.0, 1.0)
     return {
+        "Budget": Sound(to.Budget, {"seconds": 1.0, "work": 10, "tries": 2, "workers": 1, "improve": True}),
         "any_of": Sound(to.any_of, {"goals": {"a": to.joint_positions({"panda_joint1": 0.1})}}),
         "axis_alignment": Sound(
             to.axis_alignment,

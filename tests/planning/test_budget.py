@@ -10,7 +10,6 @@ import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
 from trajopt.budget import Stop
-from trajopt.errors import ProblemError
 from trajopt.planning.meter import WORK
 from trajopt.status import Status
 
@@ -157,5 +156,5 @@ def test_never_worse_than_the_first_guess(arm: to.Robot) -> None:
     ],
 )
 def test_what_bounds_nothing_is_refused(given: dict[str, object], words: str) -> None:
-    with pytest.raises(ProblemError, match=words):
+    with pytest.raises(to.TrajoptError, match=words):
         to.Budget(**given)  # pyright: ignore[reportArgumentType]
