@@ -12,7 +12,7 @@ from pathlib import Path
 import trajopt as to
 from benchmarks.page import write_section
 from trajopt.benchmark import by_set, find_instances, run, summary
-from trajopt.cli.bench import stage_table, table
+from trajopt.cli.bench import stage_table, table, winners
 from trajopt.store import write_json
 
 
@@ -36,7 +36,8 @@ def main() -> None:
         lines = [{k: v for k, v in record.as_dict().items() if k != "cpu_seconds"} for record in records]
         write_json(given.results / f"{name}.json", {"summary": total, "sets": sets, "problems": lines})
         causes = "\n".join(f"- {count} x {cause}" for cause, count in total["causes"].items())
-        text = "\n\n".join((table({**sets, "all": total}), stage_table(total), causes or "All solved."))
+        won = f"Won by {winners(total)}."
+        text = "\n\n".join((table({**sets, "all": total}), stage_table(total), won, causes or "All solved."))
         print(f"{name}\n\n{text}\n{json.dumps(total['statuses'])}\n", flush=True)
         if given.page is not None:
             write_section(given.page, name, text)

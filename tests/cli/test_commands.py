@@ -134,6 +134,25 @@ def test_bench(folder: Path) -> None:
     assert document["summary"]["left_out"] == 1 and document["summary"]["success"] == 1.0
     for key in ("set", "index", "verified", "cpu_seconds", "counts", "path_length", "duration", "clearance"):
         assert key in document["problems"][0]
+    assert [p["won_by"] for p in document["problems"]] == ["STRAIGHT", None]
+    assert document["problems"][0]["tries"] == {"STRAIGHT": 1}
+    assert document["summary"]["won_by"] == {"STRAIGHT": 1} and "won by 1 STRAIGHT" in done.stdout
+    assert document["summary"]["stopped_by_clock"] == 0
+
+
+def test_budget_options(folder: Path) -> None:
+    """A budget too small for anything is told as such, in both commands; one to improve in is used up."""
+    where = ("--robot", folder / "odd.urdf", "--data", folder, "--sets", "set")
+    done = trajopt("bench", *where, "--time-budget", 1e-9, "--no-portfolio")
+    assert done.returncode == 1 and "OUT_OF_TIME" in done.stdout
+    done = trajopt("plan", *common(folder), "--json", "--time-budget", 1e-9)
+    document = json.loads(done.stdout)
+    assert done.returncode == 1 and document["status"] == "OUT_OF_TIME" and document["stopped_by_clock"]
+    done = trajopt("plan", *common(folder), "--json", "--no-portfolio", "--improve")
+    document = json.loads(done.stdout)
+    assert done.returncode == 0 and document["won_by"] == "STRAIGHT" and len(document["tries"]) == 1
+    done = trajopt("plan", *common(folder), "--improve")
+    assert done.returncode == 2 and "needs seconds, work or tries" in done.stderr
 
 
 @pytest.mark.parametrize(
