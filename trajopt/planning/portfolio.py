@@ -43,7 +43,7 @@ NEAR_BRANCHES = 3
 """Goal configurations that are planned to before lines are bent, nearest first."""
 BRANCHES = 12
 """Goal configurations that are planned to at all."""
-MIXED_ROUND = 8
+MIXED_ROUND = 6
 """Lines bent around what blocked, and as many bent at random, that are tried in turn."""
 BENT_ROUND = 12
 """Bent lines in a later round."""
@@ -207,7 +207,7 @@ class Portfolio:
             plain = attempts.as_it_is(seed)
             if plain is not None and plain.cost < result.cost:
                 result = plain
-        blocked = () if result.solve is None or result.verified else _blocked(result.solve)
+        blocked = () if result.solve is None or result.solve.feasible else _blocked(result.solve)
         return Done(result, blocked)
 
     def learn(self, candidate: Candidate, done: Done) -> None:
