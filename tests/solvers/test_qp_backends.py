@@ -7,17 +7,16 @@ from hypothesis import strategies as st
 from scipy.optimize import Bounds, LinearConstraint, minimize
 from scipy.sparse import csc_matrix
 
-from trajopt.errors import SolverError, SolverNotFound
-from trajopt.solvers.qp import NATIVE, Qp, QpStatus, qp_backend
-
-BACKENDS = [*NATIVE, "clarabel", "quadprog"]
+from trajopt.arrays import Floats
+from trajopt.errors import MissingExtra, SolverError, SolverNotFound
+from trajopt.solvers.qp import BACKENDS, GENERAL, NATIVE, Checked, Qp, QpSolution, QpStatus, qp_backend
 
 
 def backend(name: str):
     try:
         return qp_backend(name)
-    except SolverNotFound:
-        pytest.skip(f"QP solver {name} is not installed")
+    except MissingExtra as missing:
+        pytest.skip(str(missing))
 
 
 def random_qp(seed: int, n: int = 8, m: int = 6) -> Qp:
@@ -91,6 +90,28 @@ def test_infeasible_is_said(name: str) -> None:
     assert solver.solve().status is not QpStatus.SOLVED
 
 
+def softened() -> Qp:
+    """A step's program as the SQP asks it: slacks without curvature, and x1 that only the row holds.
+
+    Minimise (x0 - 3)^2 + 5 s subject to x0 + x1 - s <= 1, |x| <= 1: x1 = -1, x0 = 1 and s = 0.
+    """
+    return Qp(
+        csc_matrix(np.diag([2.0, 0.0, 0.0])), np.array([-6.0, 0.0, 5.0]),
+        csc_matrix(np.array([[1.0, 1.0, -1.0]])), np.array([-np.inf]), np.array([1.0]),
+        np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, np.inf]),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BACKENDS)
+def test_semidefinite_programs(name: str) -> None:
+    qp, solver = softened(), backend(name)
+    solver.setup(qp)
+    solution = solver.solve()
+    assert solution.status is QpStatus.SOLVED
+    assert solution.x[0] == pytest.approx(1.0, abs=1e-3)
+    assert solution.x[2] == pytest.approx(0.0, abs=1e-3)
+
+
 @pytest.mark.parametrize("name", NATIVE)
 def test_order_of_calls(name: str) -> None:
     with pytest.raises(SolverError):
@@ -112,3 +133,55 @@ def test_piqp_against_proxqp(seed: int) -> None:
         solver.setup(qp)
         values.append(qp.objective(solver.solve().x))
     assert values[0] == pytest.approx(values[1], abs=1e-4)
+
+
+def test_a_known_backend_that_is_missing_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("qpsolvers.available_solvers", ["piqp"])
+    for name, package in GENERAL.items():
+        with pytest.raises(MissingExtra, match=rf"{package} is not installed; .*\[qp\]"):
+            qp_backend(name)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_residual_is_zero_at_the_optimum_only(seed: int) -> None:
+    qp, solver = random_qp(seed), qp_backend("piqp")
+    solver.setup(qp)
+    best = solver.solve()
+    assert qp.residual(best.x, best.row_multipliers) < 1e-5
+    rng = np.random.default_rng(seed)
+    for _ in range(20):
+        moved = best.x + 0.1 * rng.normal(size=len(best.x))
+        assert qp.residual(moved, best.row_multipliers) > 1e-3
+
+
+class Liar:
+    """Says "solved" of whatever it is given."""
+
+    def __init__(self, x: Floats, multipliers: Floats) -> None:
+        self.solution = QpSolution(QpStatus.SOLVED, x, multipliers, 1)
+
+    def setup(self, qp: Qp) -> None:
+        pass
+
+    def update(self, qp: Qp) -> None:
+        pass
+
+    def solve(self) -> QpSolution:
+        return self.solution
+
+
+@pytest.mark.parametrize(
+    ("x", "multiplier", "status"),
+    [
+        ([1.0, -1.0, 0.0], 0.0, QpStatus.SOLVED),
+        ([1.0, -1.0, 0.0], np.nan, QpStatus.SOLVED),
+        ([0.5, -1.0, 0.0], 0.0, QpStatus.INACCURATE),
+        ([1.0, 0.5, 0.0], np.nan, QpStatus.INACCURATE),
+        ([9.0, -1.0, 0.0], 0.0, QpStatus.FAILED),
+        ([np.nan, -1.0, 0.0], 0.0, QpStatus.FAILED),
+    ],
+)
+def test_success_is_not_taken_at_its_word(x: list[float], multiplier: float, status: QpStatus) -> None:
+    solver = Checked(Liar(np.array(x), np.array([multiplier])))
+    solver.setup(softened())
+    assert solver.solve().status is status

@@ -6,3 +6,4 @@ from trajopt.methods.method import Outcome as Outcome
 from trajopt.methods.method import Program as Program
 from trajopt.methods.registry import METHODS as METHODS
 from trajopt.methods.registry import method_named as method_named
+from trajopt.methods.registry import method_names as method_names

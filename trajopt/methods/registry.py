@@ -1,27 +1,51 @@
 """Methods by name, for the command line and for comparisons."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from trajopt.errors import SolverNotFound
 from trajopt.methods.knots import Knots
 from trajopt.methods.method import Method
 from trajopt.solvers import Sqp
+from trajopt.solvers.qp import BACKENDS
+
+GROUP = "trajopt.methods"
+"""The entry-point group that names methods, so any package can add some."""
+
+
+def _sqp(backend: str) -> Method:
+    return Knots(Sqp(qp=backend))
+
 
 METHODS: Mapping[str, Callable[[], Method]] = {
     "sqp": Knots,
-    "sqp-piqp": lambda: Knots(Sqp(qp="piqp")),
-    "sqp-osqp": lambda: Knots(Sqp(qp="osqp")),
-    "sqp-proxqp": lambda: Knots(Sqp(qp="proxqp")),
+    **{f"sqp-{backend}": partial(_sqp, backend) for backend in BACKENDS},
 }
-"""Name of each method -> what makes it with its default options."""
+"""Name of each method that comes with trajopt -> what makes it with its default options."""
+
+
+def method_names() -> tuple[str, ...]:
+    """Return the names of all methods: those that come with trajopt, then those of other packages."""
+    from importlib.metadata import entry_points
+
+    installed = {entry.name for entry in entry_points(group=GROUP)}
+    return (*METHODS, *sorted(installed - set(METHODS)))
 
 
 def method_named(name: str) -> Method:
     """Return a method with its default options.
 
+    Names that do not come with trajopt are those of the entry-point group `trajopt.methods`: of a class
+    or function that returns a `Method` when called without arguments.
+
     Raises:
         SolverNotFound: If there is none of that name.
     """
-    if name not in METHODS:
-        raise SolverNotFound("method", name, METHODS)
-    return METHODS[name]()
+    from importlib.metadata import entry_points
+
+    if name in METHODS:
+        return METHODS[name]()
+    installed = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if name not in installed:
+        raise SolverNotFound("method", name, {*METHODS, *installed})
+    return installed[name].load()()

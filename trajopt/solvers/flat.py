@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix, csc_matrix, csr_matrix, vstack
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.errors import BackendFailed
 from trajopt.nlp import Linearisation, Loss, Rows
-from trajopt.solvers.qp import Qp, QpBackend, QpStatus, qp_backend
+from trajopt.solvers.qp import Qp, QpBackend, QpSolution, QpStatus, qp_backend
 from trajopt.solvers.softened import REGULARISATION, softened_rows
 from trajopt.solvers.step import Step
 
@@ -153,8 +153,8 @@ class FlatSteps:
         """Write the QP around a point; see `StepSolver`."""
         return FlatStep(self, subproblem(moves, at, penalty), at.x.shape)
 
-    def solve(self, qp: Qp) -> tuple[Floats | None, int]:
-        """Return a minimiser, or None where the backend failed, and the iterations it used."""
+    def solve(self, qp: Qp) -> QpSolution | None:
+        """Return a minimiser, or None where the backend failed."""
         try:
             # After a rejected step only the bounds are new.
             if self._taken is not None and qp.same_pattern(self._taken):
@@ -164,10 +164,8 @@ class FlatSteps:
             self._taken = qp
             solution = self._backend.solve()
         except BackendFailed:
-            return None, 0
-        if solution.status is QpStatus.FAILED or not np.isfinite(solution.x).all():
-            return None, solution.iterations
-        return solution.x, solution.iterations
+            return None
+        return None if solution.status is QpStatus.FAILED else solution
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,11 +196,13 @@ class FlatStep:
         """Return the best step between bounds of shape (N, n); see `StepProgram`."""
         free = self.model.free
         low, high = lower.ravel()[free], upper.ravel()[free]
-        x, iterations = self.solver.solve(self.model.qp(low, high))
-        if x is None:
+        solution = self.solver.solve(self.model.qp(low, high))
+        if solution is None:
             return None
-        reduced = np.clip(x[: len(free)], low, high)
+        reduced = np.clip(solution.x[: len(free)], low, high)
         promise = self.model.model(np.zeros_like(reduced)) - self.model.model(reduced)
+        if promise <= 0.0 and solution.status is QpStatus.INACCURATE:
+            return None  # a rough answer that promises nothing does not say that nothing can be gained
         step = np.zeros(lower.size)
         step[free] = reduced
-        return Step(step.reshape(self.shape), promise, iterations)
+        return Step(step.reshape(self.shape), promise, solution.iterations)

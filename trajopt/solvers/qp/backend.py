@@ -54,12 +54,29 @@ class Qp:
         parts = (self.l - rows, rows - self.u, self.lower - x, x - self.upper)
         return float(max((part.max(initial=0.0) for part in parts), default=0.0))
 
+    def residual(self, x: Floats, row_multipliers: Floats) -> float:
+        """Return how far a point and its multipliers are from optimal, >= 0; 0 only at an optimum.
+
+        The natural residual of the KKT conditions, with the gradient g = Px + q + A'y and the projection
+        onto bounds: max(|x - clip(x - g)|, |Ax - clip(Ax + y)|) (Facchinei and Pang, Finite-Dimensional
+        Variational Inequalities, 2003, section 1.5).
+
+        Args:
+            x: Shape (n,).
+            row_multipliers: Positive at the upper bound, shape (m,).
+        """
+        gradient = self.P @ x + self.q + self.A.T @ row_multipliers
+        rows = self.A @ x
+        stationarity = x - np.clip(x - gradient, self.lower, self.upper)
+        complementarity = rows - np.clip(rows + row_multipliers, self.l, self.u)
+        return float(max(np.abs(stationarity).max(initial=0.0), np.abs(complementarity).max(initial=0.0)))
+
 
 class QpStatus(Enum):
     """How a backend ended."""
 
     SOLVED = "solved to its tolerance"
-    INACCURATE = "stopped at its iteration limit"
+    INACCURATE = "stopped at its iteration limit, or its answer is not as good as it says"
     FAILED = "failed or found the program infeasible"
 
 
@@ -70,7 +87,8 @@ class QpSolution:
     Attributes:
         status: How it ended.
         x: The minimiser, shape (n,).
-        row_multipliers: Of the rows, positive at the upper bound, shape (m,).
+        row_multipliers: Of the rows, positive at the upper bound, shape (m,); NaN where the backend
+            states none.
         iterations: Iterations used.
     """
 

@@ -1,14 +1,28 @@
 """Any QP solver that qpsolvers knows and finds installed."""
 
 import warnings
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import qpsolvers
-from scipy.sparse import csc_matrix, vstack
+from scipy.sparse import csc_matrix, eye, vstack
 
-from trajopt.errors import BackendFailed, SolverError, SolverNotFound
+from trajopt.arrays import Floats
+from trajopt.errors import BackendFailed, MissingExtra, SolverError, SolverNotFound
+from trajopt.solvers.qp import BACKENDS, GENERAL
 from trajopt.solvers.qp.backend import Qp, QpSolution, QpStatus
+
+OPTIONS: Mapping[str, Mapping[str, float]] = {"scs": {"eps_abs": 1e-6, "eps_rel": 1e-6}}
+"""Options of solvers whose own defaults are too rough for a step."""
+STRICT = {"quadprog"}
+"""Solvers that take positive definite Hessians only: for them the proximal point method is run."""
+PROXIMAL_WEIGHT = 1e-3
+"""Weight of the squared distance from the last point, of that method."""
+PROXIMAL_STEPS = 100
+"""Its steps at most."""
+PROXIMAL_TOLERANCE = 1e-5
+"""It has converged when no variable moves farther."""
 
 
 @dataclass(eq=False)
@@ -19,7 +33,8 @@ class Generic:
         solver: Its name there.
 
     Raises:
-        SolverNotFound: If it is not installed.
+        MissingExtra: If it is known and not installed.
+        SolverNotFound: If it is unknown.
     """
 
     solver: str
@@ -28,7 +43,9 @@ class Generic:
     def __post_init__(self) -> None:
         """Look the solver up."""
         if self.solver not in qpsolvers.available_solvers:
-            raise SolverNotFound("installed QP solver", self.solver, qpsolvers.available_solvers)
+            if self.solver in GENERAL:
+                raise MissingExtra(GENERAL[self.solver], "qp")
+            raise SolverNotFound("QP solver", self.solver, {*BACKENDS, *qpsolvers.available_solvers})
 
     def setup(self, qp: Qp) -> None:
         """Take a program."""
@@ -39,10 +56,32 @@ class Generic:
         self._qp = qp
 
     def solve(self) -> QpSolution:
-        """Hand the program to qpsolvers as one-sided rows."""
-        qp = self._qp
-        if qp is None:
+        """Hand the program to qpsolvers."""
+        if self._qp is None:
             raise SolverError("Generic.solve before setup")
+        return self._proximal(self._qp) if self.solver in STRICT else self._once(self._qp)
+
+    def _proximal(self, qp: Qp) -> QpSolution:
+        """Solve a program that is semidefinite only, by the proximal point method.
+
+        x+ = argmin f(x) + w/2 |x - x-|^2 over the feasible set: each program is strictly convex, and the
+        points converge to a minimiser of f (Rockafellar, SIAM J. Control 14, 1976).
+        """
+        size = len(qp.q)
+        hessian = csc_matrix(qp.P + PROXIMAL_WEIGHT * eye(size, format="csc"))
+        at: Floats = np.zeros(size)
+        count = 0
+        while True:
+            found, count = self._once(replace(qp, P=hessian, q=qp.q - PROXIMAL_WEIGHT * at)), count + 1
+            moved = float(np.abs(found.x - at).max(initial=0.0))
+            at = found.x
+            if found.status is not QpStatus.SOLVED or moved <= PROXIMAL_TOLERANCE:
+                return replace(found, iterations=count)
+            if count == PROXIMAL_STEPS:
+                return replace(found, status=QpStatus.INACCURATE, iterations=count)
+
+    def _once(self, qp: Qp) -> QpSolution:
+        """Solve a program as one-sided rows."""
         above, below = np.isfinite(qp.u), np.isfinite(qp.l)
         rows = csc_matrix(vstack((qp.A[above], -qp.A[below]), format="csc"))
         bounds = np.concatenate((qp.u[above], -qp.l[below]))
@@ -52,13 +91,17 @@ class Generic:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # a failure is in the solution, and told from there
-                solution = qpsolvers.solve_problem(problem, solver=self.solver)
+                solution = qpsolvers.solve_problem(
+                    problem, solver=self.solver, **OPTIONS.get(self.solver, {})
+                )
         except Exception as error:  # any backend may raise anything; it is wrapped, never hidden
             raise BackendFailed(f"QP solver {self.solver!r} raised: {error}") from error
-        multipliers = np.zeros(len(qp.u))
         if not solution.found or solution.x is None:
-            return QpSolution(QpStatus.FAILED, np.zeros(len(qp.q)), multipliers, 0)
-        if solution.z is not None:
+            return QpSolution(QpStatus.FAILED, np.zeros(len(qp.q)), np.full(len(qp.u), np.nan), 0)
+        multipliers = np.zeros(len(qp.u))
+        if solution.z is None:
+            multipliers[:] = np.nan
+        else:
             split = int(above.sum())
             multipliers[above] += solution.z[:split]
             multipliers[below] -= solution.z[split:]

@@ -1,4 +1,4 @@
-"""ProxQP: proximal augmented Lagrangian (Bambade et al., RSS 2022), sparse backend."""
+"""ProxQP: proximal augmented Lagrangian (Bambade et al., RSS 2022), its sparse and its dense backend."""
 
 from dataclasses import dataclass, field
 
@@ -6,13 +6,14 @@ import numpy as np
 import proxsuite
 from scipy.sparse import csc_matrix, eye, vstack
 
+from trajopt.arrays import Floats
 from trajopt.errors import SolverError
 from trajopt.solvers.qp.backend import Qp, QpSolution, QpStatus, finite
 
 
 @dataclass(eq=False)
 class Proxqp:
-    """ProxQP; bounds of variables become rows.
+    """ProxQP on sparse matrices; bounds of variables become rows.
 
     Every update starts afresh: with its warm start and updated matrices the library of version
     0.8.0 reports success at points that are not optimal.
@@ -24,27 +25,38 @@ class Proxqp:
 
     tolerance: float = 1e-7
     max_iterations: int = 1_000
-    _solver: proxsuite.proxqp.sparse.QP | None = field(default=None, init=False, repr=False)
+    _solver: proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP | None = field(
+        default=None, init=False, repr=False
+    )
     _rows: int = field(default=0, init=False, repr=False)
 
     def setup(self, qp: Qp) -> None:
         """Take a program."""
         matrix = csc_matrix(vstack((qp.A, eye(len(qp.q), format="csc")), format="csc"))
+        lower = finite(np.concatenate((qp.l, qp.lower)))
+        upper = finite(np.concatenate((qp.u, qp.upper)))
+        self._solver, self._rows = self._taken(qp, matrix, lower, upper), qp.A.shape[0]
+
+    def _taken(
+        self, qp: Qp, matrix: csc_matrix, lower: Floats, upper: Floats
+    ) -> proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP:
+        """Return the library's solver with a program in it."""
         solver = proxsuite.proxqp.sparse.QP(len(qp.q), 0, matrix.shape[0])
-        solver.settings.eps_abs = self.tolerance
-        solver.settings.eps_rel = 0.0
-        solver.settings.max_iter = self.max_iterations
+        self._set(solver.settings)
+        solver.init(qp.P, qp.q, None, None, matrix, lower, upper)
+        return solver
+
+    def _set(self, settings: proxsuite.proxqp.Settings) -> None:
+        """Set tolerances and limits."""
+        settings.eps_abs = self.tolerance
+        settings.eps_rel = 0.0
+        settings.max_iter = self.max_iterations
         # Its tests of infeasibility at 1e-4 mistake large slacks for a proof.
-        solver.settings.eps_primal_inf = solver.settings.eps_dual_inf = 1e-12
+        settings.eps_primal_inf = settings.eps_dual_inf = 1e-12
         # Residuals alone let it stop with an objective that is off by some per cent.
-        solver.settings.check_duality_gap = True
-        solver.settings.eps_duality_gap_abs = self.tolerance
-        solver.settings.eps_duality_gap_rel = 0.0
-        solver.init(
-            qp.P, qp.q, None, None, matrix,
-            finite(np.concatenate((qp.l, qp.lower))), finite(np.concatenate((qp.u, qp.upper))),
-        )  # fmt: skip
-        self._solver, self._rows = solver, qp.A.shape[0]
+        settings.check_duality_gap = True
+        settings.eps_duality_gap_abs = self.tolerance
+        settings.eps_duality_gap_rel = 0.0
 
     def update(self, qp: Qp) -> None:
         """Take a program anew."""
@@ -62,3 +74,16 @@ class Proxqp:
             codes.PROXQP_MAX_ITER_REACHED: QpStatus.INACCURATE,
         }.get(result.info.status, QpStatus.FAILED)
         return QpSolution(status, result.x.copy(), result.z[: self._rows].copy(), int(result.info.iter))
+
+
+@dataclass(eq=False)
+class DenseProxqp(Proxqp):
+    """ProxQP on dense matrices."""
+
+    def _taken(
+        self, qp: Qp, matrix: csc_matrix, lower: Floats, upper: Floats
+    ) -> proxsuite.proxqp.sparse.QP | proxsuite.proxqp.dense.QP:
+        solver = proxsuite.proxqp.dense.QP(len(qp.q), 0, matrix.shape[0])
+        self._set(solver.settings)
+        solver.init(qp.P.toarray(), qp.q, None, None, matrix.toarray(), lower, upper)
+        return solver

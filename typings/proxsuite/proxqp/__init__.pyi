@@ -5,6 +5,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from . import dense as dense
 from . import sparse as sparse
 
 class QPSolverOutput(Enum):
