@@ -60,11 +60,15 @@ class CostRows:
     @cached_property
     def cost(self) -> float:
         """The cost's value."""
+        return float(self.each.sum())
+
+    @cached_property
+    def each(self) -> Floats:
+        """What each row costs, shape (m,)."""
         value = self.rows.value
         if self.loss is Loss.SQUARED:
-            return float(self.weight @ value**2)
-        size = np.abs(value) if self.loss is Loss.ABSOLUTE else np.maximum(value, 0.0)
-        return float(self.weight @ size)
+            return self.weight * value**2
+        return self.weight * (np.abs(value) if self.loss is Loss.ABSOLUTE else np.maximum(value, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +81,8 @@ class ConstraintRows:
         lower: Lower bounds, shape (m,); -inf for none.
         upper: Upper bounds, shape (m,); inf for none.
         tolerance: Violation up to which the constraint counts as held, in the residual's unit.
+        reach: Rows farther inside their bounds than this are left out, as far pairs of bodies are; inf
+            where all rows are always there. Of use to solvers that take distances as a field.
     """
 
     name: str
@@ -84,6 +90,7 @@ class ConstraintRows:
     lower: Floats
     upper: Floats
     tolerance: float
+    reach: float = np.inf
 
     @cached_property
     def violation(self) -> Floats:

@@ -6,7 +6,7 @@ from functools import partial
 from trajopt.errors import SolverNotFound
 from trajopt.methods.knots import Knots
 from trajopt.methods.method import Method
-from trajopt.solvers import Sqp
+from trajopt.solvers import Chomp, Sqp, Stomp
 from trajopt.solvers.qp import BACKENDS
 
 GROUP = "trajopt.methods"
@@ -20,6 +20,8 @@ def _sqp(backend: str) -> Method:
 METHODS: Mapping[str, Callable[[], Method]] = {
     "sqp": Knots,
     **{f"sqp-{backend}": partial(_sqp, backend) for backend in BACKENDS},
+    "chomp": lambda: Knots(Chomp()),
+    "stomp": lambda: Knots(Stomp()),
 }
 """Name of each method that comes with trajopt -> what makes it with its default options."""
 

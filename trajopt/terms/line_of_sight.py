@@ -144,5 +144,6 @@ def _(
             upper=np.inf,
             tolerance=max(required.margin * inset * 0.5, 1e-9),
             window=window,
+            reach=ACTIVATION - required.margin * inset,
         ),
     )

@@ -80,6 +80,7 @@ class Constraint:
         upper: Upper bound; equal to lower for an equality.
         tolerance: Violation up to which it counts as held, in the residual's unit.
         window: Where it holds.
+        reach: Rows farther inside their bounds than this are left out by the residual; inf for none.
     """
 
     residual: Residual
@@ -87,6 +88,7 @@ class Constraint:
     upper: Floats
     tolerance: float = 1e-3
     window: Window = WHOLE
+    reach: float = np.inf
 
     def bounds(self, rows: Rows) -> tuple[Floats, Floats]:
         """Return lower and upper bound of each row, shape (m,)."""
@@ -111,6 +113,7 @@ def constraint(
     upper: ArrayLike,
     tolerance: float = 1e-3,
     window: Window = WHOLE,
+    reach: float = np.inf,
 ) -> Constraint:
     """Require a residual to lie between bounds.
 
@@ -120,6 +123,7 @@ def constraint(
         upper: Likewise; inf for none.
         tolerance: Violation up to which it counts as held, in the residual's unit.
         window: Where it holds.
+        reach: How far inside its bounds a row may be for the residual to list it; inf where it lists all.
 
     Raises:
         ShapeError: If a bound is not a number.
@@ -129,4 +133,4 @@ def constraint(
     high = floats("upper", np.atleast_1d(np.asarray(upper, dtype=float)), (None,), infinite=True)
     if (low > high).any():
         raise ProblemError(f"constraint {residual.name!r}: a lower bound exceeds its upper one")
-    return Constraint(residual, low, high, tolerance, window)
+    return Constraint(residual, low, high, tolerance, window, reach)

@@ -89,8 +89,10 @@ class KnotsNlp:
         touched = rows.jacobian.any(axis=2) & self._moves[rows.knots]
         keep = touched.any(axis=1) & (np.isfinite(lower) | np.isfinite(upper))
         if keep.all():
-            return ConstraintRows(item.residual.name, rows, lower, upper, item.tolerance)
-        return ConstraintRows(item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance)
+            return ConstraintRows(item.residual.name, rows, lower, upper, item.tolerance, item.reach)
+        return ConstraintRows(
+            item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance, item.reach
+        )
 
 
 def _take(rows: Rows, keep: Bools) -> Rows:
@@ -154,11 +156,13 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     guess = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
     duration = 1.5 * max(guess, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
     margins = tapered_margins(query_of(reduced, counts), count, goal, duration)
+    distance = Clearance(reduced, margins)
     clearance = constraint(
-        Clearance(reduced, margins),
+        distance,
         lower=0.0,
         upper=np.inf,
         tolerance=CLEARANCE_TOLERANCE,
+        reach=distance.activation,
     )
     items: list[Constraint] = [clearance]
     for given in problem.constraints:
