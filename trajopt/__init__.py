@@ -6,6 +6,7 @@ what comes after in `trajopt.simulate`, `trajopt.view`, `trajopt.moveit` and `tr
 """
 
 from trajopt.budget import Budget as Budget
+from trajopt.comparison import compare as compare
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError

@@ -16,15 +16,7 @@ from trajopt.moveit import read_request, read_scene
 from trajopt.plan import NO_BOUNDS, plan
 from trajopt.result import Result
 from trajopt.seeds import SeedKind
-from trajopt.status import Status
-
-UNASKABLE = (
-    Status.START_IN_COLLISION,
-    Status.START_OUT_OF_LIMITS,
-    Status.GOAL_IN_COLLISION,
-    Status.GOAL_OUT_OF_LIMITS,
-)
-"""Outcomes of problems that nobody could solve; they leave the count of success."""
+from trajopt.status import UNASKABLE, Status
 
 
 @dataclass(frozen=True)

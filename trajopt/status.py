@@ -33,3 +33,12 @@ class Status(Enum):
     METHOD_CANNOT = "the method cannot do what is asked: choose another"
     NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
     NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"
+
+
+UNASKABLE = (
+    Status.START_IN_COLLISION,
+    Status.START_OUT_OF_LIMITS,
+    Status.GOAL_IN_COLLISION,
+    Status.GOAL_OUT_OF_LIMITS,
+)
+"""Outcomes of problems that nobody could solve; they leave the count of success."""

@@ -218,3 +218,26 @@ def test_suite(folder: Path) -> None:
 def test_suite_knows_no_such_problem() -> None:
     done = trajopt("suite", "--problems", "past_pillow_panda")
     assert done.returncode == 2 and "past_pillar_panda" in done.stderr
+
+
+def test_compare(folder: Path) -> None:
+    (folder / "sets").mkdir()
+    (folder / "set").rename(folder / "sets" / "set")
+    first, page, told = folder / "compare.json", folder / "compare.html", folder / "compare.md"
+    asked = ["--data", folder / "sets", "--robot", folder / "odd.urdf", "--limit", 1, "--attempts", 1]
+    done = trajopt("compare", *asked, "--solver", "sqp", "--solver", "chomp", "--json", first)
+    (folder / "sets" / "set").rename(folder / "set")
+    assert done.returncode == 0, done.stderr
+    results = json.loads(first.read_text())["results"]
+    assert [(run["problem"], run["solver"]) for run in results] == [("set/1", "sqp"), ("set/1", "chomp")]
+    assert results[0]["verified"] and results[0]["clearance"] > 0.0 and results[0]["history"]
+    again = trajopt("compare", "--results", first, "--html", page, "--markdown", told)
+    assert again.returncode == 0, again.stderr
+    assert "chomp" in again.stdout and "data:image/png" in page.read_text()
+    assert told.read_text().startswith("| solver |")
+
+
+def test_compare_refuses_what_is_no_comparison(folder: Path) -> None:
+    done = trajopt("compare", "--results", folder / "scene.yaml")
+    assert done.returncode == 2 and "holds no runs of a comparison" in done.stderr
+    assert trajopt("compare", "--solver", "chump").returncode == 2

@@ -9,6 +9,7 @@ import typer
 
 from trajopt.cli.bench import bench
 from trajopt.cli.check import check
+from trajopt.cli.compare import compare
 from trajopt.cli.demo import demo
 from trajopt.cli.plan import plan
 from trajopt.cli.reach import reach
@@ -28,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo, plan, check, bench, suite, view, sample, reach, srdf):
+for command in (demo, plan, check, bench, suite, compare, view, sample, reach, srdf):
     app.command()(command)
 
 

@@ -2,7 +2,6 @@
 
 from trajopt.seeds.around import Around as Around
 from trajopt.seeds.bumps import Bumps as Bumps
-from trajopt.seeds.bumps import bumps as bumps
 from trajopt.seeds.conflict import conflicting as conflicting
 from trajopt.seeds.inverse_kinematics import GoalCandidates as GoalCandidates
 from trajopt.seeds.inverse_kinematics import goal_candidates as goal_candidates

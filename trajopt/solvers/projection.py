@@ -89,8 +89,8 @@ class LinearRows:
     def _correction(self, held: Bools, lack: Floats) -> Floats:
         """Return the smallest change in the metric that gives the held rows what they lack, shape (N n,)."""
         product = self._product[np.ix_(held, held)]
-        damped = product + (DAMPING * np.trace(product) / len(product) + 1e-12) * np.eye(len(product))
-        multipliers: Floats = np.linalg.solve(damped, lack[held])
+        damping = DAMPING * float(np.diagonal(product).mean()) + 1e-12
+        multipliers = np.linalg.solve(product + damping * np.eye(len(product)), lack[held])
         return multipliers @ self.smoothed[held]
 
     @cached_property

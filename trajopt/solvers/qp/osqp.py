@@ -13,7 +13,7 @@ from trajopt.solvers.qp.backend import Qp, QpSolution, QpStatus, finite
 
 @dataclass(eq=False)
 class Osqp:
-    """OSQP with polishing; bounds of variables become rows.
+    """OSQP; bounds of variables become rows.
 
     Attributes:
         tolerance: Absolute and relative tolerance of the residuals.
@@ -33,7 +33,7 @@ class Osqp:
         self._solver.setup(
             P=csc_matrix(triu(qp.P)), q=qp.q, A=matrix, l=lower, u=upper,
             eps_abs=self.tolerance, eps_rel=self.tolerance, max_iter=self.max_iterations,
-            polishing=True, verbose=False,
+            verbose=False,
         )  # fmt: skip
 
     def update(self, qp: Qp) -> None:

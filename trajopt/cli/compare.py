@@ -1,0 +1,137 @@
+"""`trajopt compare`: methods side by side, on the same problems, with the same budget and judge."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from trajopt.cli.options import RobotSource
+from trajopt.comparison import (
+    STANDARD,
+    Allowance,
+    Question,
+    Run,
+    installed_questions,
+    runs,
+)
+from trajopt.comparison.files import file_questions
+from trajopt.comparison.page import page
+from trajopt.comparison.summary import summaries
+from trajopt.comparison.table import LEGEND, RUN_HEAD, SUMMARY_HEAD, markdown, run_cells, summary_cells
+from trajopt.errors import FileFormatError, MissingExtra
+from trajopt.methods import Method, method_named, method_names
+from trajopt.store import write_json, write_text
+from trajopt.view.comparison_plots import comparison_figures
+
+ProblemOption = Annotated[
+    list[str] | None,
+    typer.Option("--problem", help='An installed problem (repeatable); "all" for every one.'),
+]
+SolverOption = Annotated[
+    list[str] | None, typer.Option("--solver", help="A method (repeatable); all installed ones if left out.")
+]
+DataOption = Annotated[
+    Path | None, typer.Option("--data", help="Folder laid out as <set>/sceneNNNN.yaml, requestNNNN.yaml.")
+]
+RobotOption = Annotated[str, typer.Option("--robot", help="The robot that --data is for.")]
+LimitOption = Annotated[
+    int | None, typer.Option("--limit", min=1, help="Problems of each set of --data at most.")
+]
+AttemptsOption = Annotated[int, typer.Option("--attempts", min=1, help="First guesses at most.")]
+SecondsOption = Annotated[
+    float, typer.Option("--cpu-seconds", min=0.0, help="No other first guess after so much CPU time.")
+]
+ResultsOption = Annotated[
+    list[Path] | None,
+    typer.Option("--results", help="What --json wrote earlier (repeatable): shown again, beside new runs."),
+]
+JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every run here.")]
+HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page to look at here.")]
+MarkdownOption = Annotated[Path | None, typer.Option("--markdown", help="Write tables in Markdown here.")]
+
+
+def compare(
+    problem: ProblemOption = None,
+    solver: SolverOption = None,
+    data: DataOption = None,
+    robot: RobotOption = "panda",
+    limit: LimitOption = None,
+    attempts: AttemptsOption = Allowance.attempts,
+    cpu_seconds: SecondsOption = Allowance.cpu_seconds,
+    results: ResultsOption = None,
+    json_file: JsonFileOption = None,
+    html_file: HtmlFileOption = None,
+    markdown_file: MarkdownOption = None,
+) -> None:
+    """Plan the same problems with several methods, and show how they did side by side.
+
+    Without options: every installed method on a small standard choice of problems. Exit status 0 when all
+    runs are done, whatever came out; 2 bad input.
+    """
+    found = [run for path in results or () for run in read_runs(path)]
+    methods = [method_named(name) for name in solver or method_names()]
+    questions = [] if results and not (problem or data) else _questions(problem, data, robot, limit)
+    found.extend(_planned(questions, methods, Allowance(attempts, cpu_seconds)))
+    if json_file is not None:
+        write_json(json_file, {"results": [run.as_dict() for run in found]})
+    if html_file is not None:
+        write_text(html_file, page(found, comparison_figures(found)))
+    if markdown_file is not None:
+        write_text(markdown_file, markdown(found))
+    console = Console()
+    console.print(_table(RUN_HEAD, [run_cells(run) for run in found]))
+    console.print(_table(SUMMARY_HEAD, [summary_cells(item) for item in summaries(found)]))
+    console.print(LEGEND, style="dim")
+
+
+def read_runs(path: Path) -> tuple[Run, ...]:
+    """Read what `--json` wrote.
+
+    Raises:
+        FileFormatError: If the file is missing, or holds no runs.
+    """
+    try:
+        document = json.loads(path.read_text())
+        return tuple(Run.from_dict(item) for item in cast("list[dict[str, object]]", document["results"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileFormatError(str(path), f"holds no runs of a comparison ({error})") from error
+
+
+def _questions(
+    problem: Sequence[str] | None, data: Path | None, robot: str, limit: int | None
+) -> list[Question]:
+    found: list[Question] = []
+    if problem or data is None:
+        names = STANDARD if not problem else () if "all" in problem else problem
+        found.extend(installed_questions(names))
+    if data is not None:
+        found.extend(file_questions(data, RobotSource(robot).load(), limit=limit))
+    return found
+
+
+def _planned(questions: Sequence[Question], methods: Sequence[Method], allowance: Allowance) -> list[Run]:
+    console, found = Console(stderr=True), list[Run]()
+
+    def skipped(method: Method, error: MissingExtra) -> None:
+        console.print(f"left out {method.name}: {error}", style="yellow")
+
+    with Progress(console=console, transient=True) as bar:
+        task = bar.add_task("planning", total=len(questions) * len(methods))
+        for run in runs(questions, methods, allowance, skipped=skipped):
+            found.append(run)
+            bar.update(task, advance=1, description=f"{run.problem}, {run.solver}")
+    return found
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    table = Table(*head, box=None, pad_edge=False, header_style="bold")
+    for column in table.columns[3:]:
+        column.justify = "right"
+    for row in rows:
+        table.add_row(*row)
+    return table
