@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all check docs bench bench-scaling bench-micro bench-poses bench-peers clean
+.PHONY: demo test test-all check docs bench bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -41,6 +41,11 @@ bench-poses: $(STAMP)
 
 bench-micro: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.micro --page benchmarks/README.md
+
+# Every method on the suite and on five problems of each Panda set; an hour of one core. Delete out/solvers to measure
+# anew. OPTIONS: those of benchmarks/solvers.py, such as --solver chomp.
+bench-solvers: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.solvers $(DATA) --page docs/solvers.md $(OPTIONS)
 
 # Side by side with other planners, each in an environment of its own below out/peers; about 20 minutes of one
 # core. OPTIONS: those of benchmarks/peers/compare.py, such as --limit 2.

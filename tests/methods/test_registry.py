@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
 import trajopt as to
+from tests.robots_for_tests import odd_arm
+from tests.test_plan import START
 from trajopt.arrays import Floats
 from trajopt.errors import SolverNotFound
-from trajopt.methods import METHODS, Program, method_named
+from trajopt.methods import METHODS, Program, method_named, method_names
 
 
 @pytest.mark.parametrize("name", METHODS)
@@ -37,3 +40,21 @@ def test_an_objection_comes_before_anything_starts() -> None:
     assert result.status is to.Status.METHOD_CANNOT
     assert result.message == "two knots: takes two knots"
     assert not result.counts
+
+
+def test_all_names_are_known() -> None:
+    assert {"sqp", "chomp", "stomp", "sqp-osqp", "sqp-proxqp-dense", "sqp-quadprog"} <= set(method_names())
+    assert len(set(method_names())) == len(method_names())
+
+
+@pytest.mark.parametrize("name", ["chomp", "stomp"])
+def test_others_than_the_sqp_keep_path_constraints_and_free_ends(name: str, tmp_path: Path) -> None:
+    pillar = to.Scene(odd_arm(tmp_path)).add("pillar", to.Cylinder(0.08, 1.0), to.placement((0.72, 0.0, 0.3)))
+    problem = to.Problem(
+        scene=pillar,
+        start=START,
+        goal=to.joint_positions({"pan": 1.0, "elbow": 0.4}, tolerance=0.05),
+        constraints=[to.joint_positions({"wrist": 0.1}, tolerance=0.15)],
+    )
+    result = to.plan(problem, method=method_named(name))
+    assert result.verified, result.explain()

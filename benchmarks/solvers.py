@@ -1,0 +1,59 @@
+"""Every method on the whole suite and on the first problems of each set of MotionBenchMaker's Panda.
+
+Runs of a method are kept in a file of its own below --runs, so that what was interrupted goes on where it
+was; delete the files to measure anew.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import trajopt as to
+from benchmarks.page import write_section
+from trajopt.cli.compare import read_runs
+from trajopt.comparison import Allowance, Question, Run, installed_questions, runs
+from trajopt.comparison.files import file_questions
+from trajopt.comparison.page import page as page_of
+from trajopt.comparison.table import markdown
+from trajopt.methods import METHODS, method_named
+from trajopt.store import write_json, write_text
+from trajopt.view.comparison_plots import comparison_figures
+
+ALLOWANCE = Allowance(attempts=6, cpu_seconds=15.0)
+"""What every method may use on every problem."""
+LEFT_OUT = ("history", "tip", "message")
+"""What the committed results do not hold, for their size."""
+
+
+def main() -> None:
+    """Measure the methods that have no runs yet, and write tables, results and page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("data", type=Path, help="folder with panda/<set>/")
+    parser.add_argument("--solver", action="append", help="method (repeatable); all that come with trajopt")
+    parser.add_argument("--limit", type=int, default=5, help="problems of each set")
+    parser.add_argument("--runs", type=Path, default=Path("out/solvers"))
+    parser.add_argument("--json", type=Path, default=Path("benchmarks/results/solvers.json"))
+    parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
+    given = parser.parse_args()
+    questions: list[Question] = []
+    found: list[Run] = []
+    for name in given.solver or METHODS:
+        kept = given.runs / f"{name}.json"
+        if not kept.is_file():
+            if not questions:
+                files = file_questions(given.data / "panda", to.load("panda"), limit=given.limit)
+                questions = [*installed_questions(), *files]
+            mine = list(runs(questions, [method_named(name)], ALLOWANCE))
+            given.runs.mkdir(parents=True, exist_ok=True)
+            write_json(kept, {"results": [run.as_dict() for run in mine]})
+        found.extend(read_runs(kept))
+        print(name, sum(run.good for run in found if run.solver == name), flush=True)
+    plain = [{key: value for key, value in run.as_dict().items() if key not in LEFT_OUT} for run in found]
+    given.json.write_text("[\n" + ",\n".join(json.dumps(run) for run in plain) + "\n]\n")
+    write_text(given.runs / "solvers.html", page_of(found, comparison_figures(found)))
+    if given.page is not None:
+        write_section(given.page, "solvers", markdown(found))
+
+
+if __name__ == "__main__":
+    main()
