@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.solvers.plane import REACH, PlaneNlp, straight
 from trajopt.arrays import Floats
-from trajopt.solvers import Chomp, Iteration, SolverStatus
+from trajopt.solvers import Chomp, Iteration, SolverStatus, Stomp
 from trajopt.solvers.chomp import cost_gradient
 from trajopt.solvers.incumbent import improves
 from trajopt.solvers.obstacle_functional import obstacle_functional, obstacle_potential
@@ -104,6 +104,7 @@ def test_never_worse_than_the_first_guess(seed: int, size: float) -> None:
     assert not improves(first, result.at)
 
 
-def test_not_a_number_is_a_result() -> None:
-    result = Chomp().solve(PlaneNlp(radius=np.nan), straight())
-    assert result.status is not SolverStatus.CONVERGED or result.feasible
+@pytest.mark.parametrize("solver", [Chomp(), Stomp()])
+def test_not_a_number_is_a_result(solver: Chomp | Stomp) -> None:
+    result = solver.solve(PlaneNlp(), np.nan * straight())
+    assert result.status is SolverStatus.NON_FINITE and not result.log

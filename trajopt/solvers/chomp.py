@@ -11,7 +11,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.nlp import Linearisation, Loss, Nlp
-from trajopt.solvers.incumbent import Incumbent
+from trajopt.solvers.incumbent import Incumbent, finite
 from trajopt.solvers.obstacle_functional import obstacle_functional
 from trajopt.solvers.projection import LinearRows, into_bounds
 from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
@@ -66,7 +66,7 @@ class Chomp:
         at, log = incumbent.best, list[Iteration]()
         status, weight, spare = SolverStatus.MAX_ITERATIONS, self.obstacle_weight, self.after_feasible
         for _ in range(self.max_iterations):
-            if not np.isfinite(at.cost + at.violation):
+            if not finite(at):
                 status = SolverStatus.NON_FINITE
                 break
             if incumbent.best.feasible and incumbent.refine():
@@ -76,9 +76,9 @@ class Chomp:
                 status = SolverStatus.INFEASIBLE_STATIONARY
                 break
             at = nlp.linearise(at.x + step, at.sampling)
-            better = incumbent.offer(at)
+            incumbent.offer(at)
             weight *= 1.0 if at.feasible else self.weight_growth
-            log.append(Iteration(at.cost, at.violation, better))
+            log.append(Iteration(at.cost, at.violation, accepted=True))
             if progress is not None:
                 progress(log[-1])
             if incumbent.best.feasible:
@@ -86,7 +86,9 @@ class Chomp:
                 if spare < 0 and not incumbent.refine():
                     break
         found = incumbent.settle()
-        return SolveResult(SolverStatus.CONVERGED if found.feasible else status, found.x, found, tuple(log))
+        if found.feasible and finite(found):
+            status = SolverStatus.CONVERGED
+        return SolveResult(status, found.x, found, tuple(log))
 
     def _step(self, nlp: Nlp, at: Linearisation, metric: SmoothMetric, weight: float) -> Floats:
         """Return a covariant step, projected onto constraint rows and between bounds."""

@@ -10,13 +10,18 @@ from trajopt.nlp import Linearisation, Nlp
 
 def improves(at: Linearisation, on: Linearisation) -> bool:
     """Say whether a point is better than another: feasible first, then by cost, or else by violation."""
-    if not np.isfinite(at.cost + at.violation):
-        return False
+    if not finite(at) or not finite(on):
+        return finite(at)
     if at.feasible != on.feasible:
         return at.feasible
     if at.feasible:
         return at.cost < on.cost
-    return not at.violation >= on.violation
+    return at.violation < on.violation
+
+
+def finite(at: Linearisation) -> bool:
+    """Say whether costs and violations of a point are numbers."""
+    return bool(np.isfinite(at.cost + at.violation))
 
 
 @dataclass(eq=False)
@@ -37,12 +42,10 @@ class Incumbent:
         """Begin with the first guess, on coarse samples."""
         self.best = self.nlp.linearise(self.seed, self.nlp.sampling(self.seed, fine=False))
 
-    def offer(self, at: Linearisation) -> bool:
-        """Take a point if it is better; return whether it is."""
-        better = improves(at, self.best)
-        if better:
+    def offer(self, at: Linearisation) -> None:
+        """Take a point if it is better."""
+        if improves(at, self.best):
             self.best = at
-        return better
 
     def refine(self) -> bool:
         """Look at the best point on as many samples as it needs; return whether these are new."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.nlp import Linearisation, Nlp
-from trajopt.solvers.incumbent import Incumbent, improves
+from trajopt.solvers.incumbent import Incumbent, finite, improves
 from trajopt.solvers.projection import LinearRows, into_bounds
 from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
 from trajopt.solvers.smooth_metric import SmoothMetric, smooth_metric
@@ -84,7 +84,7 @@ class _Run:
         at, kept = incumbent.best, list[Linearisation]()
         status, spare = SolverStatus.MAX_ITERATIONS, options.after_feasible
         for _ in range(options.max_iterations):
-            if not np.isfinite(at.cost + at.violation):
+            if not finite(at):
                 status = SolverStatus.NON_FINITE
                 break
             if incumbent.best.feasible and incumbent.refine():
@@ -98,9 +98,9 @@ class _Run:
                 if spare < 0 and not incumbent.refine():
                     break
         found = incumbent.settle()
-        return SolveResult(
-            SolverStatus.CONVERGED if found.feasible else status, found.x, found, tuple(self.log)
-        )
+        if found.feasible and finite(found):
+            status = SolverStatus.CONVERGED
+        return SolveResult(status, found.x, found, tuple(self.log))
 
     def _update(
         self, at: Linearisation, kept: Sequence[Linearisation]
@@ -115,7 +115,7 @@ class _Run:
             self._linearised(at, rows, options.noise * self.metric.draw(self.rng))
             for _ in range(options.rollouts)
         ]
-        paths = [path for path in (*kept, *drawn) if np.isfinite(path.cost + path.violation)]
+        paths = [path for path in (*kept, *drawn) if finite(path)]
         if not paths:
             return at, [], False
         costs = np.stack([knot_costs(path, options.cost_weight) for path in paths])
