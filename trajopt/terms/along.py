@@ -41,7 +41,7 @@ class Along:
         count = len(times)
         segment = np.minimum(np.arange(count), count - 2)
         fraction = (np.arange(count) - segment).astype(np.float64)
-        motion = Motion(positions, segment, fraction, positions, self.query)
+        motion = Motion.between(positions, segment, fraction, self.query)
         if self.item.window == END:
             motion = motion.where(np.arange(count) == count - 1)
         rows = self.item.residual.linearise(motion)

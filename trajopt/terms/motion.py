@@ -12,19 +12,23 @@ from trajopt.query import Kinematics, Query
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A polyline through knots and the samples on it.
+    """A curve whose points are weighted means of few knots, and samples on it.
+
+    On a polyline a sample lies between two knots; on a spline the knots are its control points.
 
     Attributes:
         knots: The knots, shape (N, n) [rad | m].
-        segment: Segment of each sample, shape (S,), in 0 ... N - 2.
-        fraction: Where in the segment each sample is, shape (S,), in [0, 1].
+        support: The knots that each sample depends on, shape (S, k).
+        weight: Their weights, shape (S, k); each row's sum is 1.
+        place: Where along the motion each sample is, in knots of a polyline, shape (S,).
         positions: Configuration of each sample, shape (S, n).
         query: Evaluates them.
     """
 
     knots: Floats
-    segment: Ints
-    fraction: Floats
+    support: Ints
+    weight: Floats
+    place: Floats
     positions: Floats
     query: Query
 
@@ -42,17 +46,20 @@ class Motion:
         fraction = (np.arange(len(segment)) - starts) / sampling[segment]
         segment = np.append(segment, len(sampling) - 1)
         fraction = np.append(fraction, 1.0)
-        weight = fraction[:, None]
-        positions = (1.0 - weight) * knots[segment] + weight * knots[segment + 1]
-        return Motion(knots, segment, fraction, positions, query)
+        return Motion.between(knots, segment, fraction, query)
+
+    @staticmethod
+    def between(knots: Floats, segment: Ints, fraction: Floats, query: Query) -> "Motion":
+        """Sample a polyline at fractions in [0, 1] of segments 0 ... N - 2, each of shape (S,)."""
+        weight = np.stack((1.0 - fraction, fraction), axis=1)
+        positions = weight[:, :1] * knots[segment] + weight[:, 1:] * knots[segment + 1]
+        support = np.stack((segment, segment + 1), axis=1)
+        return Motion(knots, support, weight, segment + fraction, positions, query)
 
     @staticmethod
     def standing(positions: Floats, query: Query) -> "Motion":
         """Sample a single configuration of the group, shape (n,)."""
-        knots = np.stack((positions, positions))
-        first = np.zeros(1, dtype=np.int64)
-        at = positions[None, :]
-        return Motion(knots, first, np.zeros(1), at, query)
+        return Motion.each(positions[None, :], query)
 
     @staticmethod
     def each(positions: Floats, query: Query) -> "Motion":
@@ -60,31 +67,29 @@ class Motion:
 
         Each is a knot, and its rows' derivatives by that knot are those by the configuration.
         """
-        return Motion(positions, np.arange(len(positions)), np.zeros(len(positions)), positions, query)
+        support = np.arange(len(positions))
+        weight = np.ones((len(positions), 1))
+        return Motion(positions, support[:, None], weight, support.astype(np.float64), positions, query)
 
     @cached_property
     def kinematics(self) -> Kinematics:
         """Placements and Jacobians of all joints at the samples; evaluated when first asked for."""
         return self.query.kinematics(self.positions)
 
-    @property
-    def place(self) -> Floats:
-        """Where along the motion each sample is, in knots, shape (S,)."""
-        return self.segment + self.fraction
-
     def where(self, mask: Bools) -> "Motion":
         """Return the motion with only some of its samples."""
         index = np.flatnonzero(mask)
         return Motion(
             self.knots,
-            self.segment[index],
-            self.fraction[index],
+            self.support[index],
+            self.weight[index],
+            self.place[index],
             self.positions[index],
             self.query,
         )
 
     def rows(self, sample: Ints, value: Floats, jacobian: Floats, component: Ints) -> Rows:
-        """Chain derivatives by a sample's configuration to the two knots around it.
+        """Chain derivatives by a sample's configuration to the knots it depends on.
 
         Args:
             sample: Sample of each row, shape (m,).
@@ -92,14 +97,12 @@ class Motion:
             jacobian: By the sample's configuration, shape (m, n).
             component: Which component each row is, shape (m,).
         """
-        fraction = self.fraction[sample][:, None]
-        first = self.segment[sample]
         return Rows(
             value,
-            np.stack(((1.0 - fraction) * jacobian, fraction * jacobian), axis=1),
-            np.stack((first, first + 1), axis=1),
+            self.weight[sample][:, :, None] * jacobian[:, None, :],
+            self.support[sample],
             component,
-            first + self.fraction[sample],
+            self.place[sample],
         )
 
     def rows_of_all(self, value: Floats, jacobian: Floats) -> Rows:
