@@ -22,11 +22,13 @@ class Outcome:
         solve: How the solver ended, and everything linearised where it did.
         path: The path there.
         trajectory: The motion, if the method decides on time too; None where retiming does.
+        otherwise: What to make of the guess where the judge refuses this motion, if there is anything.
     """
 
     solve: SolveResult
     path: Path
     trajectory: Trajectory | None = None
+    otherwise: "Outcome | None" = None
 
 
 class Program(Protocol):

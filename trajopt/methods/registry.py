@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from trajopt.errors import SolverNotFound
+from trajopt.methods.bspline import Bspline
+from trajopt.methods.free_duration import FreeDuration
 from trajopt.methods.knots import Knots
 from trajopt.methods.method import Method
 from trajopt.solvers import Chomp, Sqp, Stomp
@@ -22,6 +24,11 @@ METHODS: Mapping[str, Callable[[], Method]] = {
     **{f"sqp-{backend}": partial(_sqp, backend) for backend in BACKENDS},
     "chomp": lambda: Knots(Chomp()),
     "stomp": lambda: Knots(Stomp()),
+    "sqp-piqp": lambda: Knots(Sqp(qp="piqp")),
+    "sqp-osqp": lambda: Knots(Sqp(qp="osqp")),
+    "sqp-proxqp": lambda: Knots(Sqp(qp="proxqp")),
+    "bspline": Bspline,
+    "free-duration": FreeDuration,
 }
 """Name of each method that comes with trajopt -> what makes it with its default options."""
 

@@ -52,9 +52,14 @@ class Attempts:
         self.meter.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
         if not solved.feasible:
             return self.result(Status.STUCK, reasons.stuck(self.problem, solved), found=found)
-        if found.trajectory is not None:
-            return self._judged(found.trajectory, found=found)
-        return self._timed(found.path, found)
+        return self._made(found)
+
+    def _made(self, found: Outcome) -> Result:
+        """Judge what a method made, timed first where it left that open; and what it falls back on."""
+        if found.trajectory is None:
+            return self._timed(found.path, found)
+        result = self._judged(found.trajectory, found=found)
+        return result if result.verified or found.otherwise is None else self._made(found.otherwise)
 
     def as_it_is(self, seed: Floats) -> Result | None:
         """Time and judge a first guess itself; None if something touches at its knots.

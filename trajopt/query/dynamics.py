@@ -1,6 +1,8 @@
 """Joint torques of a reduced model: the compiled body and the plain one."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -11,8 +13,56 @@ from trajopt.model.robot import configuration
 from trajopt.native import installed
 
 
+@dataclass(frozen=True, eq=False)
+class TorqueSlopes:
+    """Torques at S states of a group of n joints, and their derivatives.
+
+    Attributes:
+        torque: Shape (S, n) [Nm | N].
+        position: Derivatives by the positions, shape (S, n, n).
+        velocity: By the velocities, shape (S, n, n).
+        acceleration: By the accelerations: the mass matrix, shape (S, n, n).
+    """
+
+    torque: Floats
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+
+
 class DynamicsQuery(ABC):
     """Inverse dynamics; owns scratch memory, so one per thread."""
+
+    def __init__(self, reduced: ReducedModel) -> None:
+        """Allocate the scratch memory."""
+        self._reduced = reduced
+        self._data = reduced.model.createData()
+
+    def torque_slopes(self, positions: Floats, velocities: Floats, accelerations: Floats) -> TorqueSlopes:
+        """Return torques and their derivatives; arguments as of `torque`.
+
+        Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
+        """
+        expand, states = self._reduced.expand, len(positions)
+        joints = expand.shape[0]
+        torque, slopes = np.empty((states, joints)), np.empty((3, states, joints, joints))
+        for row, (q, v, a) in enumerate(self._states(positions, velocities, accelerations)):
+            found = pin.computeRNEADerivatives(self._reduced.model, self._data, q, v, a)
+            for kind, slope in enumerate(found):
+                slopes[kind, row] = slope
+            torque[row] = self._data.tau
+        return TorqueSlopes(torque @ expand, *(expand.T @ slopes @ expand))
+
+    def _states(
+        self, positions: Floats, velocities: Floats, accelerations: Floats
+    ) -> Iterator[tuple[Floats, Floats, Floats]]:
+        """Yield the model's configuration, velocity and acceleration of each of the group's states."""
+        reduced, model = self._reduced, self._reduced.model
+        expand = reduced.expand.T
+        q = positions @ expand + reduced.offset
+        if model.nq != model.nv:
+            q = np.array([configuration(model, row) for row in q])
+        return zip(q, velocities @ expand, accelerations @ expand, strict=True)
 
     @abstractmethod
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
@@ -40,6 +90,7 @@ class CompiledDynamics(DynamicsQuery):
 
     def __init__(self, reduced: ReducedModel) -> None:
         """Hand the model over."""
+        super().__init__(reduced)
         from trajopt.native import proximity
 
         expand = np.ascontiguousarray(reduced.expand)
@@ -54,18 +105,8 @@ class CompiledDynamics(DynamicsQuery):
 class PlainDynamics(DynamicsQuery):
     """One state after the other, by pinocchio's own binding."""
 
-    def __init__(self, reduced: ReducedModel) -> None:
-        """Allocate the scratch memory."""
-        self._reduced = reduced
-        self._data = reduced.model.createData()
-
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Return the torques that a motion needs; see `DynamicsQuery.torque`."""
-        reduced, model, data = self._reduced, self._reduced.model, self._data
-        expand = reduced.expand.T
-        q = positions @ expand + reduced.offset
-        if model.nq != model.nv:
-            q = np.array([configuration(model, row) for row in q])
-        v, a = velocities @ expand, accelerations @ expand
-        full = np.array([pin.rnea(model, data, *row) for row in zip(q, v, a, strict=True)])
-        return full.reshape(v.shape) @ reduced.expand
+        states = self._states(positions, velocities, accelerations)
+        full = np.array([pin.rnea(self._reduced.model, self._data, *state) for state in states])
+        return full.reshape(len(positions), -1) @ self._reduced.expand

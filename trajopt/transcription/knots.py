@@ -11,15 +11,16 @@ from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement
-from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Rows
+from trajopt.nlp import Linearisation
 from trajopt.problem import Asked, Problem
 from trajopt.query import Counts, Query, query_of
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import fixed_positions
 from trajopt.terms.motion import Motion
-from trajopt.terms.residual import END, WHOLE, Residual
+from trajopt.terms.residual import END, WHOLE
 from trajopt.trajectory import Path
 from trajopt.transcription.margins import tapered_margins
+from trajopt.transcription.rows import constraint_rows, cost_rows
 
 SWEEP = 0.02
 """No body moves farther than this between two samples, in the end [m]."""
@@ -66,12 +67,9 @@ class KnotsNlp:
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
         """Evaluate and linearise every cost and constraint on the given samples."""
         motion = Motion.through(x, sampling, self.query)
-        costs = tuple(
-            CostRows(cost.residual.name, rows, np.full(len(rows.value), cost.weight), cost.loss)
-            for cost in self.problem.costs or ()
-            for rows in (_in_window(cost.residual, motion, cost.window),)
-        )
-        constraints = tuple(self._bounded(item, motion) for item in self.constraints)
+        last = len(x) - 1
+        costs = cost_rows(self.problem.costs or (), motion, last)
+        constraints = constraint_rows(self.constraints, motion, last, self._moves)
         return Linearisation(x, costs, constraints, sampling)
 
     def decode(self, x: Floats) -> Path:
@@ -82,34 +80,6 @@ class KnotsNlp:
     def _moves(self) -> Bools:
         """Whether anything of each knot may change, shape (N,)."""
         return np.any(self.lower < self.upper, axis=1)
-
-    def _bounded(self, item: Constraint, motion: Motion) -> ConstraintRows:
-        rows = _in_window(item.residual, motion, item.window)
-        lower, upper = item.bounds(rows)
-        touched = rows.jacobian.any(axis=2) & self._moves[rows.knots]
-        keep = touched.any(axis=1) & (np.isfinite(lower) | np.isfinite(upper))
-        if keep.all():
-            return ConstraintRows(item.residual.name, rows, lower, upper, item.tolerance, item.reach)
-        return ConstraintRows(
-            item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance, item.reach
-        )
-
-
-def _take(rows: Rows, keep: Bools) -> Rows:
-    return Rows(
-        rows.value[keep], rows.jacobian[keep], rows.knots[keep], rows.component[keep], rows.place[keep]
-    )
-
-
-def _in_window(residual: Residual, motion: Motion, window: Window) -> Rows:
-    """Linearise where the window lies."""
-    if window == WHOLE:
-        return residual.linearise(motion)
-    last = len(motion.knots) - 1
-    first, final = window.first * last - 1e-9, window.last * last + 1e-9
-    place = motion.place
-    rows = residual.linearise(motion.where((place >= first) & (place <= final)))
-    return _take(rows, (rows.place >= first) & (rows.place <= final))
 
 
 def fixed_goal(problem: Problem) -> Floats | None:

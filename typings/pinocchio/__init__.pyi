@@ -92,6 +92,8 @@ class Data:
     def J(self) -> NDArray[numpy.float64]: ...
     @property
     def g(self) -> NDArray[numpy.float64]: ...
+    @property
+    def tau(self) -> NDArray[numpy.float64]: ...
 
 class Model:
     nq: int
@@ -155,6 +157,13 @@ def rnea(
     v: NDArray[numpy.float64],
     a: NDArray[numpy.float64],
 ) -> NDArray[numpy.float64]: ...
+def computeRNEADerivatives(
+    model: Model,
+    data: Data,
+    q: NDArray[numpy.float64],
+    v: NDArray[numpy.float64],
+    a: NDArray[numpy.float64],
+) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]: ...
 def updateGeometryPlacements(
     model: Model, data: Data, geometry_model: GeometryModel, geometry_data: GeometryData
 ) -> None: ...

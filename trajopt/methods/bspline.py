@@ -1,0 +1,88 @@
+"""B-spline: control points of a spline through joint space, solved by sequential QP, timed afterwards."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.methods.method import Outcome, Progress
+from trajopt.problem import Problem
+from trajopt.query import Counts
+from trajopt.solvers import Solver, Sqp
+from trajopt.transcription import transcribe
+from trajopt.transcription.basis import SplineBasis, fitted
+from trajopt.transcription.bspline import BsplineNlp, Places, over_control_points
+
+DEGREES = (3, 5)
+"""Degrees offered: continuous curvature, and continuous fourth derivative."""
+SAMPLES = 4
+"""Samples of the first guess in each of its segments, to fit the spline to."""
+
+
+@dataclass(frozen=True)
+class Bspline:
+    """A path that is smooth as it is, and within the joint limits at every point of it, by its hull.
+
+    Attributes:
+        pieces: Polynomial pieces.
+        degree: 3 or 5.
+        solver: Any solver of an `Nlp`, with its options.
+    """
+
+    pieces: int = 24
+    degree: int = 3
+    solver: Solver = field(default_factory=Sqp)
+    name: str = "bspline"
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no spline.
+
+        Raises:
+            ProblemError: If the degree is another, or there is not one piece.
+        """
+        if self.degree not in DEGREES:
+            raise ProblemError(f"the degree of a spline is 3 or 5, not {self.degree}")
+        if self.pieces < 1:
+            raise ProblemError(f"a spline needs at least one piece, not {self.pieces}")
+
+    def objection(self, problem: Problem) -> str:
+        """Say nothing: every term has rows over control points."""
+        del problem
+        return ""
+
+    def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "BsplineProgram":
+        """Write a problem over control points; see `Method.program`."""
+        base = transcribe(problem, seed, waypoint_knots)
+        basis = SplineBasis(self.degree, np.linspace(0.0, 1.0, self.pieces + 1))
+        ends, last = np.array((0.0, 1.0)), problem.knots - 1
+        places = Places(ends, last * ends, np.array(waypoint_knots, dtype=np.float64) / last)
+        return BsplineProgram(over_control_points(base, basis, places), self.solver)
+
+
+@dataclass(frozen=True, eq=False)
+class BsplineProgram:
+    """A problem over control points and what solves it."""
+
+    nlp: BsplineNlp
+    solver: Solver
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.nlp.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.nlp.counts
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
+        """Solve from a first guess; see `Program.solve`."""
+        segments = len(seed) - 1
+        polyline = SplineBasis(1, np.linspace(0.0, 1.0, segments + 1))
+        parameters = polyline.parameters(np.full(segments, SAMPLES))
+        control = fitted(self.nlp.basis, parameters, polyline.at(parameters)(seed), resting=1)
+        solved = self.solver.solve(self.nlp, control, progress=progress)
+        return Outcome(solved, self.nlp.decode(solved.x))

@@ -1,0 +1,154 @@
+"""Free duration: shape and time of a motion optimised together, from the timed path of another method."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.methods.knots import Knots, KnotsProgram
+from trajopt.methods.method import Outcome, Progress
+from trajopt.model.payload import loaded_model
+from trajopt.problem import Problem
+from trajopt.query import Counts, query_of
+from trajopt.query.dynamics import dynamics_of
+from trajopt.retime import RetimeFailure
+from trajopt.solvers import Sqp
+from trajopt.solvers.trust_region import TrustRegion
+from trajopt.timing import timed
+from trajopt.trajectory import Path, Trajectory
+from trajopt.transcription.basis import SplineBasis, fitted
+from trajopt.transcription.bspline import Places, over_control_points
+from trajopt.transcription.free_duration import RESTING, FreeDurationNlp
+
+SEED_TOLERANCE = 5e-3
+"""How far the timed first guess may leave its path [m]."""
+CROWDING = 0.8
+"""How much shorter the pieces at the ends are than those in the middle: 0 for equal ones, below 1."""
+SAMPLES = 4
+"""Samples of the first guess in each piece, to fit the spline to."""
+
+
+def _solver() -> Sqp:
+    return Sqp(
+        penalty=3.0,
+        penalty_rounds=3,
+        max_iterations=40,
+        relative_gain=1e-3,
+        trust_region=TrustRegion(radius=0.1, largest=0.5),
+    )
+
+
+@dataclass(frozen=True)
+class FreeDuration:
+    """Minimises the duration itself, under limits of velocity, acceleration, jerk and torque.
+
+    A first guess is made into a path by sequential QP over knots and timed; that motion is where the shape
+    and the time of a spline are optimised from, and it is kept where nothing faster is found.
+
+    Attributes:
+        pieces: Polynomial pieces of the spline.
+        solver: Of the program over control points and duration.
+        seed: What makes the first motion.
+    """
+
+    pieces: int = 64
+    solver: Sqp = field(default_factory=_solver)
+    seed: Knots = field(default_factory=Knots)
+    name: str = "free-duration"
+
+    def objection(self, problem: Problem) -> str:
+        """Refuse what has no rows over the spline."""
+        if problem.tool_speeds:
+            return "holds no limits of tool speeds"
+        return self.seed.objection(problem)
+
+    def program(
+        self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
+    ) -> "FreeDurationProgram":
+        """Write a problem over knots first; see `Method.program`."""
+        return FreeDurationProgram(
+            self, problem, self.seed.program(problem, seed, waypoint_knots), tuple(waypoint_knots)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class FreeDurationProgram:
+    """A problem, first over knots, then over control points and duration."""
+
+    method: FreeDuration
+    problem: Problem
+    first: KnotsProgram
+    waypoint_knots: tuple[int, ...]
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.first.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.first.counts
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
+        """Solve from a first guess; see `Program.solve`."""
+        found = self.first.solve(seed, progress=progress)
+        if not found.solve.feasible:
+            return found
+        motion = timed(self.problem, query_of(self.problem.reduced), found.path, tolerance=SEED_TOLERANCE)
+        if isinstance(motion, RetimeFailure):
+            return found
+        faster = self._faster(found, motion.trajectory, progress)
+        return found if faster is None else faster
+
+    def _faster(self, found: Outcome, motion: Trajectory, progress: Progress | None) -> Outcome | None:
+        """Return a motion that takes less time than one that is known, if it is found."""
+        nlp = self._program(found.path, motion)
+        control = fitted(nlp.spline.basis, *_samples(nlp.spline.basis, motion), resting=RESTING)
+        x0 = np.hstack((control, np.ones((len(control), 1))))
+        solved = self.method.solver.solve(nlp, x0, progress=progress)
+        if not solved.feasible:
+            return None
+        trajectory = nlp.decode(solved.x)
+        if trajectory.duration >= motion.duration:
+            return None
+        whole = replace(solved, log=(*found.solve.log, *solved.log))
+        return Outcome(whole, nlp.spline.decode(solved.x[:, :-1]), trajectory, found)
+
+    def _program(self, path: Path, motion: Trajectory) -> FreeDurationNlp:
+        reduced, base = self.problem.reduced, self.first.nlp
+        spline = over_control_points(
+            base, _basis(self.method.pieces), self._places(path, motion), resting=RESTING
+        )
+        spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
+        limited = np.isfinite(self.problem.limits.effort).any()
+        loaded = replace(reduced, model=loaded_model(reduced))
+        return FreeDurationNlp(
+            spline, self.problem.limits, motion.duration, dynamics_of(loaded) if limited else None
+        )
+
+    def _places(self, path: Path, motion: Trajectory) -> Places:
+        """Say where on the path over knots the motion is: equal shares of their lengths."""
+        legs = np.linalg.norm(np.diff(path.knots, axis=0), axis=1)
+        lengths = np.concatenate((np.zeros(1), np.cumsum(legs))) / max(float(legs.sum()), 1e-12)
+        # Knots that coincide are one place; the last of them is.
+        times = np.linspace(0.0, motion.duration, 20 * len(legs))
+        steps = np.linalg.norm(np.diff(motion(times), axis=0), axis=1)
+        share = np.concatenate((np.zeros(1), np.cumsum(steps))) / max(float(steps.sum()), 1e-12)
+        knots = np.interp(share, lengths, np.arange(len(lengths), dtype=np.float64))
+        knots[0], knots[-1] = 0.0, float(len(legs))
+        parameters = times / motion.duration
+        exact = np.interp(np.array(self.waypoint_knots, dtype=np.float64), knots, parameters)
+        return Places(parameters, knots, exact)
+
+
+def _basis(pieces: int) -> SplineBasis:
+    """Return cubic pieces, shorter towards both ends, where the acceleration has to rise from nothing."""
+    even = np.linspace(0.0, 1.0, pieces + 1)
+    return SplineBasis(3, even - np.sin(2.0 * np.pi * even) / (2.0 * np.pi) * CROWDING)
+
+
+def _samples(basis: SplineBasis, motion: Trajectory) -> tuple[Floats, Floats]:
+    parameters = basis.parameters(np.full(len(basis.breaks) - 1, SAMPLES))
+    return parameters, motion(parameters * motion.duration)

@@ -1,0 +1,127 @@
+"""Transcription by a B-spline: the same rows as over knots, over control points.
+
+A spline lies within the hull of its control points, so that bounds on these keep joint positions within
+their limits everywhere, not at samples only.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints, readonly
+from trajopt.nlp import Linearisation
+from trajopt.query import Counts
+from trajopt.terms.motion import Motion
+from trajopt.trajectory import Path
+from trajopt.transcription.basis import SplineBasis
+from trajopt.transcription.knots import MOST_SAMPLES, SWEEP, KnotsNlp
+from trajopt.transcription.rows import constraint_rows, cost_rows
+
+COARSE_SAMPLES = 2
+"""Samples per piece while the motion is not free yet."""
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where on the polyline over knots, which windows and margins speak of, the spline is.
+
+    Attributes:
+        parameters: Of the spline, increasing from 0 to 1, shape (m,).
+        knots: The place there, in knots, from 0 to the last, shape (m,).
+        exact: Parameters that must be samples, shape (w,): of waypoints.
+    """
+
+    parameters: Floats
+    knots: Floats
+    exact: Floats
+
+    def __call__(self, parameters: Floats) -> Floats:
+        """Return the places at parameters."""
+        return np.interp(parameters, self.parameters, self.knots)
+
+
+@dataclass(eq=False)
+class BsplineNlp:
+    """The program over control points.
+
+    Attributes:
+        base: The same problem over knots, whose constraints these are.
+        basis: The spline.
+        places: Where its parameters are along the motion.
+        lower: Lower bounds of the control points, shape (M, n).
+        upper: Upper bounds, shape (M, n).
+    """
+
+    base: KnotsNlp
+    basis: SplineBasis
+    places: Places
+    lower: Floats
+    upper: Floats
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,)."""
+        return self.base.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.base.counts
+
+    def sampling(self, x: Floats, *, fine: bool) -> Ints:
+        """Return samples per piece: few, or as many as the sweep of the bodies demands."""
+        pieces = len(self.basis.breaks) - 1
+        if not fine:
+            return np.full(pieces, COARSE_SAMPLES)
+        corners = self.basis.at(self.basis.breaks)(x)
+        sweep = self.base.query.displacement(corners[:-1], corners[1:])
+        return np.clip(np.ceil(sweep / SWEEP), COARSE_SAMPLES, MOST_SAMPLES).astype(np.int64)
+
+    def motion(self, x: Floats, sampling: Ints) -> Motion:
+        """Sample the spline: every break, `sampling - 1` parameters between, and those of waypoints."""
+        parameters = np.union1d(self.basis.parameters(sampling), self.places.exact)
+        stencils = self.basis.at(parameters)
+        return Motion(
+            x, stencils.support, stencils.weight, self.places(parameters), stencils(x), self.base.query
+        )
+
+    def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
+        """Evaluate and linearise every cost and constraint on the given samples."""
+        motion, last = self.motion(x, sampling), self.base.problem.knots - 1
+        costs = cost_rows(self.base.problem.costs or (), motion, last)
+        constraints = constraint_rows(self.base.constraints, motion, last, self._moves)
+        return Linearisation(x, costs, constraints, sampling)
+
+    def decode(self, x: Floats) -> Path:
+        """Return a path through points of the spline, as dense as its finest samples."""
+        sampling = self.sampling(x, fine=True)
+        return Path(self.base.problem.reduced.joint_names, readonly(self.motion(x, sampling).positions))
+
+    @cached_property
+    def _moves(self) -> Bools:
+        return np.any(self.lower < self.upper, axis=1)
+
+
+def over_control_points(
+    base: KnotsNlp, basis: SplineBasis, places: Places, *, resting: int = 1
+) -> BsplineNlp:
+    """Write a problem over the control points of a spline.
+
+    Args:
+        base: The problem over knots.
+        basis: The spline.
+        places: Where its parameters are along the motion.
+        resting: Control points at either end that have the bounds of the first and last knot.
+    """
+    lower, upper = (
+        np.concatenate(
+            (
+                np.tile(side[0], (resting, 1)),
+                np.tile(side[1], (basis.count - 2 * resting, 1)),
+                np.tile(side[-1], (resting, 1)),
+            )
+        )
+        for side in (base.lower, base.upper)
+    )
+    return BsplineNlp(base, basis, places, lower, upper)
