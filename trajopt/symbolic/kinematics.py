@@ -79,6 +79,15 @@ class SymbolicKinematics:
         turned, base = self._in_world(reference)
         return turned.T @ (point - base)
 
+    def joint_point(self, joint: int, offset: Floats) -> ca.SX:
+        """Return a point carried by a joint of the model, in the world, shape (3, 1) [m].
+
+        Args:
+            joint: Its number in the model.
+            offset: The point, in the joint's frame [m].
+        """
+        return self._translations[joint] + self._rotations[joint] @ ca.SX(offset)
+
     def _in_world(self, frame: str) -> tuple[ca.SX, ca.SX]:
         joint, held = self.reduced.attachment(frame)
         rotation, origin = self._rotations[joint], self._translations[joint]
