@@ -36,7 +36,7 @@ ONLY_IN = {
     "matplotlib": {"view"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "casadi": {"symbolic", "terms", "transcription"},
+    "casadi": {"solvers", "symbolic", "terms", "transcription"},
     "ompl": {"seeds"},
     "placo": set(),
     "toppra": set(),

@@ -19,6 +19,18 @@ def _sqp(backend: str) -> Method:
     return Knots(Sqp(qp=backend))
 
 
+
+def _casadi(plugin: str) -> Method:
+    from trajopt.methods import casadi_knots  # it takes a while to import
+
+    plugins = {
+        "ipopt": casadi_knots.ipopt,
+        "fatrop": casadi_knots.fatrop,
+        "sqpmethod": casadi_knots.sqpmethod,
+    }
+    return casadi_knots.CasadiKnots(plugins[plugin]())
+
+
 METHODS: Mapping[str, Callable[[], Method]] = {
     "sqp": Knots,
     **{f"sqp-{backend}": partial(_sqp, backend) for backend in BACKENDS},
@@ -27,6 +39,9 @@ METHODS: Mapping[str, Callable[[], Method]] = {
     "sqp-piqp": lambda: Knots(Sqp(qp="piqp")),
     "sqp-osqp": lambda: Knots(Sqp(qp="osqp")),
     "sqp-proxqp": lambda: Knots(Sqp(qp="proxqp")),
+    "ipopt": partial(_casadi, "ipopt"),
+    "fatrop": partial(_casadi, "fatrop"),
+    "sqpmethod": partial(_casadi, "sqpmethod"),
     "bspline": Bspline,
     "free-duration": FreeDuration,
 }

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import BSpline
 
 from trajopt.arrays import Floats, Ints
 
@@ -86,6 +85,8 @@ class SplineBasis:
 
     def derivative_at(self, parameters: Floats, order: int) -> Stencils:
         """Return weights of the control points in a derivative at parameters in [0, 1], shape (s,)."""
+        from scipy.interpolate import BSpline
+
         piece = np.clip(np.searchsorted(self.breaks, parameters, side="right") - 1, 0, len(self.breaks) - 2)
         support = piece[:, None] + np.arange(self.degree + 1)
         unit = BSpline(self.knots, np.eye(self.count), self.degree)

@@ -1,0 +1,90 @@
+"""Every method plans problems of the suite, says what it cannot do, and is never worse than its seed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.methods import Knots, Outcome, method_named
+from trajopt.methods.bspline import Bspline
+from trajopt.methods.free_duration import FreeDuration, FreeDurationProgram
+from trajopt.terms import Cost, constraint, own, penalty
+
+METHODS = ("ipopt", "fatrop", "sqpmethod", "bspline", "free-duration")
+PROBLEMS = ("planar_fold", "past_pillar_ur5", "cup_past_pillar", "insertion_panda")
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize("method", METHODS)
+def test_plans(method: str, problem: str) -> None:
+    result = to.plan(to.named_problem(problem), method=method_named(method))
+    assert result.status is to.Status.SOLVED, result.explain()
+    assert result.solve is not None and result.solve.feasible
+    assert method == "fatrop" or result.solve.log
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_free_duration_is_never_slower_than_its_seed(problem: str) -> None:
+    asked = to.named_problem(problem)
+    seed, found = to.plan(asked), to.plan(asked, method=FreeDuration())
+    assert seed.trajectory is not None and found.trajectory is not None
+    assert found.timed is None
+    assert found.trajectory.duration <= seed.trajectory.duration + 1e-9
+
+
+def test_a_refused_motion_leaves_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motion that ignores the obstacle is refused by the judge, and the timed path is planned instead."""
+    asked = to.named_problem("past_pillar_ur5")
+    solve = FreeDurationProgram.solve
+
+    def through_the_pillar(self: FreeDurationProgram, seed: Floats, **rest: object) -> Outcome:
+        found = solve(self, seed, **rest)  # pyright: ignore[reportArgumentType]
+        assert found.trajectory is not None
+        ends = found.trajectory.positions[[0, -1]]
+        straight = to.Trajectory(found.trajectory.joint_names, np.array((0.0, 9.0)), ends, 0 * ends, 0 * ends)
+        return replace(found, trajectory=straight)
+
+    monkeypatch.setattr(FreeDurationProgram, "solve", through_the_pillar)
+    result = to.plan(asked, method=FreeDuration())
+    assert result.status is to.Status.SOLVED and result.timed is not None
+
+
+def test_spline_of_degree_five_and_of_many_pieces() -> None:
+    for method in (Bspline(degree=5), Bspline(pieces=40)):
+        assert to.plan(to.named_problem("past_pillar_ur5"), method=method).verified
+
+
+def test_options_that_make_no_spline_are_refused() -> None:
+    with pytest.raises(ProblemError, match="degree"):
+        Bspline(degree=4)
+    with pytest.raises(ProblemError, match="piece"):
+        Bspline(pieces=0)
+
+
+def test_ones_own_function_is_held_through_a_callback() -> None:
+    asked = to.named_problem("planar_fold")
+    joint = constraint(own("first joint", lambda q: q[0]), lower=-np.inf, upper=3.0)
+    result = to.plan(
+        replace(asked, constraints=(*asked.constraints, joint)), method=method_named("sqpmethod")
+    )
+    assert result.status is to.Status.SOLVED, result.explain()
+
+
+def test_what_does_not_fit_is_said_before_anything_starts() -> None:
+    class Mine:
+        name = "mine"
+
+        def linearise(self, motion: object) -> object:
+            raise AssertionError("asked after it had been objected to")
+
+    asked = to.named_problem("planar_fold")
+    strange = constraint(Mine(), lower=0.0, upper=1.0)  # pyright: ignore[reportArgumentType]
+    result = to.plan(replace(asked, constraints=(strange,)), method=method_named("ipopt"))
+    assert result.status is to.Status.METHOD_CANNOT and "'mine'" in result.message
+    away = penalty(to.joint_positions({asked.reduced.joint_names[0]: 0.0}, tolerance=0.1), 1.0)
+    result = to.plan(replace(asked, costs=(*(asked.costs or ()), away)), method=method_named("fatrop"))
+    assert result.status is to.Status.METHOD_CANNOT and "kink" in result.message
+    assert isinstance(away, Cost) and not Knots().objection(asked)

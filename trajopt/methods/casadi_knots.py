@@ -1,0 +1,168 @@
+"""Knots by CasADi: the whole problem as one nonlinear program, for ipopt, fatrop and sqpmethod."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.methods.method import Outcome, Progress
+from trajopt.nlp import Linearisation, Loss
+from trajopt.problem import Problem
+from trajopt.query import Counts
+from trajopt.solvers.nlpsol import Nlpsol
+from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
+from trajopt.symbolic import SymbolicKinematics
+from trajopt.transcription import KnotsNlp, transcribe
+from trajopt.transcription.casadi_knots import by_stages, objection, plainly
+
+ROUNDS = 6
+"""Solutions at most: on finer samples, or with a larger penalty, from where the last one ended."""
+GROWTH = 10.0
+"""Factor on the penalty where constraints do not hold."""
+PENALTY = 5.0
+"""First weight of what constraints are exceeded by."""
+
+IPOPT: Mapping[str, object] = {
+    "ipopt.max_iter": 100,
+    "ipopt.mu_init": 1e-4,
+    "ipopt.tol": 1e-3,
+    "ipopt.constr_viol_tol": 1e-4,
+    "ipopt.dual_inf_tol": 1e-1,
+    "ipopt.acceptable_tol": 1e-2,
+    "ipopt.acceptable_obj_change_tol": 1e-3,
+    "ipopt.acceptable_iter": 5,
+}
+"""A small barrier at once, for the first guess is mostly good, and the accuracy that paths need."""
+FATROP: Mapping[str, object] = {
+    "structure_detection": "auto",
+    "fatrop.max_iter": 150,
+    "fatrop.mu_init": 1e-4,
+    "fatrop.tol": 1e-3,
+}
+"""The same for fatrop, whose structure is found from the pattern of the stages."""
+SQPMETHOD: Mapping[str, object] = {
+    "qpsol": "piqp",
+    "qpsol_options": {"error_on_fail": False},
+    "max_iter": 40,
+    "max_iter_ls": 12,
+    "tol_du": 1e-2,
+    "tol_pr": 1e-4,
+}
+"""Of its QP solvers only PIQP is quick and right here: docs/decisions/casadi.md."""
+
+
+def ipopt() -> Nlpsol:
+    """Return ipopt as planning uses it."""
+    return Nlpsol("ipopt", IPOPT, PENALTY)
+
+
+def fatrop() -> Nlpsol:
+    """Return fatrop as planning uses it: with hard bounds, for slacks have no place in its structure."""
+    return Nlpsol("fatrop", FATROP)
+
+
+def sqpmethod() -> Nlpsol:
+    """Return CasADi's own SQP as planning uses it."""
+    return Nlpsol("sqpmethod", SQPMETHOD, PENALTY, curvature=False)
+
+
+@dataclass(frozen=True)
+class CasadiKnots:
+    """Kinematic terms are expressions with exact derivatives; contacts are measured, with Gauss-Newton's.
+
+    Attributes:
+        solver: The plugin, with its options.
+    """
+
+    solver: Nlpsol = field(default_factory=ipopt)
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+        return self.solver.plugin
+
+    @property
+    def _staged(self) -> bool:
+        return self.solver.plugin == "fatrop"
+
+    def objection(self, problem: Problem) -> str:
+        """Refuse residuals whose rows may come and go, and for fatrop costs with a kink."""
+        kinematics = SymbolicKinematics(problem.reduced)
+        costs = problem.costs or ()
+        residuals = [item.residual for item in (*problem.own_constraints, *costs)]
+        found = [text for text in (objection(item, kinematics) for item in residuals) if text]
+        if self._staged:
+            found += [
+                f"cost {cost.residual.name!r} has a kink, which does not fit its structure"
+                for cost in costs
+                if cost.loss is not Loss.SQUARED
+            ]
+        return "; ".join(found)
+
+    def program(
+        self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
+    ) -> "CasadiKnotsProgram":
+        """Write a problem over knots; see `Method.program`."""
+        return CasadiKnotsProgram(transcribe(problem, seed, waypoint_knots), self.solver, self._staged)
+
+
+@dataclass(frozen=True, eq=False)
+class CasadiKnotsProgram:
+    """A problem over knots and the plugin that solves it."""
+
+    nlp: KnotsNlp
+    solver: Nlpsol
+    staged: bool
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.nlp.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.nlp.counts
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
+        """Solve from a first guess; see `Program.solve`.
+
+        On coarse samples first, then on as many as the motion that is found needs.
+        """
+        nlp, solver = self.nlp, self.solver
+        knots = np.clip(seed, nlp.lower, nlp.upper)
+        sampling = nlp.sampling(knots, fine=False)
+        log: list[Iteration] = []
+        status, at = SolverStatus.MAX_ITERATIONS, nlp.linearise(knots, sampling)
+        for _ in range(ROUNDS):
+            status, at = self._round(solver, at, sampling, log, progress)
+            if at.feasible:
+                sampling = np.maximum(sampling, nlp.sampling(at.x, fine=True))
+                at = nlp.linearise(at.x, sampling)
+                if at.feasible:
+                    status = SolverStatus.CONVERGED
+                    break
+            elif solver.penalty > 0.0:
+                solver = replace(solver, penalty=solver.penalty * GROWTH)
+            else:
+                break
+        if not at.feasible and status is SolverStatus.CONVERGED:
+            status = SolverStatus.INFEASIBLE_STATIONARY
+        return Outcome(SolveResult(status, at.x, at, tuple(log)), nlp.decode(at.x))
+
+    def _round(
+        self,
+        solver: Nlpsol,
+        at: Linearisation,
+        sampling: Ints,
+        log: list[Iteration],
+        progress: Progress | None,
+    ) -> tuple[SolverStatus, Linearisation]:
+        """Solve on some samples from a point; return the end and what it is worth there."""
+        writing = (by_stages if self.staged else plainly)(self.nlp, sampling)
+        program = writing.program()
+        found = solver.solve(program, writing.pack(program, at.x), progress=progress)
+        log += found.log
+        knots = writing.unpack(found.x)
+        return found.status, self.nlp.linearise(knots, sampling)
