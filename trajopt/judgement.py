@@ -29,6 +29,7 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
         sampled=judged(problem.own_constraints, query_of(problem.reduced)),
         limits=problem.limits,
         tool_speeds=problem.tool_speeds,
+        start_velocities=problem.start_velocities,
     )
 
 

@@ -1,13 +1,15 @@
 """Problem: what a motion must achieve, frozen; it says what it is when printed."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from typing import cast
 
-from trajopt.arrays import Floats, floats, number
-from trajopt.errors import ProblemError, ProblemNotFound, WaypointNotFound
+import numpy as np
+
+from trajopt.arrays import Floats, floats, number, readonly
+from trajopt.errors import JointNotFound, ProblemError, ProblemNotFound, WaypointNotFound
 from trajopt.inputs import one_of, sequence
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel, reduce_model
@@ -49,6 +51,8 @@ class Problem:
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest speeds of tools: one limit or several.
+        start_velocity: Joint of the group -> its velocity at the start [rad/s | m/s]; joints that are not
+            named rest.
         name: For reports.
     """
 
@@ -65,6 +69,7 @@ class Problem:
     velocity_scaling: float = 1.0
     acceleration_scaling: float = 1.0
     tool_speed: ToolSpeed | Sequence[ToolSpeed] = ()
+    start_velocity: Mapping[str, float] = field(default_factory=dict[str, float])
     name: str = "problem"
 
     def __post_init__(self) -> None:
@@ -102,6 +107,8 @@ class Problem:
             self.span(part)
         for tool in tools:
             self.scene.holder(tool.frame)
+        if self.start_velocity:
+            _ = self.start_velocities  # names and sizes are checked there
 
     @cached_property
     def reduced(self) -> ReducedModel:
@@ -188,6 +195,22 @@ class Problem:
         here = (part.required for part, (first, last) in spans if first <= stop <= last)
         return (*self.requirements, *(item for item in here if isinstance(item, Requirement)))
 
+    @cached_property
+    def start_velocities(self) -> Floats:
+        """Velocities of the group's joints at the start, shape (n,) [rad/s | m/s]."""
+        names, limits = self.reduced.joint_names, self.limits
+        velocities = np.zeros(len(names))
+        for joint, given in self.start_velocity.items():
+            if joint not in names:
+                raise JointNotFound("joint of the group", joint, names)
+            place = names.index(joint)
+            velocities[place] = number(f"start velocity of {joint}", given)
+            if abs(velocities[place]) > limits.velocity[place]:
+                raise ProblemError(
+                    f"{joint} cannot start at {velocities[place]:g}: its limit is {limits.velocity[place]:g}"
+                )
+        return readonly(velocities)
+
     @property
     def own_constraints(self) -> tuple[Constraint, ...]:
         """What must hold and is code: the judge can sample it, not prove it."""
@@ -210,8 +233,10 @@ class Problem:
         """Say in a few lines what is asked."""
         objects = ", ".join(self.scene.objects) or "nothing"
         ends = (self.goal,) if isinstance(self.goal, GoalSet) else self.goals
+        moving = ", ".join(f"{joint} at {speed:g}" for joint, speed in self.start_velocity.items() if speed)
         lines = [
             f"Problem {self.name!r}: {self.scene.robot.name}, group {self.group!r}, {self.knots} knots",
+            *((f"  from         {moving}",) if moving else ()),
             f"  around it    {objects}; clearance {self.scene.margin * 1000:g} mm",
             *(
                 f"  on the way   {name}: {' and '.join(map(str, item))}"

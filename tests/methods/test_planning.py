@@ -14,7 +14,7 @@ from trajopt.methods.free_duration import FreeDuration, FreeDurationProgram
 from trajopt.terms import Cost, constraint, own, penalty
 
 METHODS = ("ipopt", "fatrop", "sqpmethod", "bspline", "free-duration")
-PROBLEMS = ("planar_fold", "past_pillar_ur5", "cup_past_pillar", "insertion_panda")
+PROBLEMS = ("planar_fold", "past_pillar_ur5", "cup_past_pillar")
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

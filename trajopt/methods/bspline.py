@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
-from trajopt.methods.method import Outcome, Progress
+from trajopt.methods.method import Outcome, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import Solver, Sqp
@@ -48,9 +48,8 @@ class Bspline:
             raise ProblemError(f"a spline needs at least one piece, not {self.pieces}")
 
     def objection(self, problem: Problem) -> str:
-        """Say nothing: every term has rows over control points."""
-        del problem
-        return ""
+        """Refuse a start in motion; every term has rows over control points."""
+        return moving_start(problem)
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "BsplineProgram":
         """Write a problem over control points; see `Method.program`."""

@@ -6,13 +6,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.methods.method import Outcome, Progress
+from trajopt.methods.method import Outcome, Progress, moving_start
 from trajopt.nlp import Linearisation, Loss
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers.nlpsol import Nlpsol
 from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
 from trajopt.symbolic import SymbolicKinematics
+from trajopt.terms.residual import Constraint
 from trajopt.transcription import KnotsNlp, transcribe
 from trajopt.transcription.casadi_knots import by_stages, objection, plainly
 
@@ -90,8 +91,10 @@ class CasadiKnots:
         """Refuse residuals whose rows may come and go, and for fatrop costs with a kink."""
         kinematics = SymbolicKinematics(problem.reduced)
         costs = problem.costs or ()
-        residuals = [item.residual for item in (*problem.own_constraints, *costs)]
-        found = [text for text in (objection(item, kinematics) for item in residuals) if text]
+        partial = [part.required for part in problem.partial if isinstance(part.required, Constraint)]
+        residuals = [item.residual for item in (*problem.own_constraints, *partial, *costs)]
+        found = [moving_start(problem)] if moving_start(problem) else []
+        found += [text for text in (objection(item, kinematics) for item in residuals) if text]
         if self._staged:
             found += [
                 f"cost {cost.residual.name!r} has a kink, which does not fit its structure"

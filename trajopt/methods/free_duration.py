@@ -61,7 +61,7 @@ class FreeDuration:
         """Refuse what has no rows over the spline."""
         if problem.tool_speeds:
             return "holds no limits of tool speeds"
-        return self.seed.objection(problem)
+        return ""
 
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
@@ -96,25 +96,25 @@ class FreeDurationProgram:
         found = self.first.solve(seed, progress=progress)
         if not found.solve.feasible:
             return found
+        moving = bool(self.problem.start_velocities.any())
         motion = timed(self.problem, query_of(self.problem.reduced), found.path, tolerance=SEED_TOLERANCE)
         if isinstance(motion, RetimeFailure):
             return found
-        faster = self._faster(found, motion.trajectory, progress)
-        return found if faster is None else faster
+        faster = self._freed(found, motion.trajectory, progress)
+        if moving:  # what starts from rest is no answer
+            return replace(faster, otherwise=None)
+        kept = faster.trajectory is None or faster.trajectory.duration >= motion.trajectory.duration
+        return found if kept else faster
 
-    def _faster(self, found: Outcome, motion: Trajectory, progress: Progress | None) -> Outcome | None:
-        """Return a motion that takes less time than one that is known, if it is found."""
+    def _freed(self, found: Outcome, motion: Trajectory, progress: Progress | None) -> Outcome:
+        """Optimise shape and time from a motion that is known."""
         nlp = self._program(found.path, motion)
         control = fitted(nlp.spline.basis, *_samples(nlp.spline.basis, motion), resting=RESTING)
         x0 = np.hstack((control, np.ones((len(control), 1))))
         solved = self.method.solver.solve(nlp, x0, progress=progress)
-        if not solved.feasible:
-            return None
-        trajectory = nlp.decode(solved.x)
-        if trajectory.duration >= motion.duration:
-            return None
         whole = replace(solved, log=(*found.solve.log, *solved.log))
-        return Outcome(whole, nlp.spline.decode(solved.x[:, :-1]), trajectory, found)
+        path = nlp.spline.decode(solved.x[:, :-1])
+        return Outcome(whole, path, nlp.decode(solved.x) if solved.feasible else None, found)
 
     def _program(self, path: Path, motion: Trajectory) -> FreeDurationNlp:
         reduced, base = self.problem.reduced, self.first.nlp
@@ -124,9 +124,10 @@ class FreeDurationProgram:
         spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
         limited = np.isfinite(self.problem.limits.effort).any()
         loaded = replace(reduced, model=loaded_model(reduced))
-        return FreeDurationNlp(
-            spline, self.problem.limits, motion.duration, dynamics_of(loaded) if limited else None
-        )
+        dynamics, moving = dynamics_of(loaded) if limited else None, self.problem.start_velocities
+        if moving.any():
+            spline.lower[1:RESTING], spline.upper[1:RESTING] = base.lower[1], base.upper[1]
+        return FreeDurationNlp(spline, self.problem.limits, motion.duration, dynamics, moving)
 
     def _places(self, path: Path, motion: Trajectory) -> Places:
         """Say where on the path over knots the motion is: equal shares of their lengths."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from trajopt.arrays import Floats
-from trajopt.methods.method import Outcome, Progress
+from trajopt.methods.method import Outcome, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import Solver, Sqp
@@ -27,9 +27,8 @@ class Knots:
         return self.solver.name
 
     def objection(self, problem: Problem) -> str:
-        """Say nothing: every term has rows over knots."""
-        del problem
-        return ""
+        """Refuse a start in motion; every term has rows over knots."""
+        return moving_start(problem)
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
         """Write a problem over knots; see `Method.program`."""

@@ -78,3 +78,8 @@ class Method(Protocol):
             ProblemError: If a requirement cannot be asked of this robot.
         """
         ...
+
+
+def moving_start(problem: Problem) -> str:
+    """Return the objection of a method whose paths are timed from rest to a start in motion."""
+    return "starts from rest only" if problem.start_velocities.any() else ""

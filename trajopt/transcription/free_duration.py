@@ -24,6 +24,8 @@ RESTING = 3
 """Control points at either end that coincide: there the motion rests, without acceleration."""
 TOLERANCE = 1e-3
 """Share by which limits may be exceeded in the program: the duration that is stated in the end holds all."""
+SHORTEST = 1e-2
+"""Least duration of any motion, one that stands still included [s]."""
 ROUNDING = 1e-9
 """Share of the duration that is left to rounding."""
 STRETCH = 2e-3
@@ -43,12 +45,14 @@ class FreeDurationNlp:
         limits: The group's limits, scaled as the problem says.
         reference: Duration of the first guess [s].
         dynamics: Torques, where they are limited.
+        start_velocities: Shape (n,) [rad/s | m/s]; there is no acceleration at the start.
     """
 
     spline: BsplineNlp
     limits: JointLimits
     reference: float
     dynamics: DynamicsQuery | None
+    start_velocities: Floats
 
     def __post_init__(self) -> None:
         """Lay out what does not change."""
@@ -99,6 +103,8 @@ class FreeDurationNlp:
         constraints += [self._limit(x, order) for order in (1, 2, 3)]
         if self.dynamics is not None:
             constraints.append(self._torque(x))
+        if self.start_velocities.any():
+            constraints += [self._start(x, order) for order in (1, 2)]
         constraints.append(_tied(x))
         return Linearisation(x, (_duration(x), *costs), tuple(constraints), sampling)
 
@@ -109,9 +115,16 @@ class FreeDurationNlp:
         """
         basis, control = self.spline.basis, x[:, :-1]
         breaks = basis.breaks
+        duration = self._duration_of(control)
+        if self.start_velocities.any():
+            # The first control points and the duration depend on each other.
+            duration = max(duration, self.reference * float(x[0, -1]))
+            for _ in range(STRETCHES):
+                control = self._started(control, duration)
+                if self._duration_of(control) <= duration:
+                    break
+                duration *= 1.0 + 0.1 * STRETCH
         position, speed, bend = (basis.derivative_at(breaks, order)(control) for order in (0, 1, 2))
-        duration = least_duration(breaks, speed, bend, self.limits)
-        duration = self._held_by_motors(control, duration)
         return Trajectory(
             self.limits.joint_names,
             readonly(breaks * duration),
@@ -119,6 +132,20 @@ class FreeDurationNlp:
             readonly(speed / duration),
             readonly(bend / duration**2),
         )
+
+    def _duration_of(self, control: Floats) -> float:
+        """Return the least duration for control points [s]."""
+        breaks = self.spline.basis.breaks
+        speed, bend = (self.spline.basis.derivative_at(breaks, order)(control) for order in (1, 2))
+        return self._held_by_motors(control, least_duration(breaks, speed, bend, self.limits))
+
+    def _started(self, control: Floats, duration: float) -> Floats:
+        """Place the second and third control point so that the start is as fast as asked, and even."""
+        first, second = (self._derivatives[order].weight[0] for order in (0, 1))
+        moved = control.copy()
+        moved[1] = (self.start_velocities * duration - first[0] * moved[0]) / first[1]
+        moved[2] = -(second[0] * moved[0] + second[1] * moved[1]) / second[2]
+        return moved
 
     def _held_by_motors(self, control: Floats, duration: float) -> float:
         """Lengthen a duration until torques are within their limits at the breaks and half-way between."""
@@ -156,6 +183,22 @@ class FreeDurationNlp:
             ("velocity limit", "acceleration limit", "jerk limit")[order - 1],
             Rows(value, jacobian, support, joint.astype(np.int64), place),
         )
+
+    def _start(self, x: Floats, order: int) -> ConstraintRows:
+        """Rows of the first control point of a derivative, in units of its limit, as shares of it."""
+        stencils, limit = self._derivatives[order - 1], self._bounds[order - 1]
+        wanted = self.start_velocities * self.reference * x[0, -1] if order == 1 else np.zeros(len(limit))
+        joints = np.arange(len(limit))
+        jacobian = np.zeros((len(limit), order + 1, x.shape[1]))
+        jacobian[joints, :, joints] = stencils.weight[0] / limit[:, None]
+        if order == 1:
+            jacobian[:, 0, -1] = -self.start_velocities * self.reference / limit
+        value = (stencils.weight[0] @ x[: order + 1, :-1] - wanted) / limit
+        support = np.tile(stencils.support[0], (len(limit), 1))
+        none = np.zeros(len(limit))
+        rows = Rows(value, jacobian, support, joints.astype(np.int64), none)
+        name = ("start velocity", "start acceleration")[order - 1]
+        return ConstraintRows(name, rows, none, none, TOLERANCE)
 
     def _torque(self, x: Floats) -> ConstraintRows:
         """Rows of the joints' torques at the breaks, as shares of the effort limits."""
@@ -218,7 +261,7 @@ def least_duration(breaks: Floats, speed: Floats, bend: Floats, limits: JointLim
         np.sqrt(np.abs(bend).max(axis=0) / limits.acceleration),
         np.cbrt(np.abs(change / length).max(axis=0) / limits.jerk),
     )
-    return float(np.max(needed)) * (1.0 + ROUNDING)
+    return max(float(np.max(needed)) * (1.0 + ROUNDING), SHORTEST)
 
 
 def _duration(x: Floats) -> CostRows:

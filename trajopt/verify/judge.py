@@ -97,6 +97,7 @@ class Judge:
         sampled: Sequence[SampledCheck] = (),
         limits: JointLimits | None = None,
         tool_speeds: Sequence[ToolSpeed] = (),
+        start_velocities: Floats | None = None,
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
         reduced, own = self._reduced, self._workspace
@@ -109,7 +110,7 @@ class Judge:
                 f"joints {', '.join(reduced.joint_names)}"
             )
         before = (distances.calls, kinematics.calls)
-        checks: list[Check] = [*end_checks(motion)]
+        checks: list[Check] = [*end_checks(motion, start_velocities)]
         for when, requirements in ((When.END, goals), (When.ALWAYS, constraints)):
             for requirement in requirements:
                 checks += check_requirement(requirement, motion, when)
@@ -199,6 +200,7 @@ def verify(
     sampled: Sequence[SampledCheck] = (),
     limits: JointLimits | None = None,
     tool_speeds: Sequence[ToolSpeed] = (),
+    start_velocities: Floats | None = None,
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
     """Judge a trajectory: prove for all times, not only at samples, what was asked of it.
@@ -213,6 +215,7 @@ def verify(
         sampled: Constraints in user code, judged at samples.
         limits: Limits of the group's joints; those of the model when None.
         tool_speeds: Largest speeds of tools.
+        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
         options: Numbers to judge with.
 
     Raises:
@@ -231,6 +234,7 @@ def verify(
         sampled=sampled,
         limits=limits,
         tool_speeds=tool_speeds,
+        start_velocities=start_velocities,
     )
 
 
