@@ -11,7 +11,7 @@ from trajopt.errors import ProblemError
 from trajopt.methods import Knots, Outcome, method_named
 from trajopt.methods.bspline import Bspline
 from trajopt.methods.free_duration import FreeDuration, FreeDurationProgram
-from trajopt.terms import Cost, constraint, own, penalty
+from trajopt.terms import Cost, Velocity, Window, constraint, own, penalty
 
 METHODS = ("ipopt", "fatrop", "sqpmethod", "bspline", "free-duration")
 PROBLEMS = ("planar_fold", "past_pillar_ur5", "cup_past_pillar")
@@ -87,4 +87,9 @@ def test_what_does_not_fit_is_said_before_anything_starts() -> None:
     away = penalty(to.joint_positions({asked.reduced.joint_names[0]: 0.0}, tolerance=0.1), 1.0)
     result = to.plan(replace(asked, costs=(*(asked.costs or ()), away)), method=method_named("fatrop"))
     assert result.status is to.Status.METHOD_CANNOT and "kink" in result.message
-    assert isinstance(away, Cost) and not Knots().objection(asked)
+    early = Cost(Velocity(), window=Window(0.0, 0.5))
+    for method in ("bspline", "free-duration"):
+        result = to.plan(replace(asked, costs=(early,)), method=method_named(method))
+        assert result.status is to.Status.METHOD_CANNOT and "part of the motion" in result.message
+    assert to.plan(replace(asked, costs=(Cost(Velocity()), early)), method=method_named("sqpmethod")).verified
+    assert not Knots().objection(asked)

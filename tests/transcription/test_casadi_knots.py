@@ -15,7 +15,7 @@ from trajopt.symbolic import SymbolicKinematics
 from trajopt.terms import Cost, Jerk, Velocity, constraint, own, penalty
 from trajopt.terms.residual import Residual
 from trajopt.transcription import KnotsNlp, transcribe
-from trajopt.transcription.casadi_knots import CasadiKnots, by_stages, objection, plainly
+from trajopt.transcription.casadi_knots import CasadiTranscription, by_stages, objection, plainly
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {"pan": 1.0, "reach": 0.2, "elbow": 0.3, "wrist": 0.4}
@@ -46,7 +46,7 @@ def evaluate(program: CasadiProgram, x: Floats) -> tuple[float, Floats]:
 def test_the_numbers_are_those_of_the_program_over_knots(write, tmp_path: Path) -> None:
     nlp, knots = over_knots(tmp_path)
     at = nlp.linearise(knots, nlp.sampling(knots, fine=False))
-    writing: CasadiKnots = write(nlp, at.sampling)
+    writing: CasadiTranscription = write(nlp, at.sampling)
     program = writing.program()
     x = writing.pack(program, knots)
     assert writing.unpack(x) == pytest.approx(knots)
@@ -61,7 +61,7 @@ def test_the_numbers_are_those_of_the_program_over_knots(write, tmp_path: Path) 
 @pytest.mark.parametrize("write", [plainly, by_stages], ids=["plain", "staged"])
 def test_derivatives_agree_with_differences(write, tmp_path: Path) -> None:
     nlp, knots = over_knots(tmp_path)
-    writing: CasadiKnots = write(nlp, nlp.sampling(knots, fine=False))
+    writing: CasadiTranscription = write(nlp, nlp.sampling(knots, fine=False))
     program = writing.program()
     x = writing.pack(program, knots)
     slopes = ca.Function("J", [program.x], [ca.jacobian(program.functions, program.x)])

@@ -11,6 +11,8 @@ from trajopt.methods.method import Outcome, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import Solver, Sqp
+from trajopt.terms import Acceleration, Jerk, Velocity
+from trajopt.terms.residual import WHOLE
 from trajopt.transcription import transcribe
 from trajopt.transcription.basis import SplineBasis, fitted
 from trajopt.transcription.bspline import BsplineNlp, Places, over_control_points
@@ -48,8 +50,8 @@ class Bspline:
             raise ProblemError(f"a spline needs at least one piece, not {self.pieces}")
 
     def objection(self, problem: Problem) -> str:
-        """Refuse a start in motion; every term has rows over control points."""
-        return moving_start(problem)
+        """Refuse a start in motion, and differences in a part of the motion."""
+        return moving_start(problem) or windowed_differences(problem)
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "BsplineProgram":
         """Write a problem over control points; see `Method.program`."""
@@ -58,6 +60,14 @@ class Bspline:
         ends, last = np.array((0.0, 1.0)), problem.knots - 1
         places = Places(ends, last * ends, np.array(waypoint_knots, dtype=np.float64) / last)
         return BsplineProgram(over_control_points(base, basis, places), self.solver)
+
+
+def windowed_differences(problem: Problem) -> str:
+    """Return the objection to costs of differences that count in a part of the motion only."""
+    for cost in problem.costs or ():
+        if isinstance(cost.residual, Velocity | Acceleration | Jerk) and cost.window != WHOLE:
+            return f"cost {cost.residual.name!r} is of a part of the motion, which control points do not know"
+    return ""
 
 
 @dataclass(frozen=True, eq=False)

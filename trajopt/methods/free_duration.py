@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.methods.bspline import windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
 from trajopt.methods.method import Outcome, Progress
 from trajopt.model.payload import loaded_model
@@ -61,7 +62,7 @@ class FreeDuration:
         """Refuse what has no rows over the spline."""
         if problem.tool_speeds:
             return "holds no limits of tool speeds"
-        return ""
+        return windowed_differences(problem)
 
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()

@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
+from trajopt.model.requirements import LineOfSight, PositionInRegion, Requirement
 from trajopt.nlp import Loss
 from trajopt.solvers.nlpsol import CasadiProgram
 from trajopt.symbolic import SymbolicKinematics
@@ -31,17 +32,24 @@ NEAR = (Clearance, SightClearance)
 
 
 def objection(residual: Residual, kinematics: SymbolicKinematics) -> str:
-    """Say why a residual has no place in a program of CasADi; empty if it has."""
-    known = (*ORDERS, *SAMPLED, *NEAR)
-    if isinstance(residual, known) or expressed(residual, kinematics) is not None:
+    """Say why a residual has no place in a program of CasADi; empty if it has.
+
+    Clearance has one only as the constraint that every problem has.
+    """
+    known = isinstance(residual, (*ORDERS, *SAMPLED)) or expressed(residual, kinematics) is not None
+    if known and not (isinstance(residual, Exceeded) and _comes_and_goes(residual.required)):
         return ""
-    return (
-        f"{residual.name!r} is a class of its own, whose rows may come and go: use own(...) or an Expression"
-    )
+    return f"{residual.name!r} is of a kind whose rows may come and go: use own(...) or an Expression"
+
+
+def _comes_and_goes(required: Requirement) -> bool:
+    """Whether only some of a requirement's rows are there at a time."""
+    union = isinstance(required, PositionInRegion) and len(required.members) > 1
+    return union or isinstance(required, LineOfSight)
 
 
 @dataclass(eq=False)
-class CasadiKnots:
+class CasadiTranscription:
     """A program over knots as CasADi takes it, on fixed samples.
 
     Attributes:
@@ -79,7 +87,7 @@ class CasadiKnots:
 class _Writer:
     """Collects rows, costs and slacks."""
 
-    def __init__(self, given: CasadiKnots) -> None:
+    def __init__(self, given: CasadiTranscription) -> None:
         self._given, self._layout = given, given.layout
         nlp = given.nlp
         self._kinematics = SymbolicKinematics(nlp.query.reduced)
@@ -101,8 +109,10 @@ class _Writer:
         """Add a cost; what has a kink gets a slack for each row."""
         order = ORDERS.get(type(cost.residual))
         if order is not None:
-            column, stage = ca.vec(self._layout.differences(order)), np.empty(0, dtype=np.int64)
-            stage = np.repeat(np.arange(self._last + 1 - order), column.shape[0] // (self._last + 1 - order))
+            first = np.arange(self._last + 1 - order)
+            kept = first[_inside(cost.window, first + order / 2, self._last)]
+            differences = self._layout.differences(order)[:, kept.tolist()]
+            column, stage = ca.vec(differences), np.repeat(kept, differences.shape[0])
         else:
             column, stage = self._column(cost.residual, cost.window)
         if cost.loss is Loss.SQUARED:
@@ -164,8 +174,7 @@ class _Writer:
 
     def _samples(self, window: Window, *, constrained: bool) -> Ints:
         """Return the samples in a window; for a constraint those that can be moved."""
-        place = self._ends.place
-        inside = (place >= window.first * self._last - 1e-9) & (place <= window.last * self._last + 1e-9)
+        inside = _inside(window, self._ends.place, self._last)
         return np.flatnonzero(inside & self._movable()) if constrained else np.flatnonzero(inside)
 
     def _movable(self) -> Bools:
@@ -222,12 +231,16 @@ class _Writer:
         return callback(ca.vec(joined))
 
 
-def plainly(nlp: KnotsNlp, sampling: Ints) -> CasadiKnots:
+def _inside(window: Window, place: Floats, last: int) -> Bools:
+    return (place >= window.first * last - 1e-9) & (place <= window.last * last + 1e-9)
+
+
+def plainly(nlp: KnotsNlp, sampling: Ints) -> CasadiTranscription:
     """Write a program with the knots that move as its variables."""
-    return CasadiKnots(nlp, Plain(nlp.lower, nlp.upper), sampling)
+    return CasadiTranscription(nlp, Plain(nlp.lower, nlp.upper), sampling)
 
 
-def by_stages(nlp: KnotsNlp, sampling: Ints) -> CasadiKnots:
+def by_stages(nlp: KnotsNlp, sampling: Ints) -> CasadiTranscription:
     """Write a program as one of optimal control, a stage for each knot."""
     orders = [ORDERS.get(type(cost.residual), 1) for cost in nlp.problem.costs or ()]
-    return CasadiKnots(nlp, Staged(nlp.lower, nlp.upper, max(orders, default=1)), sampling)
+    return CasadiTranscription(nlp, Staged(nlp.lower, nlp.upper, max(orders, default=1)), sampling)
