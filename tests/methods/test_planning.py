@@ -73,6 +73,22 @@ def test_ones_own_function_is_held_through_a_callback() -> None:
     assert result.status is to.Status.SOLVED, result.explain()
 
 
+@pytest.mark.parametrize("method", ["ipopt", "sqpmethod"])
+def test_what_ones_own_function_raises_is_raised(method: str) -> None:
+    asked = to.named_problem("planar_fold")
+    seen: list[Floats] = []
+
+    def fails(positions: Floats) -> float:
+        seen.append(positions)
+        if len(seen) > 2000:
+            raise ArithmeticError("mine")
+        return 0.5 if positions[0] < 9.0 else 2.0
+
+    item = constraint(own("mine", fails), lower=0.0, upper=1.0)
+    with pytest.raises(ArithmeticError, match="mine"):
+        to.plan(replace(asked, constraints=(item,)), method=method_named(method))
+
+
 def test_what_does_not_fit_is_said_before_anything_starts() -> None:
     class Mine:
         name = "mine"

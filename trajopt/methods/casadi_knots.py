@@ -165,7 +165,10 @@ class CasadiKnotsProgram:
         """Solve on some samples from a point; return the end and what it is worth there."""
         writing = (by_stages if self.staged else plainly)(self.nlp, sampling)
         program = writing.program()
-        found = solver.solve(program, writing.pack(program, at.x), progress=progress)
+        try:
+            found = solver.solve(program, writing.pack(program, at.x), progress=progress)
+        finally:
+            writing.raise_failure()
         log += found.log
         knots = writing.unpack(found.x)
         return found.status, self.nlp.linearise(knots, sampling)

@@ -78,6 +78,12 @@ class CasadiTranscription:
         x = self.layout.pack(knots)
         return np.concatenate((x, np.zeros(program.x.shape[0] - len(x))))
 
+    def raise_failure(self) -> None:
+        """Raise what a user's function raised while it was measured, if one did."""
+        for callback in self.callbacks:
+            if callback.failure is not None:
+                raise callback.failure
+
     def unpack(self, x: Floats) -> Floats:
         """Return the knots, shape (N, n), within their bounds."""
         knots = self.layout.unpack(x[: self.layout.x.shape[0]])

@@ -170,6 +170,9 @@ class Measured(ca.Callback):
     """The slots' values as a function of the ends of all segments, (2 n, N - 1) column by column.
 
     Keep a reference as long as the program lives.
+
+    Attributes:
+        failure: What a user's function raised, if one did.
     """
 
     def __init__(self, ends: Ends, slots: Slots) -> None:
@@ -197,6 +200,7 @@ class Measured(ca.Callback):
         self._order = pattern.data.astype(np.int64)
         self._at: Floats | None = None
         self._found = (np.empty(0), np.empty(0))
+        self.failure: Exception | None = None
         self.construct("measured", {})
         self._slope = _Slope(self)
 
@@ -204,7 +208,11 @@ class Measured(ca.Callback):
         """Return the slots' values and the nonzeros of their Jacobian, measured once for a point."""
         at = x.full().ravel()
         if self._at is None or not np.array_equal(self._at, at):
-            filled = self._slots.fill(self._ends.motion(at.reshape(self._shape)))
+            try:
+                filled = self._slots.fill(self._ends.motion(at.reshape(self._shape)))
+            except Exception as failure:  # ipopt takes any error for a point that it should not have tried
+                self.failure = failure
+                raise
             value = np.full(len(self.segment), self._slots.empty)
             value[filled.slot] = filled.value
             slope = np.zeros((len(self.segment), self._width))
