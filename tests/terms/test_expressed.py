@@ -17,6 +17,7 @@ from trajopt.terms.motion import Motion
 from trajopt.terms.residual import Residual
 
 MEASURED = {
+    terms.Berth,
     terms.Clearance,
     terms.SightClearance,
     terms.SmallestSingularValue,
