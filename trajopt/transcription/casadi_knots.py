@@ -116,7 +116,7 @@ class _Writer:
         order = ORDERS.get(type(cost.residual))
         if order is not None:
             first = np.arange(self._last + 1 - order)
-            kept = first[_inside(cost.window, first + order / 2, self._last)]
+            kept = first[_inside(cost.window, first.astype(np.float64) + order / 2, self._last)]
             differences = self._layout.differences(order)[:, kept.tolist()]
             column, stage = ca.vec(differences), np.repeat(kept, differences.shape[0])
         else:
