@@ -31,6 +31,7 @@ class NameNotFound(ModelError, KeyError):
         kind: What was looked for ("link", "group", ...).
         name: The name that was asked for.
         near: Known names most like it, best first.
+        known: All names that there are.
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
@@ -38,6 +39,7 @@ class NameNotFound(ModelError, KeyError):
         self.kind = kind
         self.name = name
         names = sorted(known)
+        self.known: Sequence[str] = tuple(names)
         self.near: Sequence[str] = tuple(get_close_matches(str(name), names, n=3, cutoff=0.4))
         if self.near:
             hint = "did you mean " + " or ".join(repr(near) for near in self.near) + "?"

@@ -16,8 +16,10 @@ LAYERS = {
     "problem": 4,
     "transcription": 5, "retime": 5, "verify": 5, "seeds": 5, "proofs": 5,
     "simulate": 6, "methods": 6, "kinematics": 6, "srdf_assistant": 6, "budget": 6, "timing": 6,
-    "judgement": 7, "result": 7, "reasons": 7, "planning": 7, "plan": 7, "status": 7, "tries": 7, "grasping": 7, "explanation": 7,
-    "cartesian": 8, "moveit": 8, "store": 8, "view": 8, "benchmark": 8, "suite": 8, "cli": 8, "comparison": 8, "__main__": 8,
+    "judgement": 7, "result": 7, "reasons": 7, "planning": 7, "plan": 7, "status": 7,
+    "tries": 7, "grasping": 7, "explanation": 7,
+    "cartesian": 8, "moveit": 8, "store": 8, "view": 8, "benchmark": 8, "suite": 8, "cli": 8,
+    "comparison": 8, "__main__": 8, "commander": 8,
 }  # fmt: skip
 """Each room and its layer."""
 

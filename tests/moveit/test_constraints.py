@@ -233,7 +233,13 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
         "not a mesh",
     ),
     "parameterization": (orientation_of("[0, 0, 0, 1]", (1, 1, 1), 2), FileFormatError, "must be 0"),
-    "visibility": ("visibility_constraints: [{}]", FileFormatError, "not supported"),
+    "visibility": ("visibility_constraints: [{}]", FileFormatError, "the cone alone is not supported"),
+    "view direction": (
+        "visibility_constraints: [{max_view_angle: 1, sensor_view_direction: 3}]",
+        FileFormatError,
+        "must be 0",
+    ),
+    "view angle": ("visibility_constraints: [{max_view_angle: -1}]", FileFormatError, "is negative"),
 }
 
 

@@ -119,13 +119,30 @@ def test_start_state_carries(request_of: Read, planar_arm: Robot) -> None:
     assert request.problem().scene is request.scene
 
 
-def test_first_of_several_goals(request_of: Read) -> None:
-    request = request_of(
-        "{group_name: arm, goal_constraints: [{joint_constraints: [{joint_name: elbow, position: 1}]}, "
-        "{joint_constraints: [{joint_name: elbow, position: 2}]}]}"
-    )
+SEVERAL = (
+    "{{group_name: arm, goal_constraints: ["
+    "{{{first}joint_constraints: [{{joint_name: elbow, position: 1}}]}}, "
+    "{{{second}joint_constraints: [{{joint_name: elbow, position: 2}}]}}]}}"
+)
+
+
+def test_any_of_several_goals(request_of: Read) -> None:
+    request = request_of(SEVERAL.format(first="", second="name: bent, "))
     assert request.goals[0].positions == {"elbow": 1.0}
-    assert request.notes == ("goal_constraints: the first of 2 alternatives is taken",)
+    problem = request.problem()
+    assert list(problem.alternatives) == ["goal 1", "bent"]
+    assert problem.alternatives["bent"].goals[0].positions == {"elbow": 2.0}
+
+
+def test_goals_of_one_name(request_of: Read) -> None:
+    with pytest.raises(FileFormatError, match=r"goal_constraints\[1\].name: 'bent' is the name of two goals"):
+        request_of(SEVERAL.format(first="name: bent, ", second="name: bent, "))
+
+
+def test_trajectory_constraints_are_waypoints(request_of: Read) -> None:
+    knots = ", ".join(f"{{joint_constraints: [{{joint_name: shoulder, position: {at}}}]}}" for at in (1, 2))
+    problem = request_of(body(f"trajectory_constraints: {{constraints: [{knots}]}}")).problem()
+    assert [wanted[0].positions["shoulder"] for wanted in problem.waypoint_requirements] == [1.0, 2.0]
 
 
 def test_path_constraints(request_of: Read) -> None:
@@ -154,7 +171,7 @@ def test_robot_without_srdf(write: Callable[..., Path], planar_arm: Robot) -> No
         (body("max_velocity_scaling_factor: 1.5"), FileFormatError, r"must lie in \(0, 1\]"),
         (body("max_acceleration_scaling_factor: -1"), FileFormatError, "max_acceleration_scaling"),
         (body("planner: x"), FileFormatError, "did you mean 'planner_id'"),
-        (body("trajectory_constraints: {constraints: [{}]}"), FileFormatError, "not supported"),
+        (body("trajectory_constraints: {constraints: [{}]}"), FileFormatError, "requires nothing"),
         (
             body("start_state: {joint_state: {name: [elbwo], position: [0]}}"),
             JointNotFound,

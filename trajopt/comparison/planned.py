@@ -1,12 +1,12 @@
 """Planning with a bounded number of first guesses and of CPU seconds: the same budget for every method."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-
+from trajopt.budget import Budget
 from trajopt.methods import Method
-from trajopt.planning import Planning, Progress
+from trajopt.plan import plan
+from trajopt.planning import Progress
 from trajopt.problem import Problem
 from trajopt.result import Result
 
@@ -16,8 +16,8 @@ class Allowance:
     """What every method may use on every problem.
 
     Attributes:
-        attempts: First guesses at most, at each goal.
-        cpu_seconds: No other first guess is begun after so much process time [s].
+        attempts: First guesses at most.
+        cpu_seconds: Process time at most [s].
     """
 
     attempts: int = 8
@@ -26,17 +26,5 @@ class Allowance:
 
 def planned(problem: Problem, method: Method, allowance: Allowance, progress: Progress) -> Result:
     """Plan within an allowance; always with the same random numbers, so with the same first guesses."""
-    begin, rng = time.process_time(), np.random.default_rng(0)
-    goals = problem.alternatives or {"": problem}
-    runs = [Planning(each, method, rng, progress) for each in goals.values()]
-    refusals = [run.prepare() for run in runs]
-    ready = [run for run, refusal in zip(runs, refusals, strict=True) if refusal is None]
-    ready.sort(key=lambda run: run.travel)
-    result = next((refusal for refusal in refusals if refusal is not None), None)
-    for run in (run for _ in range(allowance.attempts) for run in ready):
-        result = run.attempt(1)
-        if result.verified or time.process_time() - begin > allowance.cpu_seconds:
-            break
-    assert result is not None
-    attempts = sum(run.counts.get("attempts", 0) for run in runs)
-    return replace(result, counts={**result.counts, "attempts": attempts})
+    budget = Budget(tries=allowance.attempts, seconds=allowance.cpu_seconds, clock=time.process_time)
+    return plan(problem, method=method, budget=budget, progress=progress)

@@ -19,7 +19,6 @@ def _sqp(backend: str) -> Method:
     return Knots(Sqp(qp=backend))
 
 
-
 def _casadi(plugin: str) -> Method:
     from trajopt.methods import casadi_knots  # it takes a while to import
 

@@ -1,4 +1,4 @@
-"""Constraints messages: joint, position and orientation constraints become requirements."""
+"""Constraints messages: joint, position, orientation and visibility constraints become requirements."""
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from trajopt.moveit.frames import Reading, require
 from trajopt.moveit.orientation_constraint import Orientation, read_orientation
 from trajopt.moveit.position_constraint import PointRegion, read_region
 from trajopt.moveit.tolerance import read_tolerance
+from trajopt.moveit.visibility_constraint import read_visibility
 
 CONSTRAINTS_FIELDS = (
     *("name", "joint_constraints", "position_constraints"),
@@ -47,9 +48,9 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
         NameNotFound: If it names an unknown joint, link or frame.
     """
     node.only(CONSTRAINTS_FIELDS)
-    if node["visibility_constraints"].elements():
-        raise node["visibility_constraints"].error("visibility constraints are not supported")
     found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene)]
+    for element in node["visibility_constraints"].elements():
+        found.extend(read_visibility(element, scene, reading))
     regions = [read_region(element, scene, reading) for element in node["position_constraints"].elements()]
     for element in node["orientation_constraints"].elements():
         orientation, scene = read_orientation(element, scene, reading)

@@ -1,5 +1,6 @@
 """Motion plan request messages, MoveIt's description of a planning problem."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, GroupNotFound
 from trajopt.model.groups import ALL_JOINTS
-from trajopt.model.requirements import JointPositions, Requirement
+from trajopt.model.requirements import JointPositions, Requirement, any_of
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed, tool_speed
@@ -41,8 +42,10 @@ class RequestFile:
         scene: The scene it is about, with what the start state carries.
         start: Positions of all joints, shape (number of joints,) [rad | m].
         group: The planning group.
-        goals: What must hold at the end.
+        goals: What must hold at the end; of several goals, the first.
+        alternatives: The goals of which any one will do, by name, where the file has several.
         constraints: What must hold all the way.
+        waypoints: What must hold on the way, in order: the file's trajectory constraints.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest speeds of tools.
@@ -55,7 +58,9 @@ class RequestFile:
     start: Floats
     group: str
     goals: tuple[Requirement, ...]
+    alternatives: Mapping[str, tuple[Requirement, ...]]
     constraints: tuple[Requirement, ...]
+    waypoints: tuple[tuple[Requirement, ...], ...]
     velocity_scaling: float
     acceleration_scaling: float
     tool_speed: tuple[ToolSpeed, ...]
@@ -67,9 +72,10 @@ class RequestFile:
         return Problem(
             scene=self.scene,
             start=self.start,
-            goal=self.goals,
+            goal=any_of(self.alternatives) if self.alternatives else self.goals,
             group=self.group,
             constraints=self.constraints,
+            waypoints=self.waypoints,
             velocity_scaling=self.velocity_scaling,
             acceleration_scaling=self.acceleration_scaling,
             tool_speed=self.tool_speed,
@@ -81,7 +87,7 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     """Read a `moveit_msgs/MotionPlanRequest` from YAML.
 
     Joints that the start state leaves out stand where the scene file has them, else at their
-    default. Of several goals the first is taken. The workspace is ignored.
+    default. The workspace is ignored.
 
     Args:
         path: The file.
@@ -91,9 +97,19 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
         FileFormatError: If the file does not say what it must.
         NameNotFound: If it names a joint, link, frame, object or group that does not exist.
     """
-    document = read_document(path).only(REQUEST_FIELDS)
     if isinstance(scene, Scene):
         scene = SceneFile(Path(path), scene, {}, world_names(scene.robot), ())
+    return request_of(read_document(path), scene)
+
+
+def request_of(document: Node, scene: SceneFile) -> RequestFile:
+    """Return what a motion plan request message says; as `read_request` does of a file.
+
+    Raises:
+        FileFormatError: If the message does not say what it must.
+        NameNotFound: If it names a joint, link, frame, object or group that does not exist.
+    """
+    document.only(REQUEST_FIELDS)
     robot, around = scene.scene.robot, scene.scene
     notes: list[str] = []
     state = read_joint_positions(document["start_state"], robot, notes)
@@ -102,20 +118,24 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     for node in document["start_state"]["attached_collision_objects"].elements():
         around = apply_attached(node, around, reading)
     group = _read_group(document["group_name"], robot, notes)
-    goals, around = read_constraints(_first_goal(document["goal_constraints"], notes), around, reading)
-    if not goals:
-        raise document["goal_constraints"].error("requires nothing")
+    goals, around = _read_goals(document["goal_constraints"], around, reading)
     constraints, around = read_constraints(document["path_constraints"], around, reading)
-    if document["trajectory_constraints"].only(("constraints",))["constraints"].elements():
-        raise document["trajectory_constraints"].error("is not supported")
+    waypoints: list[tuple[Requirement, ...]] = []
+    for node in document["trajectory_constraints"].only(("constraints",))["constraints"].elements():
+        wanted, around = read_constraints(node, around, reading)
+        if not wanted:
+            raise node.error("requires nothing")
+        waypoints.append(wanted)
     notes.extend(f"{key}: is ignored" for key in IGNORED if document[key].value)
     return RequestFile(
-        path=Path(path),
+        path=Path(document.path),
         scene=around,
         start=start,
         group=group,
-        goals=tuple(_nearest_turns(goal, robot, start) for goal in goals),
+        goals=next(iter(goals.values())),
+        alternatives=goals if len(goals) > 1 else {},
         constraints=constraints,
+        waypoints=tuple(waypoints),
         velocity_scaling=_read_scaling(document["max_velocity_scaling_factor"]),
         acceleration_scaling=_read_scaling(document["max_acceleration_scaling_factor"]),
         tool_speed=_read_tool_speed(document, around, notes),
@@ -151,13 +171,22 @@ def _nearest_turns(goal: Requirement, robot: Robot, start: Floats) -> Requiremen
     return replace(goal, positions=positions)
 
 
-def _first_goal(node: Node, notes: list[str]) -> Node:
-    goals = node.elements()
-    if not goals:
+def _read_goals(
+    node: Node, scene: Scene, reading: Reading
+) -> tuple[Mapping[str, tuple[Requirement, ...]], Scene]:
+    """Read the goals, of which any one will do, by name; those without a name by their place."""
+    found: dict[str, tuple[Requirement, ...]] = {}
+    for place, goal in enumerate(node.elements(), start=1):
+        requirements, scene = read_constraints(goal, scene, reading)
+        if not requirements:
+            raise goal.error("requires nothing")
+        name = goal["name"].text("") or f"goal {place}"
+        if name in found:
+            raise goal["name"].error(f"{name!r} is the name of two goals")
+        found[name] = tuple(_nearest_turns(each, scene.robot, reading.positions) for each in requirements)
+    if not found:
         raise node.error("names no goal")
-    if len(goals) > 1:
-        notes.append(f"{node.place}: the first of {len(goals)} alternatives is taken")
-    return goals[0]
+    return found, scene
 
 
 def _read_group(node: Node, robot: Robot, notes: list[str]) -> str:

@@ -85,7 +85,7 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
     for node in document["robot_state"]["attached_collision_objects"].elements():
         scene = apply_attached(node, scene, reading)
     scene = apply_matrix(document["allowed_collision_matrix"], scene, notes)
-    scene = _with_padding(document, scene, notes)
+    scene = with_padding(document, scene, notes)
     return SceneFile(Path(path), scene, state, names, tuple(notes))
 
 
@@ -131,7 +131,13 @@ def _refuse_octomap(node: Node) -> None:
         raise octomap.error("octomaps are not supported; use boxes, and leave no obstacle out")
 
 
-def _with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
+def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
+    """Return the scene with a message's link padding, as a clearance from the objects of the world.
+
+    Raises:
+        FileFormatError: If a padding is negative.
+        FrameNotFound: If it is of an unknown link.
+    """
     for node in document["link_scale"].elements():
         if node.only(("link_name", "scale"))["scale"].number(1.0) != 1.0:
             notes.append(f"{node.place}: the scale of {node['link_name'].text()!r} is ignored")

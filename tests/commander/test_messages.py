@@ -1,0 +1,168 @@
+"""Messages: the stand-ins, and those of ROS by the look of them."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import trajopt as to
+from trajopt.commander import (
+    MoveGroupCommander,
+    MoveItCommanderException,
+    PlanningSceneInterface,
+    World,
+    rospy,
+    tf,
+)
+from trajopt.commander.conversions import (
+    list_to_pose,
+    list_to_pose_stamped,
+    placement_of,
+    pose_of,
+    pose_to_list,
+)
+from trajopt.commander.documents import document_of
+from trajopt.commander.geometry_msgs.msg import Pose, Quaternion
+from trajopt.commander.moveit_msgs.msg import AllowedCollisionMatrix
+from trajopt.errors import ShapeError
+
+
+class Ros1:
+    """A message as ROS 1 generates it: fields in `__slots__`, and a type."""
+
+    __slots__: tuple[str, ...] = ()
+    _type = "any"
+
+
+def ros1(**members: object) -> Ros1:
+    kind = type("Message", (Ros1,), {"__slots__": tuple(members)})
+    message = kind()
+    for name, value in members.items():
+        setattr(message, name, value)
+    return message
+
+
+class Ros2:
+    """A message as ROS 2 generates it: properties, and a class method that names them."""
+
+    def __init__(self, **members: object) -> None:
+        self.__dict__.update(members)
+
+    def get_fields_and_field_types(self) -> dict[str, str]:
+        return dict.fromkeys(self.__dict__, "any")
+
+
+@pytest.mark.parametrize("make", [ros1, Ros2])
+def test_messages_of_ros_are_taken(lab_arm: to.Robot, make: type) -> None:
+    world = World(lab_arm)
+    arm, scene = MoveGroupCommander("arm", world=world), PlanningSceneInterface(world=world)
+    header = make(stamp=make(secs=1, nsecs=2), frame_id="base")
+    pose = make(position=make(x=0.6, y=0.5, z=0.1), orientation=make(x=0.0, y=0.0, z=0.4, w=0.9))
+    arm.set_pose_target(make(header=header, pose=pose))
+    assert arm.plan()[0]
+    constraint = make(joint_name="wrist", position=0.2, tolerance_above=0.5, tolerance_below=0.5, weight=1.0)
+    arm.set_path_constraints(
+        make(
+            name="",
+            joint_constraints=[constraint],
+            position_constraints=[],
+            orientation_constraints=(),
+            visibility_constraints=[],
+        )
+    )
+    arm.set_joint_value_target(
+        make(header=header, name=["elbow"], position=np.array([0.3]), velocity=[], effort=[])
+    )
+    success, trajectory, _, _ = arm.plan()
+    assert success
+    points = [
+        make(
+            positions=tuple(point.positions),
+            velocities=np.array(point.velocities),
+            accelerations=point.accelerations,
+            effort=[],
+            time_from_start=make(secs=point.time_from_start.secs, nsecs=point.time_from_start.nsecs),
+        )
+        for point in trajectory.joint_trajectory.points
+    ]
+    joints = trajectory.joint_trajectory.joint_names
+    assert arm.execute(make(header=header, joint_names=joints, points=points))
+    scene.add_box("box", make(header=header, pose=pose), (0.1, 0.1, 0.1))
+    assert scene.get_known_object_names() == ["box"]
+
+
+def test_what_is_no_message() -> None:
+    with pytest.raises(to.TrajoptError, match="set_path_constraints: 3j is no message"):
+        document_of([3j], "set_path_constraints")
+
+
+def test_a_misspelt_field_is_refused() -> None:
+    pose = Pose()
+    with pytest.raises(AttributeError):
+        pose.postion = 1.0
+
+
+def test_poses() -> None:
+    pose = list_to_pose([0.1, 0.2, 0.3, 0.1, 0.2, 0.3])
+    turned = Rotation.from_euler("xyz", (0.1, 0.2, 0.3)).as_quat()
+    assert pose_to_list(pose) == pytest.approx([0.1, 0.2, 0.3, *turned])
+    assert pose_to_list(list_to_pose(pose_to_list(pose))) == pytest.approx(pose_to_list(pose))
+    assert list_to_pose_stamped([0] * 6, "base").header.frame_id == "base"
+    where = to.placement((1, 2, 3), rpy=(0.3, 0.2, 0.1))
+    assert np.allclose(placement_of(pose_of(where)).homogeneous, where.homogeneous)
+    assert placement_of(Pose()).rotation.tolist() == np.eye(3).tolist()
+    with pytest.raises(MoveItCommanderException, match="a pose is"):
+        list_to_pose([1.0] * 5)
+    with pytest.raises(MoveItCommanderException, match="a pose is"):
+        placement_of("ready")
+
+
+@pytest.mark.parametrize("axes", ["sxyz", "rxyz", "szyx", "rzyx", "szxz"])
+def test_euler_angles(axes: str) -> None:
+    angles = (0.3, 0.7, -0.4)
+    quaternion = tf.transformations.quaternion_from_euler(*angles, axes=axes)
+    turn = np.eye(3)
+    for axis, angle in zip(axes[1:], angles, strict=True):
+        step = Rotation.from_rotvec(angle * np.eye(3)["xyz".index(axis)]).as_matrix()
+        turn = turn @ step if axes[0] == "r" else step @ turn
+    assert np.allclose(Rotation.from_quat(quaternion).as_matrix(), turn)
+    assert tf.transformations.euler_from_quaternion(quaternion, axes) == pytest.approx(angles)
+
+
+def test_the_same_as_rpy_by_default() -> None:
+    assert tf.transformations.quaternion_from_euler(0.1, 0.2, 0.3) == pytest.approx(
+        to.placement(rpy=(0.1, 0.2, 0.3)).quaternion
+    )
+    with pytest.raises(ShapeError, match="such as 'sxyz'"):
+        tf.transformations.quaternion_from_euler(0, 0, 0, axes="xyz")
+
+
+def test_what_scripts_call_of_rospy(monkeypatch: pytest.MonkeyPatch) -> None:
+    slept: list[float] = []
+    monkeypatch.setattr(rospy.time, "sleep", slept.append)
+    rospy.init_node("script", anonymous=True)
+    assert not rospy.is_shutdown()
+    rospy.sleep(0.5)
+    rospy.sleep(rospy.Duration(1.5))
+    assert slept == [0.5, 1.5]
+    assert rospy.Time.now().to_sec() == pytest.approx(rospy.get_time(), abs=60.0)
+    assert rospy.Duration.from_sec(2.25) == rospy.Duration(2, 250_000_000)
+
+
+def test_collision_matrix() -> None:
+    matrix = AllowedCollisionMatrix()
+    matrix.set_allowed("a", "b")
+    matrix.set_allowed("c", "a", allow=False)
+    matrix.set_allowed("d")
+    assert matrix.entry_names == ["a", "b", "c"]
+    assert [row.enabled for row in matrix.entry_values] == [
+        [False, True, False],
+        [True, False, False],
+        [False] * 3,
+    ]
+    assert (matrix.default_entry_names, matrix.default_entry_values) == (["d"], [True])
+    matrix.set_default("d", False)
+    assert matrix.default_entry_values == [False]
+
+
+def test_quaternions_start_with_zeros_as_in_ros() -> None:
+    assert Quaternion() == Quaternion(0.0, 0.0, 0.0, 0.0)

@@ -1,0 +1,35 @@
+"""For people who come from MoveIt: `moveit_commander`, its messages, and a world for them to act in.
+
+A script keeps its text but for its imports (`from trajopt import commander as moveit_commander`,
+`from trajopt.commander import rospy`, `from trajopt.commander.geometry_msgs.msg import Pose`, ...) and one
+line, `with commander.World("panda"):`, which says whose names it uses. `docs/from-moveit.md` has every call
+side by side with what it becomes.
+"""
+
+from collections.abc import Sequence
+
+from trajopt.commander import conversions as conversions
+from trajopt.commander import geometry_msgs as geometry_msgs
+from trajopt.commander import moveit_msgs as moveit_msgs
+from trajopt.commander import rospy as rospy
+from trajopt.commander import sensor_msgs as sensor_msgs
+from trajopt.commander import shape_msgs as shape_msgs
+from trajopt.commander import std_msgs as std_msgs
+from trajopt.commander import tf as tf
+from trajopt.commander import trajectory_msgs as trajectory_msgs
+from trajopt.commander.exception import MoveItCommanderException as MoveItCommanderException
+from trajopt.commander.executor import Executor as Executor
+from trajopt.commander.move_group import MoveGroupCommander as MoveGroupCommander
+from trajopt.commander.outcome import Outcome as Outcome
+from trajopt.commander.planning_scene_interface import PlanningSceneInterface as PlanningSceneInterface
+from trajopt.commander.robot import RobotCommander as RobotCommander
+from trajopt.commander.simulated_executor import SimulatedExecutor as SimulatedExecutor
+from trajopt.commander.world import World as World
+
+
+def roscpp_initialize(args: Sequence[str]) -> None:
+    """Do nothing: there is no middleware to start."""
+
+
+def roscpp_shutdown() -> None:
+    """Do nothing: there is no middleware to end."""

@@ -1,0 +1,76 @@
+"""Execution of a trajectory, and how far from its end the robot is afterwards."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from trajopt.commander.executor import Executor
+from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
+from trajopt.commander.outcome import Outcome
+from trajopt.model.reduced import ReducedModel
+from trajopt.trajectory import Trajectory
+
+START_TOLERANCE = 0.01
+"""Where the robot stands, a trajectory must begin, within this for each joint [rad | m] (MoveIt's)."""
+REACHED = 1e-3
+"""A joint this near to the end of the trajectory has reached it [rad | m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Execution:
+    """A trajectory that is executed.
+
+    Attributes:
+        executor: What moves the robot.
+        reduced: The robot in its scene, the group's joints free.
+        trajectory: Joints in the group's order.
+        tip: The end effector's link; empty for none.
+    """
+
+    executor: Executor
+    reduced: ReducedModel
+    trajectory: Trajectory
+    tip: str
+
+    def refusal(self) -> Outcome | None:
+        """Say why the trajectory cannot be executed now, if it cannot."""
+        if self.executor.moving():
+            return _failed("another motion is under way; stop() it, or wait")
+        here = self.executor.positions()[self.reduced.scene.robot.index(self.reduced.joint_names)]
+        away = np.abs(self.trajectory(0.0) - here)
+        worst = int(np.argmax(away))
+        if away[worst] <= START_TOLERANCE:
+            return None
+        return _failed(
+            f"joint {self.reduced.joint_names[worst]!r} stands at {here[worst]:.4f}, but the trajectory "
+            f"begins at {self.trajectory(0.0)[worst]:.4f}; plan from the current state"
+        )
+
+    def measured(self, remark: str = "", *, stopped: bool = False) -> Outcome:
+        """Compare where the robot is with where the trajectory ends.
+
+        Args:
+            remark: What went wrong on the way.
+            stopped: Whether the motion was stopped before its end.
+        """
+        scene, positions = self.reduced.scene, self.executor.positions()
+        wanted = self.reduced.all_positions(self.trajectory(self.trajectory.duration))
+        group = scene.robot.index(self.reduced.joint_names)
+        error = float(np.abs(positions - wanted)[group].max())
+        said = f"{error:.2g} rad (m) from the goal" + (f"; {remark}" if remark else "")
+        if stopped:
+            code = MoveItErrorCodes(MoveItErrorCodes.PREEMPTED, f"stopped {said}", "execution")
+        elif error <= REACHED:
+            code = MoveItErrorCodes(MoveItErrorCodes.SUCCESS, f"ended {said}", "execution")
+        else:
+            code = MoveItErrorCodes(MoveItErrorCodes.CONTROL_FAILED, f"ended {said}", "execution")
+        if not self.tip:
+            return Outcome(code, error)
+        between = scene.placement_of(self.tip, wanted).inverse() * scene.placement_of(self.tip, positions)
+        angle = float(Rotation.from_matrix(between.rotation).magnitude())
+        return Outcome(code, error, float(np.linalg.norm(between.translation)), angle)
+
+
+def _failed(reason: str) -> Outcome:
+    return Outcome(MoveItErrorCodes(MoveItErrorCodes.CONTROL_FAILED, reason, "execution"))

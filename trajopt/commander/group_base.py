@@ -1,0 +1,101 @@
+"""What every part of a group's commander shares: its world, its joints, its end effector, its frame."""
+
+from collections.abc import Mapping
+
+from trajopt.arrays import Floats
+from trajopt.cartesian import Followed
+from trajopt.commander.exception import MoveItCommanderException
+from trajopt.commander.moveit_msgs.msg import Constraints, RobotState, TrajectoryConstraints
+from trajopt.commander.settings import Settings
+from trajopt.commander.targets import PoseTarget, Targets
+from trajopt.commander.world import World, world_or_current
+from trajopt.errors import FrameNotFound
+from trajopt.grasping import Handling
+from trajopt.model.placement import Placement
+from trajopt.model.requirements import WORLD
+from trajopt.moveit.frames import world_names
+from trajopt.result import Result
+
+
+class GroupBase:
+    """A group of joints of a world's robot, and what a script has set about it."""
+
+    def __init__(
+        self,
+        name: str,
+        robot_description: str = "robot_description",
+        ns: str = "",
+        wait_for_servers: float = 5.0,
+        *,
+        world: World | None = None,
+    ) -> None:
+        """Choose a group.
+
+        Args:
+            name: Name of the group.
+            robot_description: As in MoveIt; the world has the robot.
+            ns: As in MoveIt; there are no namespaces.
+            wait_for_servers: As in MoveIt; there is no server to wait for.
+            world: The world; the one of the block around when None.
+
+        Raises:
+            MoveItCommanderException: If there is no such group, or no world.
+        """
+        self._world = world_or_current(world)
+        self._group = self._world.robot.group(name)
+        self._tip = self._group.tip or ""
+        self._reference = self._planning_frame
+        self._settings = Settings()
+        self._targets = Targets(self._current())
+        self._start = RobotState(is_diff=True)
+        self._path_constraints: Constraints = Constraints()
+        self._trajectory_constraints: TrajectoryConstraints = TrajectoryConstraints()
+        self._known_constraints: Mapping[str, Constraints] = {}
+        self._remembered: dict[str, list[float]] = {}
+        self._result: Result | None = None
+        self._followed: Followed | None = None
+        self._handling: Handling | None = None
+
+    @property
+    def _planning_frame(self) -> str:
+        return self._world.robot.links[0]
+
+    def _current(self) -> dict[str, float]:
+        """Return where the group's joints are now, joint -> position [rad | m]."""
+        here = self._world.positions[self._world.robot.index(self._group.joints)]
+        return dict(zip(self._group.joints, here.tolist(), strict=True))
+
+    def _link(self, name: str) -> str:
+        """Return the link that a script means: the end effector where it names none.
+
+        Raises:
+            MoveItCommanderException: If the group has no end effector.
+            FrameNotFound: If there is no such link, tool frame or attached object.
+        """
+        scene = self._world.scene
+        link = name or self._tip
+        if not link:
+            raise MoveItCommanderException(
+                f"group {self._group.name!r} is no chain and has no end effector; "
+                "set_end_effector_link says which"
+            )
+        known = (*scene.robot.frame_names, *(key for key in scene.objects if scene.holder(key).link != WORLD))
+        if link not in known:
+            raise FrameNotFound("link", link, known)
+        return link
+
+    def _frame(self, name: str) -> str:
+        """Return a frame's name in the scene.
+
+        Raises:
+            FrameNotFound: If it is none.
+        """
+        scene = self._world.scene
+        if name in world_names(scene.robot):
+            return WORLD
+        scene.holder(name)
+        return name
+
+    def _placed(self, target: PoseTarget, positions: Floats) -> Placement:
+        """Return where a target is in the world while the robot stands at positions."""
+        return self._world.scene.placement_of(self._frame(target.frame), positions) * target.placement

@@ -1,0 +1,167 @@
+"""Following lines, picking and placing: motions that are more than one plan."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from trajopt import grasping
+from trajopt.cartesian import Followed
+from trajopt.commander.cartesian_paths import followed_through, without_collisions
+from trajopt.commander.conversions import framed_placement
+from trajopt.commander.documents import document_of, field_names, is_message
+from trajopt.commander.exception import MoveItCommanderException
+from trajopt.commander.group_base import GroupBase
+from trajopt.commander.handling import executed, grasp_of, place_of
+from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
+from trajopt.commander.outcome import Outcome
+from trajopt.commander.planning import reading_in
+from trajopt.commander.robot_states import state_positions
+from trajopt.commander.targets import Part, PoseTarget
+from trajopt.commander.trajectories import trajectory_message
+from trajopt.grasping import GraspingOptions, Handling, grasps_of, gripper_of
+from trajopt.methods import method_named
+from trajopt.model.requirements import Requirement
+from trajopt.model.scene import Scene
+from trajopt.moveit.constraints import read_constraints
+
+
+class GroupHandling(GroupBase):
+    """Following lines, picking and placing."""
+
+    def compute_cartesian_path(
+        self,
+        waypoints: Sequence[Any],
+        eef_step: float,
+        avoid_collisions: Any = True,
+        path_constraints: Any = None,
+    ) -> tuple[RobotTrajectory, float]:
+        """Follow straight lines with the end effector, from where it is through poses.
+
+        Args:
+            waypoints: Poses, in the pose reference frame or stamped.
+            eef_step: As in MoveIt, > 0 [m]; the lines are followed and judged at all places, not at steps.
+            avoid_collisions: Whether to stop where something comes too near.
+            path_constraints: What else must hold; none is supported yet.
+
+        Returns:
+            The motion, and the part of the way that it follows; `get_last_followed` says why not more.
+
+        Raises:
+            MoveItCommanderException: If a pose is none, or constraints are given.
+        """
+        if not isinstance(avoid_collisions, bool):
+            raise MoveItCommanderException(
+                "compute_cartesian_path: the third argument is avoid_collisions, True or False, not "
+                f"{avoid_collisions!r}; jump_threshold is gone, as in MoveIt: nothing jumps"
+            )
+        if path_constraints is not None:
+            raise MoveItCommanderException("compute_cartesian_path: path constraints are not supported yet")
+        if not eef_step > 0.0:
+            raise MoveItCommanderException(f"eef_step must be positive, is {eef_step}")
+        start = state_positions(self._start, self._world)
+        targets = [framed_placement(each, self._reference) for each in waypoints]
+        scene = self._world.scene
+        followed = followed_through(
+            scene if avoid_collisions else without_collisions(scene),
+            [self._placed(PoseTarget(Part.POSE, where, frame), start) for where, frame in targets],
+            link=self._link(""),
+            group=self._group.name,
+            start=start,
+            settings=self._settings,
+        )
+        self._followed = followed
+        if not followed.verified:
+            return RobotTrajectory(), 0.0
+        return trajectory_message(followed.trajectory, self._planning_frame), followed.fraction
+
+    def get_last_followed(self) -> Followed | None:
+        """Return trajopt's own result of the last Cartesian path, with why it ended; None before."""
+        return self._followed
+
+    def pick(self, object_name: str, grasp: Any = (), plan_only: bool = False) -> int:
+        """Take an object and lift it; path constraints hold while it is in the hand.
+
+        Args:
+            object_name: The object.
+            grasp: A Grasp or several, the best first; grasps are made from its shape where there are none.
+            plan_only: Whether to plan without moving.
+
+        Returns:
+            MoveIt's number of how it ended; `get_last_handling` says more.
+        """
+        at = self._world.positions
+        constraints, scene = self._while_held(self._world.scene)
+        gripper = gripper_of(scene.robot)
+        given = [grasp] if is_message(grasp, "grasp_pose") else list(grasp)
+        made = [
+            grasp_of(each, object_name, scene, gripper, link=self._link(""), at=at) for each in given
+        ] or grasps_of(scene, object_name, gripper)
+        handling = grasping.pick(
+            scene,
+            object_name,
+            start=at,
+            grasps=made,
+            group=self._group.name,
+            gripper=gripper,
+            constraints=constraints,
+            options=self._handling_options(),
+        )
+        return self._handled(handling, plan_only)
+
+    def place(self, object_name: str, location: Any = None, plan_only: bool = False) -> int:
+        """Put down an object that is in the hand; path constraints hold until it stands.
+
+        Args:
+            object_name: The object.
+            location: Where it will be: a Pose, PoseStamped or PlaceLocation, or several, the best first.
+            plan_only: Whether to plan without moving.
+
+        Returns:
+            MoveIt's number of how it ended; `get_last_handling` says more.
+
+        Raises:
+            MoveItCommanderException: If no location is given.
+        """
+        at = self._world.positions
+        constraints, scene = self._while_held(self._world.scene)
+        places: list[Any] = [location] if field_names(location) else list(location or ())
+        if not places:
+            raise MoveItCommanderException(f"place: say where {object_name!r} is put: a pose or several")
+        handling = grasping.place(
+            scene,
+            object_name,
+            start=at,
+            places=[place_of(each, scene, link=self._link(""), at=at) for each in places],
+            group=self._group.name,
+            constraints=constraints,
+            options=self._handling_options(),
+        )
+        return self._handled(handling, plan_only)
+
+    def get_last_handling(self) -> Handling | None:
+        """Return trajopt's own result of the last picking or placing; None before."""
+        return self._handling
+
+    def _handled(self, handling: Handling, plan_only: bool) -> int:
+        self._handling = handling
+        if not handling.verified:
+            code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, handling.explain(), "grasping")
+            self._world.report(Outcome(code))
+            return code.val
+        if plan_only or executed(handling, self._world, self._tip):
+            return MoveItErrorCodes.SUCCESS
+        outcome = self._world.outcome
+        assert outcome is not None
+        return outcome.error_code.val
+
+    def _while_held(self, scene: Scene) -> tuple[tuple[Requirement, ...], Scene]:
+        """Return what the path constraints require, and the scene with the frames that they need."""
+        reading = reading_in(scene, self._world.positions)
+        return read_constraints(document_of(self._path_constraints, "path constraints"), scene, reading)
+
+    def _handling_options(self) -> GraspingOptions:
+        settings = self._settings
+        return GraspingOptions(
+            velocity_scaling=settings.velocity_scaling,
+            acceleration_scaling=settings.acceleration_scaling,
+            method=method_named(settings.planner),
+        )

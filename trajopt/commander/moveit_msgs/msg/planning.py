@@ -1,0 +1,94 @@
+"""Planning messages of `moveit_msgs.msg`: requests, trajectories, grasps."""
+
+from dataclasses import dataclass, field
+
+from trajopt.commander.geometry_msgs.msg import PoseStamped, Vector3, Vector3Stamped
+from trajopt.commander.moveit_msgs.msg.constraints import Constraints, TrajectoryConstraints
+from trajopt.commander.moveit_msgs.msg.planning_scene import RobotState
+from trajopt.commander.std_msgs.msg import Header
+from trajopt.commander.trajectory_msgs.msg import JointTrajectory, MultiDOFJointTrajectory
+
+
+@dataclass(slots=True)
+class RobotTrajectory:
+    """What is executed: the trajectory of a group's joints."""
+
+    joint_trajectory: JointTrajectory = field(default_factory=JointTrajectory)
+    multi_dof_joint_trajectory: MultiDOFJointTrajectory = field(default_factory=MultiDOFJointTrajectory)
+
+
+@dataclass(slots=True)
+class WorkspaceParameters:
+    """A box around the robot [m]."""
+
+    header: Header = field(default_factory=Header)
+    min_corner: Vector3 = field(default_factory=Vector3)
+    max_corner: Vector3 = field(default_factory=Vector3)
+
+
+@dataclass(slots=True)
+class MotionPlanRequest:
+    """A planning problem."""
+
+    workspace_parameters: WorkspaceParameters = field(default_factory=WorkspaceParameters)
+    start_state: RobotState = field(default_factory=RobotState)
+    goal_constraints: list[Constraints] = field(default_factory=list[Constraints])
+    path_constraints: Constraints = field(default_factory=Constraints)
+    trajectory_constraints: TrajectoryConstraints = field(default_factory=TrajectoryConstraints)
+    reference_trajectories: list[object] = field(default_factory=list[object])
+    pipeline_id: str = ""
+    planner_id: str = ""
+    group_name: str = ""
+    num_planning_attempts: int = 0
+    allowed_planning_time: float = 0.0
+    max_velocity_scaling_factor: float = 0.0
+    max_acceleration_scaling_factor: float = 0.0
+    cartesian_speed_limited_link: str = ""
+    max_cartesian_speed: float = 0.0
+
+
+@dataclass(slots=True)
+class PlannerInterfaceDescription:
+    """Names of a pipeline and its planners."""
+
+    name: str = ""
+    pipeline_id: str = ""
+    planner_ids: list[str] = field(default_factory=list[str])
+
+
+@dataclass(slots=True)
+class GripperTranslation:
+    """A straight motion of the hand along a direction."""
+
+    direction: Vector3Stamped = field(default_factory=Vector3Stamped)
+    desired_distance: float = 0.0
+    min_distance: float = 0.0
+
+
+@dataclass(slots=True)
+class Grasp:
+    """A way to hold an object: where the hand is, how it gets there and away."""
+
+    id: str = ""
+    pre_grasp_posture: JointTrajectory = field(default_factory=JointTrajectory)
+    grasp_posture: JointTrajectory = field(default_factory=JointTrajectory)
+    grasp_pose: PoseStamped = field(default_factory=PoseStamped)
+    grasp_quality: float = 0.0
+    pre_grasp_approach: GripperTranslation = field(default_factory=GripperTranslation)
+    post_grasp_retreat: GripperTranslation = field(default_factory=GripperTranslation)
+    post_place_retreat: GripperTranslation = field(default_factory=GripperTranslation)
+    max_contact_force: float = 0.0
+    allowed_touch_objects: list[str] = field(default_factory=list[str])
+
+
+@dataclass(slots=True)
+class PlaceLocation:
+    """Where an object is put down, and how the hand gets there and away."""
+
+    id: str = ""
+    post_place_posture: JointTrajectory = field(default_factory=JointTrajectory)
+    place_pose: PoseStamped = field(default_factory=PoseStamped)
+    quality: float = 0.0
+    pre_place_approach: GripperTranslation = field(default_factory=GripperTranslation)
+    post_place_retreat: GripperTranslation = field(default_factory=GripperTranslation)
+    allowed_touch_objects: list[str] = field(default_factory=list[str])

@@ -1,0 +1,84 @@
+"""Robot state messages: where the joints are, and what the robot carries."""
+
+from collections.abc import Mapping
+from typing import cast
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.arrays import Floats
+from trajopt.commander.documents import document_of
+from trajopt.commander.moveit_msgs.msg import RobotState
+from trajopt.commander.scene_messages import attached_messages
+from trajopt.commander.sensor_msgs.msg import JointState
+from trajopt.commander.world import World
+from trajopt.model.groups import Group
+from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
+from trajopt.moveit.robot_state import layered_positions, read_joint_positions
+
+
+def state_message(scene: Scene, positions: Floats) -> RobotState:
+    """Return positions of all joints, and what the robot carries, as a message."""
+    joints = JointState(name=list(scene.robot.joint_names), position=positions.tolist())
+    return RobotState(joint_state=joints, attached_collision_objects=list(attached_messages(scene).values()))
+
+
+def within_bounds(message: object, robot: Robot) -> RobotState:
+    """Return a state's joints moved inside their limits, continuous ones between -pi and pi.
+
+    Raises:
+        FileFormatError: If the message is malformed.
+        JointNotFound: If it names an unknown joint.
+    """
+    named = read_joint_positions(document_of(message, "robot state"), robot, [])
+    index = robot.index(named)
+    lower, upper = robot.limits.lower[index], robot.limits.upper[index]
+    values = np.array(list(named.values()))
+    turned = np.remainder(values + np.pi, 2.0 * np.pi) - np.pi
+    values = np.where(np.isinf(lower) & np.isinf(upper), turned, np.clip(values, lower, upper))
+    return RobotState(joint_state=JointState(name=list(named), position=values.tolist()))
+
+
+def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
+    """Return the names of all joints, fixed and mimicking ones included: of a group, or of the robot."""
+    frames, kinds = robot.model.frames, (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+    named = [frame.name for frame in frames if frame.type in kinds][1:]  # The first is the universe.
+    if group is None:
+        return named
+    above = {frames[frames[robot.model.getFrameId(link)].parentFrame].name for link in _moved(group)}
+    return [name for name in named if name in above or name in group.joints]
+
+
+def link_names(robot: Robot, group: Group | None = None) -> list[str]:
+    """Return the names of the links: of a group, with what its joints move, or of the robot."""
+    if group is None:
+        return list(robot.links)
+    frames = robot.model.frames
+    below = {link: frames[frames[robot.model.getFrameId(link)].parentFrame].name for link in robot.links}
+    return [link for link in robot.links if link in _moved(group) or below[link] in group.joints]
+
+
+def _moved(group: Group) -> tuple[str, ...]:
+    """Return the links that a group lists; the first of a chain is what it is mounted on."""
+    return group.links if group.tip is None else group.links[1:]
+
+
+def state_positions(state: object, world: World) -> Floats:
+    """Return positions of all joints in a state: those it leaves out are where they are now.
+
+    Args:
+        state: A RobotState, joint -> position [rad | m], or None for now.
+        world: The world.
+
+    Raises:
+        FileFormatError: If the state is malformed.
+        JointNotFound: If it names an unknown joint.
+    """
+    robot = world.robot
+    now = dict(zip(robot.joint_names, world.positions.tolist(), strict=True))
+    if state is None:
+        return layered_positions(robot, now)
+    if isinstance(state, Mapping):
+        return layered_positions(robot, now, cast("Mapping[str, float]", state))
+    return layered_positions(robot, now, read_joint_positions(document_of(state, "robot state"), robot, []))

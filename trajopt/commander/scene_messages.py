@@ -1,0 +1,117 @@
+"""Scenes as messages: objects, what is carried, what may touch."""
+
+from collections.abc import Mapping
+
+from trajopt.commander.conversions import pose_of
+from trajopt.commander.geometry_msgs.msg import Point
+from trajopt.commander.moveit_msgs.msg import (
+    AllowedCollisionEntry,
+    AllowedCollisionMatrix,
+    AttachedCollisionObject,
+    CollisionObject,
+)
+from trajopt.commander.shape_msgs.msg import Mesh as MeshMessage
+from trajopt.commander.shape_msgs.msg import MeshTriangle, SolidPrimitive
+from trajopt.commander.shape_msgs.msg import Plane as PlaneMessage
+from trajopt.commander.std_msgs.msg import Header
+from trajopt.model.mesh_file import Mesh
+from trajopt.model.placement import Placement, placement
+from trajopt.model.requirements import WORLD
+from trajopt.model.scene import Scene
+from trajopt.model.scene_object import SceneObject
+from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
+
+
+def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
+    """Return the objects that stand in the world, by id, in the planning frame.
+
+    Args:
+        scene: The scene.
+        frame: Name of the planning frame.
+    """
+    return {
+        name: object_message(item, scene.holder(name).placement, frame)
+        for name, item in scene.objects.items()
+        if item.parts and scene.holder(name).link == WORLD
+    }
+
+
+def attached_messages(scene: Scene) -> Mapping[str, AttachedCollisionObject]:
+    """Return the objects that links carry, by id."""
+    found: dict[str, AttachedCollisionObject] = {}
+    for name, item in scene.objects.items():
+        holder = scene.holder(name)
+        if item.parts and holder.link != WORLD:
+            link, where = holder.link, holder.placement
+            if item.frame in scene.robot.frame_names:
+                link, where = item.frame, item.placement
+            message = object_message(item, where, link)
+            found[name] = AttachedCollisionObject(link, message, sorted(item.touch_links))
+    return found
+
+
+def object_message(item: SceneObject, where: Placement, frame: str) -> CollisionObject:
+    """Return an object as a message.
+
+    Args:
+        item: The object.
+        where: Of the object in the frame.
+        frame: The frame.
+    """
+    message = CollisionObject(header=Header(frame_id=frame), pose=pose_of(where), id=item.name)
+    for shape, inner in item.parts:
+        _enter(message, shape, inner)
+    return message
+
+
+def _enter(message: CollisionObject, shape: Shape, where: Placement) -> None:
+    match shape:
+        case Plane():
+            message.planes.append(PlaneMessage([0.0, 0.0, 1.0, 0.0]))
+            message.plane_poses.append(pose_of(where))
+        case Mesh() | Convex():
+            message.meshes.append(mesh_message(shape))
+            message.mesh_poses.append(pose_of(where))
+        case _:
+            for primitive, inner in _primitives(shape):
+                message.primitives.append(primitive)
+                message.primitive_poses.append(pose_of(where * inner))
+
+
+def _primitives(shape: Box | Sphere | Cylinder | Cone | Capsule) -> list[tuple[SolidPrimitive, Placement]]:
+    """Return a shape as primitives; a capsule is a cylinder between two spheres."""
+    here = Placement()
+    match shape:
+        case Box():
+            return [(SolidPrimitive(SolidPrimitive.BOX, [shape.x, shape.y, shape.z]), here)]
+        case Sphere():
+            return [(SolidPrimitive(SolidPrimitive.SPHERE, [shape.radius]), here)]
+        case Cylinder():
+            return [(SolidPrimitive(SolidPrimitive.CYLINDER, [shape.length, shape.radius]), here)]
+        case Cone():
+            return [(SolidPrimitive(SolidPrimitive.CONE, [shape.length, shape.radius]), here)]
+        case Capsule():
+            tube = SolidPrimitive(SolidPrimitive.CYLINDER, [shape.length, shape.radius])
+            ends = [placement((0.0, 0.0, side * shape.length / 2.0)) for side in (-1.0, 1.0)]
+            return [
+                (tube, here),
+                *((SolidPrimitive(SolidPrimitive.SPHERE, [shape.radius]), at) for at in ends),
+            ]
+
+
+def mesh_message(mesh: Mesh | Convex) -> MeshMessage:
+    """Return triangles as a message."""
+    triangles = [MeshTriangle([int(corner) for corner in face]) for face in mesh.faces]
+    return MeshMessage(triangles, [Point(*vertex) for vertex in mesh.vertices.tolist()])
+
+
+def matrix_message(scene: Scene) -> AllowedCollisionMatrix:
+    """Return what may touch as a matrix over all links and objects."""
+    names = [*scene.robot.links, *(name for name, item in scene.objects.items() if item.parts)]
+    rows = [AllowedCollisionEntry([_excused(scene, a, b) for b in names]) for a in names]
+    defaults = scene.allowed.defaults
+    return AllowedCollisionMatrix(names, rows, list(defaults), list(defaults.values()))
+
+
+def _excused(scene: Scene, a: str, b: str) -> bool:
+    return a != b and scene.allowed.allowed(a, b)

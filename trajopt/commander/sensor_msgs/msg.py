@@ -1,0 +1,28 @@
+"""Stands for `sensor_msgs.msg`: joint states."""
+
+from dataclasses import dataclass, field
+
+from trajopt.commander.geometry_msgs.msg import Transform
+from trajopt.commander.std_msgs.msg import Header
+
+
+@dataclass(slots=True)
+class JointState:
+    """Positions [rad | m], velocities and efforts of joints by name."""
+
+    header: Header = field(default_factory=Header)
+    name: list[str] = field(default_factory=list[str])
+    position: list[float] = field(default_factory=list[float])
+    velocity: list[float] = field(default_factory=list[float])
+    effort: list[float] = field(default_factory=list[float])
+
+
+@dataclass(slots=True)
+class MultiDOFJointState:
+    """Joints of several degrees of freedom; always empty here."""
+
+    header: Header = field(default_factory=Header)
+    joint_names: list[str] = field(default_factory=list[str])
+    transforms: list[Transform] = field(default_factory=list[Transform])
+    twist: list[object] = field(default_factory=list[object])
+    wrench: list[object] = field(default_factory=list[object])

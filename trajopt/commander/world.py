@@ -1,0 +1,165 @@
+"""World: the robot, the scene and what moves it, that the names of a script belong to."""
+
+from collections.abc import Callable, Mapping
+from contextvars import ContextVar, Token
+from threading import RLock
+from types import TracebackType
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.commander.exception import MoveItCommanderException, as_moveit
+from trajopt.commander.execution import Execution
+from trajopt.commander.executor import Executor
+from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
+from trajopt.commander.outcome import Outcome
+from trajopt.commander.simulated_executor import SimulatedExecutor
+from trajopt.errors import ModelError
+from trajopt.model.robot import Robot, load
+from trajopt.model.scene import Scene
+
+_CURRENT: ContextVar["World"] = ContextVar("world")
+
+
+class World:
+    """A robot among objects, and what moves it.
+
+    `with World("panda"):` around a script says what `MoveGroupCommander("panda_arm")` and the others in
+    it are about; `world=` says the same to one of them.
+    """
+
+    @as_moveit
+    def __init__(
+        self,
+        robot: str | Robot,
+        *,
+        scene: Scene | None = None,
+        start: str | Mapping[str, float] | None = None,
+        executor: Executor | None = None,
+        seed: int = 0,
+    ) -> None:
+        """Put a robot into a scene.
+
+        Args:
+            robot: A robot, or the name of an installed one.
+            scene: What is around it; nothing when None.
+            start: Where the simulated robot stands: a named state or joint -> position [rad | m]; every
+                group in its first named state when None.
+            executor: What moves the robot; a simulated one when None.
+            seed: Draws random targets: the same ones every time.
+
+        Raises:
+            MoveItCommanderException: If the robot is unknown, the scene is another robot's, or the
+                executor, which knows where its robot stands, comes with a start.
+        """
+        self.robot = load(robot) if isinstance(robot, str) else robot
+        self._scene = Scene(self.robot) if scene is None else scene
+        if self._scene.robot is not self.robot:
+            raise ModelError(f"the scene is one of {self._scene.robot.name!r}, not of {self.robot.name!r}")
+        if executor is not None and start is not None:
+            raise ModelError("give a start or an executor: an executor knows where its robot stands")
+        self.executor: Executor = executor or SimulatedExecutor(_standing(self.robot, start))
+        self.rng = np.random.default_rng(seed)
+        self._outcome: Outcome | None = None
+        self._execution: Execution | None = None
+        self._lock = RLock()
+        self._entered: list[Token[World]] = []
+
+    @property
+    def scene(self) -> Scene:
+        """What is around the robot now: a value, which an edit replaces."""
+        with self._lock:
+            return self._scene
+
+    def edit(self, change: Callable[[Scene], Scene]) -> None:
+        """Replace the scene by what a function makes of it; the next plan sees it.
+
+        If the function raises, nothing is changed.
+        """
+        with self._lock:
+            self._scene = change(self._scene)
+
+    @property
+    def positions(self) -> Floats:
+        """Where all joints are now, shape (number of joints,) [rad | m]."""
+        return self.executor.positions()
+
+    def execute(self, execution: Execution, *, wait: bool) -> Outcome:
+        """Execute a trajectory.
+
+        Args:
+            execution: The trajectory, and what moves the robot.
+            wait: Whether to return when the motion has ended, or when it has begun.
+        """
+        refusal = execution.refusal()
+        if refusal is not None:
+            self._execution, self._outcome = None, refusal
+            return refusal
+        self.executor.start(execution.reduced, execution.trajectory)
+        self._execution = execution
+        if not wait:
+            code = MoveItErrorCodes(MoveItErrorCodes.SUCCESS, "the motion is under way", "execution")
+            self._outcome = Outcome(code)
+            return self._outcome
+        remark = self.executor.wait()
+        self._execution, self._outcome = None, execution.measured(remark)
+        return self._outcome
+
+    def stop(self) -> None:
+        """Bring the robot to rest where it is."""
+        under_way = self.executor.moving()
+        self.executor.stop()
+        if self._execution is not None:
+            self._outcome = self._execution.measured(stopped=under_way)
+            self._execution = None
+
+    def report(self, outcome: Outcome) -> None:
+        """Keep how an attempt ended that led to no execution."""
+        self._execution, self._outcome = None, outcome
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the last attempt to move ended; None before the first."""
+        if self._execution is not None and not self.executor.moving():
+            self._outcome, self._execution = self._execution.measured(self.executor.wait()), None
+        return self._outcome
+
+    def __enter__(self) -> "World":
+        """Let the names in the block belong to this world."""
+        self._entered.append(_CURRENT.set(self))
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """Stop a motion under way, and give the names back to the world around, if any."""
+        self.stop()
+        _CURRENT.reset(self._entered.pop())
+
+
+def world_or_current(world: World | None) -> World:
+    """Return the world that is given, or else the one of the block around.
+
+    Raises:
+        MoveItCommanderException: If there is neither.
+    """
+    found = world or _CURRENT.get(None)
+    if found is None:
+        raise MoveItCommanderException(
+            'which robot? Put the script into a block `with World("panda"):`, or give `world=`'
+        )
+    return found
+
+
+def _standing(robot: Robot, start: str | Mapping[str, float] | None) -> Floats:
+    if start is not None:
+        return robot.positions(start)
+    chosen: dict[str, float] = {}
+    for group in robot.groups:
+        name = next((state for owner, state in robot.states if owner == group), None)
+        if name is not None:
+            chosen = {**robot.state(name, group=group), **chosen}
+    return robot.positions(chosen)
