@@ -208,7 +208,7 @@ def test_a_bad_start_is_named(arm: MoveGroupCommander, jumping: World) -> None:
         (lambda arm: arm.set_max_acceleration_scaling_factor(1.1), "acceleration scaling"),
         (lambda arm: arm.set_planning_time(0.0), "planning time must be positive"),
         (lambda arm: arm.set_num_planning_attempts(0), "one attempt at least"),
-        (lambda arm: arm.set_planner_id("RRTConnect"), "no planner named 'RRTConnect'.*there are: sqp"),
+        (lambda arm: arm.set_planner_id("RRTConnect"), "no planner named 'RRTConnect'.*sqp-osqp"),
         (lambda arm: arm.set_planning_pipeline_id("ompl"), "there are: trajopt"),
         (lambda arm: arm.set_workspace([1, 2, 3]), "0, 4 or 6 numbers"),
         (lambda arm: arm.limit_max_cartesian_link_speed(0.0), "must be positive"),

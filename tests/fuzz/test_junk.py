@@ -57,6 +57,9 @@ def calls(folder: Path) -> dict[str, Sound]:
             to.axis_alignment,
             {"frame": TIP, "axis": axis, "direction": axis, "tolerance": 0.1, "reference": "world"},
         ),
+        "compare": Sound(
+            to.compare, {"problems": ["planar_fold"], "methods": ["sqp"], "attempts": 1, "cpu_seconds": 5.0}
+        ),
         "convex": Sound(to.convex, {"points": np.random.default_rng(0).normal(size=(9, 3))}),
         "coupled_joints": Sound(
             to.coupled_joints,

@@ -30,6 +30,7 @@ class TickingClock:
         return float(self.looks)
 
 
+@pytest.mark.usefixtures("unproven")
 @pytest.mark.parametrize("seconds", [1.5, 5.5, 20.5, 60.5])
 def test_the_clock_stops_planning_at_the_next_look(arm: to.Robot, seconds: float) -> None:
     clock = TickingClock()
@@ -41,6 +42,7 @@ def test_the_clock_stops_planning_at_the_next_look(arm: to.Robot, seconds: float
         assert "so far: STUCK" in result.message
 
 
+@pytest.mark.usefixtures("unproven")
 def test_every_step_of_the_solver_looks_at_the_clock(arm: to.Robot) -> None:
     clock = TickingClock()
     steps: list[int] = []
@@ -67,6 +69,7 @@ def test_work_is_an_exact_bound_and_repeats(arm: to.Robot) -> None:
     assert short[0].counts == short[1].counts
 
 
+@pytest.mark.usefixtures("unproven")
 def test_tries_are_an_exact_bound(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("trajopt.seeds.sampled.find_spec", lambda name: None)  # searches are slow
     alone = to.plan(wall(arm), budget=to.Budget(tries=1))

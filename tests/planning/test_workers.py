@@ -103,6 +103,7 @@ def fail() -> None:
     raise ZeroDivisionError("of the user's own code")
 
 
+@pytest.mark.usefixtures("unproven")
 def test_a_worker_that_dies_is_told(arm: to.Robot) -> None:
     result = to.plan(walled_in(arm), method=Elsewhere(die), budget=to.Budget(tries=6, workers=2))
     assert result.status is Status.STUCK
@@ -111,6 +112,7 @@ def test_a_worker_that_dies_is_told(arm: to.Robot) -> None:
     assert result.tries[0].kind is SeedKind.STRAIGHT and result.tries[0].status is Status.STUCK
 
 
+@pytest.mark.usefixtures("unproven")
 def test_an_error_in_a_worker_is_raised(arm: to.Robot) -> None:
     with pytest.raises(ZeroDivisionError, match="of the user's own code"):
         to.plan(walled_in(arm), method=Elsewhere(fail), budget=to.Budget(workers=2))

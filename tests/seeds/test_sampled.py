@@ -75,6 +75,7 @@ def test_path_constraints_are_held_by_projection(arm: to.Robot) -> None:
 
 def test_without_the_wheel_the_tries_say_so(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("trajopt.seeds.sampled.find_spec", lambda name: None)
+    monkeypatch.setattr("trajopt.planning.search.closed_cut", lambda problem: None)
     result = to.plan(walled_in(arm))
     told = [item for item in result.tries if item.kind is SeedKind.SAMPLED]
     assert told and all("trajopt-planner[ompl]" in item.message for item in told)

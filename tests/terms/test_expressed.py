@@ -18,6 +18,7 @@ from trajopt.terms.residual import Residual
 
 MEASURED = {
     terms.Berth,
+    terms.CurveError,
     terms.Clearance,
     terms.SightClearance,
     terms.SmallestSingularValue,
@@ -28,7 +29,7 @@ MEASURED = {
     terms.Acceleration,
     terms.Jerk,
 }
-"""Terms without an expression: measured, a user's function, or of several knots."""
+"""Terms without an expression: measured, a user's function, of several knots, or of their places."""
 
 
 def regions() -> list[Callable[[World], Residual]]:

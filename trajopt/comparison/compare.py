@@ -10,6 +10,7 @@ from trajopt.comparison.planned import Allowance, planned
 from trajopt.comparison.question import Question, given_questions
 from trajopt.comparison.run import Moment, Run, points
 from trajopt.errors import MissingExtra
+from trajopt.inputs import sequence
 from trajopt.methods import Method, method_named
 from trajopt.problem import Problem
 from trajopt.query import query_of
@@ -40,7 +41,7 @@ def compare(
         SolverNotFound: If there is no method of a name.
         MissingExtra: If what a method runs on is not installed.
     """
-    chosen = [method_named(item) if isinstance(item, str) else item for item in methods]
+    chosen = [method_named(item) if isinstance(item, str) else item for item in sequence("methods", methods)]
     return tuple(runs(given_questions(problems), chosen, Allowance(attempts, cpu_seconds)))
 
 

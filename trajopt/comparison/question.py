@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from trajopt.errors import ProblemNotFound
+from trajopt.inputs import one_of, sequence
 from trajopt.problem import Problem
 from trajopt.status import Status
 from trajopt.suite import definitions
@@ -66,9 +67,10 @@ def given_questions(problems: Mapping[str, Problem] | Sequence[Problem | str]) -
     if isinstance(problems, Mapping):
         return tuple(Question(name, giver(problem)) for name, problem in problems.items())
     found: list[Question] = []
-    for item in problems:
+    for item in sequence("problems", problems):
         if isinstance(item, str):
             found.extend(installed_questions((item,)))
         else:
-            found.append(Question(item.name, giver(item)))
+            problem = one_of("problem", item, Problem)
+            found.append(Question(problem.name, giver(problem)))
     return tuple(found)

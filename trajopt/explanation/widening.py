@@ -12,6 +12,7 @@ from trajopt.model.requirements import (
     AxisAlignment,
     CoupledJoints,
     DistanceBetween,
+    FollowsCurve,
     FramePlacement,
     Gaze,
     GravityTorque,
@@ -104,6 +105,21 @@ def _(required: FramePlacement) -> tuple[Widening, ...]:
             )
         )
     return tuple(found)
+
+
+@widenings.register
+def _(required: FollowsCurve) -> tuple[Widening, ...]:
+    now = required.position_tolerance
+    return (
+        Widening(
+            f"distance of {required.frame} from its curve",
+            now,
+            1.0,
+            1.0,
+            (MILLIMETRE, "mm"),
+            lambda amount: replace(required, position_tolerance=now + amount),
+        ),
+    )
 
 
 @widenings.register

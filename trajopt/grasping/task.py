@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.budget import Budget
 from trajopt.grasping.grasp import Grasp
 from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.handling import Refusal, Segment, Stage
@@ -15,7 +16,7 @@ from trajopt.grasping.straight import straight_problem, to_configuration
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Requirement, joint_positions
 from trajopt.model.scene import Scene
-from trajopt.planning import Planning
+from trajopt.plan import plan
 from trajopt.problem import Problem
 from trajopt.result import Result
 from trajopt.terms.residual import Constraint
@@ -90,8 +91,8 @@ class Task:
         self, stage: Stage, problem: Problem, candidate: Names, *, rest: float = 0.0
     ) -> Segment | Refusal:
         """Plan one motion and have it judged."""
-        run = Planning(problem, self.options.method, self.rng, None)
-        result = run.prepare() or run.attempt(self.options.attempts)
+        budget = Budget(tries=self.options.attempts)
+        result = plan(problem, method=self.options.method, rng=self.rng, budget=budget)
         for name, count in result.counts.items():
             self.counts[name] = self.counts.get(name, 0) + count
         if result.verified:

@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
-from trajopt.methods.method import Outcome, Progress, moving_start
+from trajopt.methods.method import Outcome, Progress, followed_curve, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import Solver, Sqp
@@ -50,8 +50,8 @@ class Bspline:
             raise ProblemError(f"a spline needs at least one piece, not {self.pieces}")
 
     def objection(self, problem: Problem) -> str:
-        """Refuse a start in motion, and differences in a part of the motion."""
-        return moving_start(problem) or windowed_differences(problem)
+        """Refuse a start in motion, curves, and differences in a part of the motion."""
+        return moving_start(problem) or followed_curve(problem) or windowed_differences(problem)
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "BsplineProgram":
         """Write a problem over control points; see `Method.program`."""

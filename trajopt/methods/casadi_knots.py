@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.methods.method import Outcome, Progress, moving_start
+from trajopt.methods.method import Outcome, Progress, followed_curve, moving_start
 from trajopt.nlp import Linearisation, Loss
 from trajopt.problem import Problem
 from trajopt.query import Counts
@@ -93,7 +93,7 @@ class CasadiKnots:
         costs = problem.costs or ()
         partial = [part.required for part in problem.partial if isinstance(part.required, Constraint)]
         residuals = [item.residual for item in (*problem.own_constraints, *partial, *costs)]
-        found = [moving_start(problem)] if moving_start(problem) else []
+        found = [text for text in (moving_start(problem), followed_curve(problem)) if text]
         found += [text for text in (objection(item, kinematics) for item in residuals) if text]
         if self._staged:
             found += [

@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.methods.bspline import windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
-from trajopt.methods.method import Outcome, Progress
+from trajopt.methods.method import Outcome, Progress, followed_curve
 from trajopt.model.payload import loaded_model
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
@@ -62,7 +62,7 @@ class FreeDuration:
         """Refuse what has no rows over the spline."""
         if problem.tool_speeds:
             return "holds no limits of tool speeds"
-        return windowed_differences(problem)
+        return followed_curve(problem) or windowed_differences(problem)
 
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from trajopt.arrays import Floats
+from trajopt.model.requirements import FollowsCurve
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import Iteration, SolveResult
@@ -83,3 +84,10 @@ class Method(Protocol):
 def moving_start(problem: Problem) -> str:
     """Return the objection of a method whose paths are timed from rest to a start in motion."""
     return "starts from rest only" if problem.start_velocities.any() else ""
+
+
+def followed_curve(problem: Problem) -> str:
+    """Return the objection of a method that has no knots to lay along a curve."""
+    path = (*problem.requirements, *(part.required for part in problem.partial))
+    curves = [item for item in path if isinstance(item, FollowsCurve)]
+    return f"cannot follow the curve of {curves[0].frame!r}" if curves else ""

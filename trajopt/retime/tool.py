@@ -14,6 +14,10 @@ SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions and velocities of the joints, (S, n) each -> m speeds of tools, (S, m) [m/s | rad/s]."""
 
 
+QUARTERS = (0.25, 0.5, 0.75)
+"""Where in each piece speeds are looked at besides its ends."""
+
+
 @dataclass(frozen=True, eq=False)
 class ToolLimits:
     """Limited speeds of tools, and what tells them.
@@ -32,14 +36,19 @@ class ToolLimits:
 def tool_speed_peaks(tools: ToolLimits, trajectory: Trajectory) -> Floats:
     """Bound the speeds in each piece of a trajectory.
 
-    They are taken at the points and half-way between. A parabola through three even samples rises above
+    They are taken at the points and at quarters between. A parabola through three even samples rises above
     them by an eighth of the second difference; eight times as much is added.
 
     Returns:
         Shape (k - 1, m) [m/s | rad/s].
     """
-    ends, middle = at_points(trajectory), within(trajectory, 0.5)
-    sampled = tools.speeds(np.concatenate((ends.q, middle.q)), np.concatenate((ends.v, middle.v)))
-    count = len(middle.q)
-    left, right, between = sampled[:count], sampled[1 : count + 1], sampled[count + 1 :]
-    return np.maximum.reduce((left, right, between)) + np.abs(left - 2.0 * between + right)
+    ends, inner = at_points(trajectory), [within(trajectory, share) for share in QUARTERS]
+    states = (ends, *inner)
+    sampled = tools.speeds(
+        np.concatenate([state.q for state in states]), np.concatenate([state.v for state in states])
+    )
+    count = len(ends.q) - 1
+    between = sampled[count + 1 :].reshape(len(QUARTERS), count, -1)
+    speeds = np.concatenate((sampled[None, :count], between, sampled[None, 1 : count + 1]))
+    rise = np.abs(np.diff(speeds, n=2, axis=0)).max(axis=0)
+    return speeds.max(axis=0) + rise

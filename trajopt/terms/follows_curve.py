@@ -47,7 +47,7 @@ class CurveError:
 
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at the knots among the samples."""
-        at_knots = motion.where((motion.fraction == 0.0) | (motion.fraction == 1.0))
+        at_knots = motion.where(np.isclose(motion.place, np.round(motion.place), rtol=0.0, atol=1e-9))
         last = len(motion.knots) - 1
         if self.stations is not None:
             s = np.interp(at_knots.place, np.arange(last + 1), self.stations)
