@@ -49,6 +49,8 @@ def plan(
     if cancel is not None:
         one_of("cancel", cancel, Event)
     one_of("budget", budget, Budget)
+    if method is not None:
+        one_of("method", method, Method)
     method, rng, meter = method or Knots(), rng or np.random.default_rng(0), Meter(budget, cancel, progress)
     goals = problem.alternatives or {"": problem}
     portfolios = [Portfolio(Attempts(each, meter), method, rng, name) for name, each in goals.items()]

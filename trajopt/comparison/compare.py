@@ -10,7 +10,7 @@ from trajopt.comparison.planned import Allowance, planned
 from trajopt.comparison.question import Question, given_questions
 from trajopt.comparison.run import Moment, Run, points
 from trajopt.errors import MissingExtra
-from trajopt.inputs import sequence
+from trajopt.inputs import one_of, sequence
 from trajopt.methods import Method, method_named
 from trajopt.problem import Problem
 from trajopt.query import query_of
@@ -41,7 +41,10 @@ def compare(
         SolverNotFound: If there is no method of a name.
         MissingExtra: If what a method runs on is not installed.
     """
-    chosen = [method_named(item) if isinstance(item, str) else item for item in sequence("methods", methods)]
+    chosen = [
+        method_named(item) if isinstance(item, str) else one_of("method", item, Method)
+        for item in sequence("methods", methods)
+    ]
     return tuple(runs(given_questions(problems), chosen, Allowance(attempts, cpu_seconds)))
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from trajopt.arrays import Floats
 from trajopt.model.requirements import FollowsCurve
@@ -55,6 +55,7 @@ class Program(Protocol):
         ...
 
 
+@runtime_checkable
 class Method(Protocol):
     """A transcription joined with a solver; its fields are its options."""
 
