@@ -1,6 +1,7 @@
 """Methods of planning: a transcription joined with a solver, by name."""
 
 from trajopt.methods.knots import Knots as Knots
+from trajopt.methods.method import Glancing as Glancing
 from trajopt.methods.method import Method as Method
 from trajopt.methods.method import Outcome as Outcome
 from trajopt.methods.method import Program as Program

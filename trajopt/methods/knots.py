@@ -7,7 +7,7 @@ from trajopt.arrays import Floats
 from trajopt.methods.method import Outcome, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.solvers import Solver, Sqp
+from trajopt.solvers import HasBriefForm, Solver, Sqp
 from trajopt.transcription import KnotsNlp, transcribe
 
 
@@ -51,6 +51,11 @@ class KnotsProgram:
     def counts(self) -> Counts:
         """The work done so far."""
         return self.nlp.counts
+
+    def glance(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
+        """Take a few steps, where the solver has a brief form, else all; see `Glancing.glance`."""
+        solver = self.solver.brief() if isinstance(self.solver, HasBriefForm) else self.solver
+        return KnotsProgram(self.nlp, solver).solve(seed, progress=progress)
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
         """Solve from a first guess; see `Program.solve`."""

@@ -56,6 +56,15 @@ class Program(Protocol):
 
 
 @runtime_checkable
+class Glancing(Protocol):
+    """A program whose solver can stop early, to see which of many first guesses are worth more."""
+
+    def glance(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
+        """Take a few steps from a first guess; see `Program.solve`."""
+        ...
+
+
+@runtime_checkable
 class Method(Protocol):
     """A transcription joined with a solver; its fields are its options."""
 

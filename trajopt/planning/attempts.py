@@ -6,7 +6,7 @@ from functools import cached_property
 from trajopt import reasons
 from trajopt.arrays import Floats
 from trajopt.judgement import judge
-from trajopt.methods import Outcome, Program
+from trajopt.methods import Glancing, Outcome, Program
 from trajopt.planning.meter import Meter
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
@@ -41,13 +41,18 @@ class Attempts:
         """The judge of this problem; it keeps its own kinematics and geometry."""
         return Judge(self.problem.reduced)
 
-    def optimised(self, program: Program, seed: Floats) -> Result:
+    def optimised(self, program: Program, seed: Floats, *, briefly: bool = False) -> Result:
         """Optimise a first guess; time and judge what comes out.
+
+        Args:
+            program: The problem as the method writes it.
+            seed: The first guess.
+            briefly: Whether a few steps are enough, where the method can stop early.
 
         Raises:
             Stopped: If the budget ends before.
         """
-        found = self._solved(program, seed)
+        found = self._solved(program, seed, briefly)
         solved = found.solve
         self.meter.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
         if not solved.feasible:
@@ -98,7 +103,7 @@ class Attempts:
             cpu_seconds=dict(self.meter.seconds),
         )
 
-    def _solved(self, program: Program, seed: Floats) -> Outcome:
+    def _solved(self, program: Program, seed: Floats, briefly: bool) -> Outcome:
         before = replace(program.counts)
 
         def step(iteration: Iteration) -> None:
@@ -106,6 +111,8 @@ class Attempts:
 
         with self.meter.stage("optimise"):
             try:
+                if briefly and isinstance(program, Glancing):
+                    return program.glance(seed, progress=step)
                 return program.solve(seed, progress=step)
             finally:
                 self.meter.count_work(_since(before, program.counts))

@@ -46,7 +46,9 @@ BRANCHES = 12
 MIXED_ROUND = 6
 """Lines bent around what blocked, and as many bent at random, that are tried in turn."""
 BENT_ROUND = 12
-"""Bent lines in a later round."""
+"""Bent lines that are looked at in a later round."""
+PROMISING = 3
+"""Of the lines looked at in a round, those that came nearest and are optimised to the end."""
 SAMPLED_ROUND = 2
 """Goal configurations that the sampling planner is sent to in a round."""
 CLOSE_BEND = 0.15
@@ -91,12 +93,14 @@ class Candidate:
         way: Where it leads.
         kind: Its kind.
         guess: Makes it.
+        briefly: Whether it is only looked at: a few steps show how promising it is.
     """
 
     owner: "Portfolio"
     way: Way
     kind: SeedKind
     guess: Guess
+    briefly: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +136,7 @@ class Portfolio:
     _ways: list[Way] = field(default_factory=list[Way])
     _bent: Iterator[Candidate] = field(default_factory=lambda: iter(()))
     _sampled: Iterator[Candidate] = field(default_factory=lambda: iter(()))
+    _seen: list[tuple[float, Candidate]] = field(default_factory=list[tuple[float, Candidate]])
 
     def prepare(self) -> Result | None:
         """Look at the start and choose goal configurations; return why that is impossible, if it is."""
@@ -166,8 +171,8 @@ class Portfolio:
         """Return the candidates of a round.
 
         Args:
-            number: From 0. From 4 on the sampling planner is called and lines are bent in turn, for
-                ever; without a budget the last round is `ROUNDS - 1`.
+            number: From 0. From 5 on lines are bent, the promising ones optimised, and the sampling planner
+                called in turn, for ever; without a budget the last round is `ROUNDS - 1`.
             incumbent: The best motion so far, if one was found and a better one is looked for.
         """
         match number:
@@ -178,15 +183,18 @@ class Portfolio:
             case 2:
                 around = list(islice(self._in_turn(Around(), self._ways[:NEAR_BRANCHES]), MIXED_ROUND))
                 bent = list(islice(self._bent, MIXED_ROUND))
-                return [item for pair in zip_longest(around, bent) for item in pair if item is not None]
-            case 3:
+                mixed = [item for pair in zip_longest(around, bent) for item in pair if item is not None]
+                return [replace(item, briefly=True) for item in mixed]
+            case 4:
                 return self._straight(self._ways[NEAR_BRANCHES + 1 :])
-            case _ if number % 2 == 0:
+            case _ if number == 3 or number % 3 == 0:
+                return self._promising()
+            case _ if number % 3 == 1:
                 return list(islice(self._sampled, SAMPLED_ROUND))
             case _ if incumbent is not None and incumbent.path is not None:
                 return self._close_to(incumbent.path.knots)
             case _:
-                return list(islice(self._bent, BENT_ROUND))
+                return [replace(item, briefly=True) for item in islice(self._bent, BENT_ROUND)]
 
     def run(self, candidate: Candidate) -> Done:
         """Make a first guess; optimise, time and judge it.
@@ -202,7 +210,7 @@ class Portfolio:
             return Done(attempts.result(Status.NO_FIRST_GUESS, str(reason)), ())
         finally:
             attempts.meter.count_work(counts)
-        result = attempts.optimised(candidate.way.program, seed)
+        result = attempts.optimised(candidate.way.program, seed, briefly=candidate.briefly)
         if attempts.meter.budget.improve:
             plain = attempts.as_it_is(seed)
             if plain is not None and plain.cost < result.cost:
@@ -214,6 +222,10 @@ class Portfolio:
         """Note what became of a candidate."""
         if candidate.kind is candidate.way.kind:
             candidate.way.blocked = done.blocked
+        if candidate.briefly and not done.result.verified and done.result.path is not None:
+            knots = done.result.path.knots
+            again = replace(candidate, guess=lambda counts, check: knots, briefly=False)
+            self._seen.append((_rank(done.result), again))
         if not done.result.verified and (self.nearest is None or _rank(done.result) < _rank(self.nearest)):
             self.nearest = done.result
 
@@ -233,6 +245,12 @@ class Portfolio:
             if chosen and number == min(NEAR_BRANCHES, len(goals)) - 1:
                 nearest = line_through(reduced, (reduced.start_positions, *goals[0]), problem.knots)
                 yield Way(SeedKind.FREE_END, problem, nearest, self.method)
+
+    def _promising(self) -> list[Candidate]:
+        """Go on with the lines that came nearest, from where they were left."""
+        nearest_first = sorted(self._seen, key=lambda seen: seen[0])
+        self._seen.clear()
+        return [candidate for _, candidate in nearest_first[:PROMISING]]
 
     def _straight(self, ways: Sequence[Way]) -> list[Candidate]:
         return [item for way in ways for item in self._from(StraightLines(way.kind), way)]
@@ -257,7 +275,7 @@ class Portfolio:
             yield Candidate(self, way, source.kind, guess)
 
 
-ROUNDS = 9
+ROUNDS = 14
 """Rounds that are tried where no budget says how many."""
 
 

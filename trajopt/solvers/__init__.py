@@ -5,6 +5,7 @@ from trajopt.solvers.result import Iteration as Iteration
 from trajopt.solvers.result import SolveResult as SolveResult
 from trajopt.solvers.result import SolverStatus as SolverStatus
 from trajopt.solvers.result import SqpStep as SqpStep
+from trajopt.solvers.solver import HasBriefForm as HasBriefForm
 from trajopt.solvers.solver import Solver as Solver
 from trajopt.solvers.sqp import Sqp as Sqp
 from trajopt.solvers.stomp import Stomp as Stomp

@@ -1,7 +1,7 @@
 """Solver: what every solver of an `Nlp` offers."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from trajopt.arrays import Floats
 from trajopt.nlp import Nlp
@@ -30,4 +30,13 @@ class Solver(Protocol):
         Returns:
             The last point; `feasible` says whether it holds all constraints.
         """
+        ...
+
+
+@runtime_checkable
+class HasBriefForm(Protocol):
+    """A solver that has a form of few steps."""
+
+    def brief(self) -> Solver:
+        """Return the solver with so few steps that they only show whether a first guess is promising."""
         ...

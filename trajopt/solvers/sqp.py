@@ -62,6 +62,10 @@ class Sqp:
         """What it is called in reports."""
         return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
 
+    def brief(self) -> "Sqp":
+        """Return the solver with a quarter of the steps: by then promising first guesses stand out."""
+        return replace(self, max_iterations=max(1, self.max_iterations // 4))
+
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Minimise from a first guess.
 
