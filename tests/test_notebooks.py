@@ -1,5 +1,6 @@
 """Every notebook runs from top to bottom."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -21,3 +22,9 @@ def test_notebook_runs(path: Path) -> None:
         pytest.skip(str(error))
     notebook = nbformat.read(path, 4)
     client.NotebookClient(notebook, timeout=240, kernel_name="python3").execute()
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebook_carries_no_output(path: Path) -> None:
+    cells = json.loads(path.read_text())["cells"]
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in cells)
