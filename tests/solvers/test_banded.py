@@ -49,10 +49,12 @@ def check(case: Case, accuracy: float = ACCURACY) -> None:
     assert (step.dx[~case.moves] == 0.0).all()
     scale = 1.0 + abs(step.promise)
     assert step.promise == pytest.approx(improvement(case, step.dx), abs=1e-9 * scale)
-    other = (
-        FlatSteps("piqp").program(case.moves, case.at, case.penalty).solve(case.lower, case.upper, accuracy)
+    # A backend may fail on a program of this size; the first one that does not is the oracle.
+    answers = (
+        FlatSteps(name).program(case.moves, case.at, case.penalty).solve(case.lower, case.upper, accuracy)
+        for name in ("piqp", "proxqp", "osqp")
     )
-    assert other is not None
+    other = next(answer for answer in answers if answer is not None)
     # PIQP stops at 1e-6 of its own residuals: it may be that far from the optimum on either side.
     assert step.promise >= other.promise - accuracy - 1e-5 * scale
     assert other.promise >= step.promise - 1e-3 * scale

@@ -6,6 +6,7 @@ motion planning Schulman et al., IJRR 2014, algorithm 1. Costs are Gauss-Newton.
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 
@@ -64,7 +65,7 @@ class Sqp:
 
     def brief(self) -> "Sqp":
         """Return the solver with a quarter of the steps: by then promising first guesses stand out."""
-        return replace(self, max_iterations=max(1, self.max_iterations // 4))
+        return replace(self, max_iterations=ceil(self.max_iterations / 4))
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Minimise from a first guess.
