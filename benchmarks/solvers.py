@@ -19,7 +19,7 @@ from trajopt.methods import METHODS, method_named
 from trajopt.store import write_json, write_text
 from trajopt.view.comparison_plots import comparison_figures
 
-ALLOWANCE = Allowance(attempts=6, cpu_seconds=15.0)
+ALLOWANCE = Allowance(attempts=20, cpu_seconds=10.0)
 """What every method may use on every problem."""
 LEFT_OUT = ("history", "tip", "message")
 """What the committed results do not hold, for their size."""

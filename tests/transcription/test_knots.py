@@ -8,10 +8,12 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
+from trajopt.query import query_of
 from trajopt.seeds import straight_line
 from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
-from trajopt.transcription.knots import COARSE_SAMPLES, SWEEP, shortest_duration
+from trajopt.transcription.knots import shortest_duration
 from trajopt.transcription.margins import TaperedMargins
+from trajopt.transcription.sweep import COARSE_SAMPLES, SWEEP, swept_samples
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {"pan": 1.0, "reach": 0.2, "elbow": 0.3, "wrist": 0.0}
@@ -113,3 +115,17 @@ def test_shortest_duration_is_the_trapezoid(scene: to.Scene) -> None:
     long, short = 4 * v * v / a, 0.25 * v * v / a
     assert shortest_duration(limits, np.zeros(1), np.array([long])) == pytest.approx(long / v + v / a)
     assert shortest_duration(limits, np.zeros(1), np.array([short])) == pytest.approx(2 * np.sqrt(short / a))
+
+
+def test_a_whole_turn_in_one_segment_is_no_standstill() -> None:
+    """Its ends are one place: what is swept between them is measured along the way."""
+    robot = to.load("planar2")
+    reduced = to.Problem(
+        scene=to.Scene(robot), start={}, goal=to.joint_positions({robot.joint_names[0]: 1.0})
+    ).reduced
+    query = query_of(reduced)
+    turn = np.array(((-np.pi, 0.0), (np.pi, 0.0), (np.pi, 0.1)))
+    samples = swept_samples(query, turn)
+    steps = np.linspace(turn[0], turn[1], samples[0] + 1)
+    assert query.displacement(steps[:-1], steps[1:]).max() <= SWEEP * 1.05
+    assert samples[1] < samples[0] / 10

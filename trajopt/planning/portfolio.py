@@ -24,6 +24,7 @@ from trajopt.seeds import (
     Around,
     Blocked,
     Bumps,
+    Check,
     Guess,
     NoGuess,
     Route,
@@ -224,7 +225,12 @@ class Portfolio:
             candidate.way.blocked = done.blocked
         if candidate.briefly and not done.result.verified and done.result.path is not None:
             knots = done.result.path.knots
-            again = replace(candidate, guess=lambda counts, check: knots, briefly=False)
+
+            def left_off(counts: Counts, check: Check) -> Floats:
+                del counts, check
+                return knots
+
+            again = replace(candidate, guess=left_off, briefly=False)
             self._seen.append((_rank(done.result), again))
         if not done.result.verified and (self.nearest is None or _rank(done.result) < _rank(self.nearest)):
             self.nearest = done.result

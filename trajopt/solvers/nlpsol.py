@@ -136,7 +136,11 @@ class Nlpsol:
                 x0=stretched.start(x0), lbx=whole.lower, ubx=whole.upper, lbg=whole.least, ubg=whole.most
             )
         except RuntimeError as error:
+            if watcher.raised is not None:
+                raise watcher.raised from None
             raise BackendFailed(f"{self.plugin}: {error}") from error
+        if watcher.raised is not None:
+            raise watcher.raised
         stats = solver.stats()
         said = str(stats["return_status"])
         status = SolverStatus.CONVERGED if stats["success"] else ENDED.get(said, SolverStatus.QP_FAILED)
@@ -217,6 +221,7 @@ class _Watcher(ca.Callback):
         self._sizes |= {"g": len(program.least), "lam_g": len(program.least)}
         self._of, self._progress = of, progress
         self.log: list[Iteration] = []
+        self.raised: BaseException | None = None
         self.construct("watcher", {})
 
     def get_n_in(self) -> int:
@@ -241,5 +246,9 @@ class _Watcher(ca.Callback):
         entry = Iteration(cost, violation, True)
         self.log.append(entry)
         if self._progress is not None:
-            self._progress(entry)
+            try:
+                self._progress(entry)
+            except BaseException as error:  # CasADi would print it with all of the program's numbers
+                self.raised = error
+                return [1.0]
         return [0.0]

@@ -15,8 +15,9 @@ from trajopt.query import Counts
 from trajopt.terms.motion import Motion
 from trajopt.trajectory import Path
 from trajopt.transcription.basis import SplineBasis
-from trajopt.transcription.knots import MOST_SAMPLES, SWEEP, KnotsNlp
+from trajopt.transcription.knots import KnotsNlp
 from trajopt.transcription.rows import constraint_rows, cost_rows
+from trajopt.transcription.sweep import swept_samples
 
 COARSE_SAMPLES = 2
 """Samples per piece while the motion is not free yet."""
@@ -75,8 +76,7 @@ class BsplineNlp:
         if not fine:
             return np.full(pieces, COARSE_SAMPLES)
         corners = self.basis.at(self.basis.breaks)(x)
-        sweep = self.base.query.displacement(corners[:-1], corners[1:])
-        return np.clip(np.ceil(sweep / SWEEP), COARSE_SAMPLES, MOST_SAMPLES).astype(np.int64)
+        return swept_samples(self.base.query, corners, COARSE_SAMPLES)
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
         """Sample the spline: every break, `sampling - 1` parameters between, and those of waypoints."""

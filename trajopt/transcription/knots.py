@@ -21,13 +21,8 @@ from trajopt.terms.residual import END, WHOLE
 from trajopt.trajectory import Path
 from trajopt.transcription.margins import tapered_margins
 from trajopt.transcription.rows import constraint_rows, cost_rows
+from trajopt.transcription.sweep import COARSE_SAMPLES, swept_samples
 
-SWEEP = 0.02
-"""No body moves farther than this between two samples, in the end [m]."""
-COARSE_SAMPLES = 3
-"""Samples per segment while the motion is not free yet."""
-MOST_SAMPLES = 40
-"""Samples per segment at most."""
 CLEARANCE_TOLERANCE = 1e-3
 """A margin counts as held when undercut by no more than this [m]."""
 PRISMATIC_STEP = 0.5
@@ -61,8 +56,7 @@ class KnotsNlp:
         segments = len(x) - 1
         if not fine:
             return np.full(segments, COARSE_SAMPLES)
-        sweep = self.query.displacement(x[:-1], x[1:])
-        return np.clip(np.ceil(sweep / SWEEP), COARSE_SAMPLES, MOST_SAMPLES).astype(np.int64)
+        return swept_samples(self.query, x)
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
         """Evaluate and linearise every cost and constraint on the given samples."""
