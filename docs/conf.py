@@ -43,7 +43,8 @@ def _bring_notebooks(app: Sphinx) -> None:
     for old in NOTEBOOKS.glob("*.ipynb"):
         old.unlink()
     for notebook in sorted((HERE.parent / "notebooks").glob("*.ipynb")):
-        (NOTEBOOKS / notebook.name).write_bytes(notebook.read_bytes())
+        # Among the pages the notebooks lie one folder deeper than beside them.
+        (NOTEBOOKS / notebook.name).write_bytes(notebook.read_bytes().replace(b"](../docs/", b"](../"))
 
 
 def setup(app: Sphinx) -> None:
