@@ -77,10 +77,6 @@ class LinkTree:
         """Return the links joined below that move, or have something below that does."""
         return tuple(child for child in self.below[name] if any(link.moving for link in self.subtree(child)))
 
-    def driven_joints(self, name: str) -> int:
-        """Return how many driven joints a link and what is below it have."""
-        return sum(link.driven for link in self.subtree(name))
-
     def extent(self, name: str) -> float:
         """Return the length of the longest way from the link above down to a leaf [m]."""
         return self.links[name].length + max((self.extent(child) for child in self.below[name]), default=0.0)
