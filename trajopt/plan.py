@@ -6,6 +6,7 @@ from threading import Event
 import numpy as np
 
 from trajopt.budget import Budget
+from trajopt.errors import ProblemError
 from trajopt.inputs import one_of
 from trajopt.methods import Knots, Method
 from trajopt.planning import Attempts, Meter, Portfolio, Progress, Search
@@ -49,8 +50,10 @@ def plan(
     if cancel is not None:
         one_of("cancel", cancel, Event)
     one_of("budget", budget, Budget)
-    if method is not None:
-        one_of("method", method, Method)
+    if not isinstance(method, Method | None):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(
+            f"method is a Method, is {method!r}; trajopt.methods.method_named returns one by its name"
+        )
     method, rng, meter = method or Knots(), rng or np.random.default_rng(0), Meter(budget, cancel, progress)
     goals = problem.alternatives or {"": problem}
     portfolios = [Portfolio(Attempts(each, meter), method, rng, name) for name, each in goals.items()]
