@@ -6,6 +6,8 @@ import pytest
 
 from trajopt import Robot
 
+pytest_plugins = ("tests.watchdog",)
+
 LINK = """
   <link name="{name}"><collision><origin xyz="{x} 0 0"/>
     <geometry><box size="{size} 0.04 0.04"/></geometry></collision></link>"""

@@ -10,6 +10,10 @@ from trajopt.arrays import number
 from trajopt.errors import ProblemError
 from trajopt.inputs import one_of
 
+BACKSTOP = (10.0, 10.0)
+"""A budget by another clock than the wall's also ends after so many times its seconds, and so many more, on
+the wall's: a sleep costs no processor time, and a clock that stands still would never end it."""
+
 
 class Stop(Enum):
     """What ended planning before it was done."""
@@ -35,7 +39,8 @@ class Budget:
             `improve`: has been tried). The answer is the same for any number.
         improve: Whether to go on after the first motion, until the budget is used up, and return the
             shortest in time.
-        clock: What tells the time [s]: the wall's; `time.process_time` for benchmarks.
+        clock: What tells the time [s]: the wall's; `time.process_time` for benchmarks. By any other clock
+            than the wall's planning ends after `wall_seconds` too.
     """
 
     seconds: float | None = None
@@ -66,6 +71,13 @@ class Budget:
             raise ProblemError("a budget that improves needs seconds, work or tries to end it")
         if self.workers > 1 and "fork" not in get_all_start_methods():
             raise ProblemError("a budget of several workers needs processes that fork; here there are none")
+
+    @property
+    def wall_seconds(self) -> float | None:
+        """When planning ends whatever `clock` says: 10 s after ten times the seconds; None without [s]."""
+        if self.seconds is None or self.clock is time.monotonic:
+            return self.seconds
+        return BACKSTOP[0] * self.seconds + BACKSTOP[1]
 
     @property
     def bounded(self) -> bool:

@@ -1,5 +1,6 @@
 """A budget bounds planning exactly, is never exceeded by more than a step, and more is never worse."""
 
+import time
 from collections.abc import Callable
 from threading import Event
 
@@ -161,3 +162,20 @@ def test_never_worse_than_the_first_guess(arm: to.Robot) -> None:
 def test_what_bounds_nothing_is_refused(given: dict[str, object], words: str) -> None:
     with pytest.raises(to.TrajoptError, match=words):
         to.Budget(**given)  # pyright: ignore[reportArgumentType]
+
+
+@pytest.mark.usefixtures("unproven")
+def test_a_clock_that_stands_still_does_not_hold_planning_up(
+    arm: to.Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wall_clock = TickingClock()
+    monkeypatch.setattr("trajopt.planning.meter.monotonic", wall_clock)
+    result = to.plan(walled_in(arm), budget=to.Budget(seconds=2.0, clock=lambda: 0.0))
+    assert result.status is Status.OUT_OF_TIME and result.stopped_by_clock
+    assert wall_clock.looks == 31, "the first look starts the clock, and it ends after 10 x 2 s + 10 s"
+
+
+def test_the_wall_needs_no_backstop_and_work_has_none() -> None:
+    assert to.Budget(seconds=2.0).wall_seconds == 2.0
+    assert to.Budget(work=10).wall_seconds is None
+    assert to.Budget(seconds=2.0, clock=time.process_time).wall_seconds == 30.0

@@ -8,8 +8,9 @@ import pytest
 import trajopt as to
 from tests.planning.walls import route_of, wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.query import Counts
+from trajopt.query import Counts, query_of
 from trajopt.seeds import NoGuess, SampledPaths, SeedKind
+from trajopt.seeds.rrt_connect import _Free, search
 from trajopt.seeds.sampled import sampled
 
 
@@ -81,3 +82,52 @@ def test_without_the_wheel_the_tries_say_so(arm: to.Robot, monkeypatch: pytest.M
     assert told and all("trajopt-planner[ompl]" in item.message for item in told)
     assert SampledPaths().kind is SeedKind.SAMPLED
     assert result.status is to.Status.STUCK and "clearance" in result.message
+
+
+def refusing(monkeypatch: pytest.MonkeyPatch, end: np.ndarray) -> None:
+    """Let the search call a configuration occupied, whatever is there."""
+    asked = _Free.between
+
+    def between(free: _Free, first: np.ndarray, second: np.ndarray) -> bool:
+        refused = np.array_equal(first, second) and np.allclose(first, end)
+        return not refused and asked(free, first, second)
+
+    monkeypatch.setattr(_Free, "between", between)
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize(("name", "place"), [("start", 0), ("goal", -1)])
+def test_an_end_that_is_taken_to_be_occupied_is_told_at_once(
+    arm: to.Robot, monkeypatch: pytest.MonkeyPatch, name: str, place: int
+) -> None:
+    refusing(monkeypatch, route_of(wall(arm)).line.knots[place])
+    with pytest.raises(NoGuess, match=f"takes the {name} to be occupied"):
+        found(wall(arm), 1)
+
+
+@pytest.mark.timeout(60)
+def test_a_search_that_looks_at_nothing_more_is_ended(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+    refusing(monkeypatch, route_of(wall(arm)).line.knots[-1])
+    monkeypatch.setattr(_Free, "raise_what_is_occupied", lambda *ends: None)
+    with pytest.raises(NoGuess, match="looked at no more"):
+        found(wall(arm), 1)
+
+
+@pytest.mark.timeout(60)
+def test_an_end_a_hair_beyond_a_limit_is_left_and_reached(arm: to.Robot) -> None:
+    problem = wall(arm)
+    query = query_of(problem.reduced, Counts())
+    start, goal = route_of(problem).line.knots[[0, -1]]
+    limits = query.reduced.limits
+    for asked, bound in (((start, goal), limits.lower), ((goal, start), limits.upper)):
+        ends = np.array(asked)
+        ends[0, 3] = bound[3] + np.sign(bound[3]) * 1e-9
+        way = search(
+            query,
+            *ends,
+            scale=route_of(problem).scale,
+            rng=np.random.default_rng(3),
+            check=lambda: None,
+            checked=20_000,
+        )
+        assert np.allclose(way[[0, -1]], ends, rtol=0.0, atol=1e-12)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Event
+from time import monotonic
 
 from trajopt.budget import Budget, Stop
 from trajopt.query import Counts
@@ -45,10 +46,11 @@ class Meter:
     seconds: dict[str, float] = field(default_factory=dict[str, float])
     _before: int = 0
     _begin: float = 0.0
+    _wall_begin: float = 0.0
 
     def __post_init__(self) -> None:
-        """Start the clock."""
-        self._begin = self.budget.clock()
+        """Start the clocks."""
+        self._begin, self._wall_begin = self.budget.clock(), monotonic()
 
     @property
     def work(self) -> int:
@@ -68,6 +70,9 @@ class Meter:
         if budget.work is not None and self.work + going_on > budget.work:
             raise Stopped(Stop.WORK)
         if budget.seconds is not None and self.used >= budget.seconds:
+            raise Stopped(Stop.CLOCK)
+        wall = budget.wall_seconds
+        if wall is not None and monotonic() - self._wall_begin >= wall:
             raise Stopped(Stop.CLOCK)
 
     @property
@@ -120,4 +125,5 @@ class Meter:
         """
         other = Meter(self.budget, self.cancel)
         other._before, other._begin = self.work, self.budget.clock() - used
+        other._wall_begin = self._wall_begin
         return other

@@ -24,6 +24,11 @@ RANGE = 1.0
 """Longest branch of the trees, in ordinary steps of the joints."""
 FIRST_LOOK = 8
 """A line is looked at in as many places first: most lines that touch touch there."""
+SURE = 1e-8
+"""Bodies may come so much nearer than at the start and goal: no place is measured twice the same [m]."""
+IDLE = 100
+"""OMPL is stopped when it asked so often whether to stop and looked at no configuration in between: it
+waits for something that will not come, 10 ms each time, or draws the same configuration over and over."""
 
 
 def search(
@@ -51,11 +56,12 @@ def search(
         Shape (k, n), start and goal included.
 
     Raises:
-        NoGuess: If no path was found.
+        NoGuess: If no path was found, or an end is taken to be occupied: OMPL would wait for another.
     """
     free = _Free(query, np.stack((start, goal)), scale, check, checked)
     if free.between(start, goal):
         return np.stack((start, goal))
+    free.raise_what_is_occupied(start, goal)
     util.setLogLevel(util.LogLevel.LOG_NONE)
     util.RNG.setSeed(int(rng.integers(1, 2**31)))
     setup = geometric.SimpleSetup(_space(query, start, goal, scale))
@@ -81,6 +87,8 @@ def _shortened(setup: geometric.SimpleSetup, free: "_Free", start: Floats, goal:
     setup.solve(base.PlannerTerminationCondition(free.used_up))
     free.raise_what_stopped()
     if not setup.haveExactSolutionPath():
+        if free.idle:
+            raise NoGuess("the sampling planner looked at no more configurations, and found no path")
         raise NoGuess(f"the sampling planner found no path among {free.allowed} configurations")
     free.left = SHORTENED
     setup.simplifySolution(base.PlannerTerminationCondition(free.used_up))
@@ -96,9 +104,11 @@ class _Free:
         self.left = self.allowed = checked
         self._query, self._check, self._scale = query, check, scale
         self._stopped: Exception | None = None
+        self._asked, self._asked_at = 0, checked
         self._reach = KEPT * query.reduced.pairs.margin
-        contacts = query.near(ends, self._reach)
-        np.minimum.at(self._reach, contacts.pair, contacts.distance)
+        # As the tree will see them: scaled and back.
+        contacts = query.near(self.scaled(ends) * scale, self._reach)
+        np.minimum.at(self._reach, contacts.pair, contacts.distance - SURE)
 
     def between(self, start: Floats, end: Floats) -> bool:
         """Say whether the straight line between two configurations keeps clear, looked at every `STEP`."""
@@ -118,7 +128,21 @@ class _Free:
                 self._check()
             except Exception as stopped:
                 self._stopped = stopped
-        return self._stopped is not None or self.left <= 0
+        self._asked = self._asked + 1 if self.left == self._asked_at else 0
+        self._asked_at = self.left
+        return self._stopped is not None or self.left <= 0 or self.idle
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing was looked at for long: a count of configurations would never end that."""
+        return self._asked >= IDLE
+
+    def raise_what_is_occupied(self, start: Floats, goal: Floats) -> None:
+        """Raise `NoGuess` if the tree could not begin or end where it is to."""
+        for name, positions in (("start", start), ("goal", goal)):
+            seen = self.scaled(positions) * self._scale
+            if not self.between(seen, seen):
+                raise NoGuess(f"the sampling planner takes the {name} to be occupied")
 
     def raise_what_stopped(self) -> None:
         """Raise what `check` raised."""
@@ -157,8 +181,10 @@ def _state(information: base.SpaceInformation, positions: Floats) -> base.RealVe
 
 def _space(query: Query, start: Floats, goal: Floats, scale: Floats) -> base.RealVectorStateSpace:
     limits = query.reduced.limits
-    low = np.maximum(np.minimum(start, goal) - TURN, limits.lower) / scale
-    high = np.minimum(np.maximum(start, goal) + TURN, limits.upper) / scale
+    nearer, farther = np.minimum(start, goal), np.maximum(start, goal)
+    # Both ends lie within the bounds, be it by a hair beyond a limit: OMPL waits for others if they do not.
+    low = np.minimum(np.maximum(nearer - TURN, limits.lower), nearer) / scale
+    high = np.maximum(np.minimum(farther + TURN, limits.upper), farther) / scale
     bounds = base.RealVectorBounds(len(low))
     for joint in range(len(low)):
         bounds.setLow(joint, float(low[joint]))
