@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import cast
 
 import numpy as np
-import pinocchio as pin
 
 from trajopt.arrays import Floats
 from trajopt.commander.documents import document_of
@@ -13,6 +12,7 @@ from trajopt.commander.scene_messages import attached_messages
 from trajopt.commander.sensor_msgs.msg import JointState
 from trajopt.commander.world import World
 from trajopt.model.groups import Group
+from trajopt.model.named_frames import joint_above, joint_frame_names
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions
@@ -42,11 +42,10 @@ def within_bounds(message: object, robot: Robot) -> RobotState:
 
 def joint_names(robot: Robot, group: Group | None = None) -> list[str]:
     """Return the names of all joints, fixed and mimicking ones included: of a group, or of the robot."""
-    frames, kinds = robot.model.frames, (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
-    named = [frame.name for frame in frames if frame.type in kinds][1:]  # The first is the universe.
+    named = list(joint_frame_names(robot.model))
     if group is None:
         return named
-    above = {frames[frames[robot.model.getFrameId(link)].parentFrame].name for link in _moved(group)}
+    above = {joint_above(robot.model, link) for link in _moved(group)}
     return [name for name in named if name in above or name in group.joints]
 
 
@@ -54,8 +53,7 @@ def link_names(robot: Robot, group: Group | None = None) -> list[str]:
     """Return the names of the links: of a group, with what its joints move, or of the robot."""
     if group is None:
         return list(robot.links)
-    frames = robot.model.frames
-    below = {link: frames[frames[robot.model.getFrameId(link)].parentFrame].name for link in robot.links}
+    below = {link: joint_above(robot.model, link) for link in robot.links}
     return [link for link in robot.links if link in _moved(group) or below[link] in group.joints]
 
 

@@ -1,11 +1,12 @@
 """Planning groups: the joints that move together, as MoveIt's SRDF names them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pinocchio as pin
 
 from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound
+from trajopt.model.named_frames import joint_above, joint_frame_names, link_frame, link_names
 from trajopt.model.srdf import GroupElement, Srdf
 
 ALL_JOINTS = "all"
@@ -29,17 +30,31 @@ class Group:
     tip: str | None
 
 
-def _parent_joint_names(model: pin.Model, base: str, tip: str, group: str) -> list[str]:
-    """List the joints (fixed ones too) and links between base and tip, tip first."""
-    names: list[str] = []
-    frame = model.frames[model.getFrameId(tip)]
-    while frame.name != base:
-        names.append(frame.name)
-        if frame.parentFrame == 0 or frame.name == "universe":
-            raise FrameNotFound(f"base link (of group {group!r}, above {tip!r})", base, names)
-        frame = model.frames[frame.parentFrame]
-    names.append(base)
-    return names
+@dataclass(frozen=True)
+class _Members:
+    """Names of joints (fixed ones too) and of links: a link may be named like a joint."""
+
+    joints: set[str] = field(default_factory=set[str])
+    links: set[str] = field(default_factory=set[str])
+
+    def update(self, other: "_Members") -> None:
+        self.joints.update(other.joints)
+        self.links.update(other.links)
+
+
+def _chain(model: pin.Model, base: str, tip: str, group: str) -> _Members:
+    """Return the joints and links between base and tip."""
+    found = _Members()
+    link = tip
+    while link != base:
+        found.links.add(link)
+        joint = model.frames[model.frames[link_frame(model, link)].parentFrame]
+        if joint.parentFrame == 0:
+            raise FrameNotFound(f"base link (of group {group!r}, above {tip!r})", base, found.links)
+        found.joints.add(joint.name)
+        link = model.frames[joint.parentFrame].name
+    found.links.add(base)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,22 +65,22 @@ class _Tree:
     srdf: Srdf
     joints: tuple[str, ...]
     links: tuple[str, ...]
-    frames: frozenset[str]
+    all_joints: frozenset[str]
 
-    def members(self, element: GroupElement, seen: tuple[str, ...]) -> set[str]:
+    def members(self, element: GroupElement, seen: tuple[str, ...]) -> _Members:
         """Return the names of all joints and links of a group and its subgroups."""
-        found: set[str] = set()
+        found = _Members()
         for base, tip in element.chains:
             self._check_links(element, (base, tip))
-            found.update(_parent_joint_names(self.model, base, tip, element.name))
+            found.update(_chain(self.model, base, tip, element.name))
         for joint in element.joints:
-            if joint not in self.frames:
+            if joint not in self.all_joints:
                 raise JointNotFound(f"joint (in group {element.name!r})", joint, self.joints)
-            found.add(joint)
+            found.joints.add(joint)
         self._check_links(element, element.links)
         for link in element.links:
-            frame = self.model.frames[self.model.getFrameId(link)]
-            found.update((link, self.model.frames[frame.parentFrame].name))
+            found.links.add(link)
+            found.joints.add(joint_above(self.model, link))
         for name in element.subgroups:
             if name not in self.srdf.groups or name in seen:
                 raise GroupNotFound(f"subgroup (in group {element.name!r})", name, self.srdf.groups)
@@ -95,18 +110,18 @@ def resolve_groups(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapp
         GroupNotFound: If a group includes an unknown group.
     """
     movable = tuple(model.names[1:])
-    links = tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+    links = link_names(model)
     driven = tuple(joint for joint in movable if joint not in mimics | srdf.passive_joints)
     if not srdf.groups:
         return {ALL_JOINTS: Group(ALL_JOINTS, driven, links, links[-1])}
-    tree = _Tree(model, srdf, movable, links, frozenset(frame.name for frame in model.frames))
+    tree = _Tree(model, srdf, movable, links, frozenset(joint_frame_names(model)))
     groups: dict[str, Group] = {}
     for name, element in srdf.groups.items():
         found = tree.members(element, (name,))
         groups[name] = Group(
             name,
-            tuple(joint for joint in driven if joint in found),
-            tuple(link for link in links if link in found),
+            tuple(joint for joint in driven if joint in found.joints),
+            tuple(link for link in links if link in found.links),
             element.chains[0][1] if len(element.chains) == 1 else None,
         )
     return groups

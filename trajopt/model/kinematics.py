@@ -3,6 +3,7 @@
 import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly
+from trajopt.model.named_frames import link_frame
 from trajopt.model.placement import Placement
 from trajopt.model.robot import Robot
 
@@ -16,7 +17,7 @@ def link_placement(robot: Robot, link: str, positions: Floats) -> Placement:
         positions: Of all joints, shape (number of joints,) [rad | m].
     """
     data = robot.model.createData()
-    frame = robot.model.getFrameId(link)
+    frame = link_frame(robot.model, link)
     pin.framesForwardKinematics(robot.model, data, robot.configuration(positions))
     found = data.oMf[frame]
     return Placement(readonly(found.rotation.copy()), readonly(found.translation.copy()))

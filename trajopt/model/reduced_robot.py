@@ -9,6 +9,7 @@ import pinocchio as pin
 from trajopt.arrays import Floats, readonly
 from trajopt.model.fixed_body import WORLD_ANCHOR, Anchor, FixedBody
 from trajopt.model.limits import JointLimits
+from trajopt.model.named_frames import distinct_links, named_again
 from trajopt.model.pairs import BodyPairs
 from trajopt.model.placement import Placement
 from trajopt.model.recent import Recent
@@ -65,7 +66,8 @@ def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
 
 def _reduced(robot: Robot, joints: tuple[str, ...], locked: list[int], start: Floats) -> ReducedRobot:
     fixed = [place + 1 for place in locked]  # pinocchio counts the universe as joint 0
-    model = pin.buildReducedModel(robot.model, fixed, robot.configuration(start))
+    whole = distinct_links(robot.model)  # Pinocchio looks frames up by name alone.
+    model = named_again(pin.buildReducedModel(whole, fixed, robot.configuration(start)))
     names = tuple(model.names[1:])
     expand, offset = np.zeros((len(names), len(joints))), np.zeros(len(names))
     for row, name in enumerate(names):

@@ -25,8 +25,10 @@ from trajopt.model.described import adjacent_links, described_limits
 from trajopt.model.groups import Group, resolve_groups
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.mesh_cover import MeshPolicy
+from trajopt.model.named_frames import joint_frame_names, link_names
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.recent import Recent
+from trajopt.model.requirements.requirement import WORLD
 from trajopt.model.srdf import EndEffector, Srdf, read_srdf
 from trajopt.model.urdf import LinkGeometry, Mimic, read_urdf
 
@@ -129,20 +131,25 @@ class Robot:
         except ValueError as error:
             reason = f"{error} (what is wrong is told above, on standard error)"
             raise FileFormatError(str(urdf), reason) from error
-        links = tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+        links = link_names(model)
         semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
         joint_names = tuple(model.names[1:])
-        for frame in (frames or {}).values():
+        for tool, frame in (frames or {}).items():
             if frame.link not in links:
                 raise FrameNotFound("link", frame.link, links)
+            if tool in links or tool == WORLD:
+                raise ModelError(
+                    f"tool frame {tool!r} has the name of a link or of the world; choose another"
+                )
         stated: Mapping[str, Mapping[str, Any]] = {} if limits is None else read_joint_limits(Path(limits))
         bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
         groups = resolve_groups(model, semantics, frozenset(description.mimics))
+        joints = frozenset(joint_frame_names(model))
         for (group, state), values in semantics.states.items():
             if group not in groups:
                 raise GroupNotFound("group", group, groups)
             for joint in values:
-                if not model.existJointName(joint) and not model.existFrame(joint):
+                if joint not in joints:
                     raise JointNotFound(f"joint (in state {state!r})", joint, joint_names)
         return Robot(
             name=name or description.name,
@@ -166,12 +173,12 @@ class Robot:
     @cached_property
     def links(self) -> tuple[str, ...]:
         """Names of all links, root first."""
-        return tuple(frame.name for frame in self.model.frames if frame.type == pin.FrameType.BODY)
+        return link_names(self.model)
 
     @cached_property
     def fixed_joints(self) -> frozenset[str]:
         """Names of the joints that cannot move, which are not in `joint_names`."""
-        return frozenset(f.name for f in self.model.frames if f.type == pin.FrameType.FIXED_JOINT)
+        return frozenset(joint_frame_names(self.model)) - frozenset(self.joint_names)
 
     @property
     def frame_names(self) -> tuple[str, ...]:

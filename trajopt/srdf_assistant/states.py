@@ -42,7 +42,7 @@ def home_positions(
     limits = reduced.limits
     limited = np.isfinite(limits.lower) & np.isfinite(limits.upper)
     middle = np.zeros(len(limited))
-    middle[limited] = 0.5 * (limits.lower + limits.upper)[limited]
+    middle[limited] = 0.5 * (limits.lower[limited] + limits.upper[limited])
     drawn = draw_positions(limits, TRIED, rng=rng)
     nearest = np.argsort(np.abs(drawn - middle).max(axis=1))
     inside = ((limits.lower <= 0.0) & (limits.upper >= 0.0)).all()
