@@ -39,6 +39,12 @@ _INSTANT = 1e-9
 """Times nearer than this are one [s]."""
 
 
+_LARGEST = 1e100
+"""Coefficients that are larger overflow where their polynomials are differentiated and multiplied."""
+LONGEST = 1e9
+"""No trajectory takes longer: thirty years [s]."""
+
+
 class Interpolation(Enum):
     """What a trajectory does between its points."""
 
@@ -69,7 +75,11 @@ class Trajectory:
     accelerations: Floats | None = None
 
     def __post_init__(self) -> None:
-        """Check shapes and that time increases."""
+        """Check shapes and that time increases.
+
+        Raises:
+            ShapeError: If they do not fit, or times are no times from 0 to at most 1e9 s.
+        """
         object.__setattr__(self, "times", floats("times", self.times, (None,)))
         count, joints = len(self.times), len(self.joint_names)
         for name in ("positions", "velocities", "accelerations"):
@@ -78,6 +88,8 @@ class Trajectory:
                 object.__setattr__(self, name, floats(name, value, (count, joints)))
         if count < 2 or (np.diff(self.times) <= 0.0).any() or self.times[0] != 0.0:
             raise ShapeError("times", "need at least two points, starting at 0 and increasing")
+        if self.times[-1] > LONGEST:
+            raise ShapeError("times", f"end at {self.times[-1]:g} s; {LONGEST:g} s are the most")
         if len(set(self.joint_names)) != joints:
             raise ShapeError("joint_names", f"name a joint twice: {', '.join(self.joint_names)}")
         if self.accelerations is not None and self.velocities is None:
@@ -158,8 +170,22 @@ class Trajectory:
         """Polynomial coefficients, shape (degree + 1, k - 1, n), highest power first.
 
         Of the time since the start of each segment, as in `scipy.interpolate.PPoly`.
+
+        Raises:
+            ShapeError: If numbers are so large, or two times so near, that they overflow.
         """
-        return readonly(_hermite(self))
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            found = _hermite(self)
+        beyond = np.argwhere(~(np.abs(found) <= _LARGEST))
+        if len(beyond):
+            _, segment, joint = beyond[0].tolist()
+            begin, end = self.times[segment : segment + 2]
+            raise ShapeError(
+                "points",
+                f"of {self.joint_names[joint]} are no motion from {begin:g} to {end:g} s: the polynomial "
+                "between them overflows; their numbers are too large, or their times too near to each other",
+            )
+        return readonly(found)
 
     @cached_property
     def _derivatives(self) -> tuple[Floats, ...]:

@@ -8,9 +8,14 @@ from trajopt.retime.peaks import Slowdown
 from trajopt.retime.polyline import Polyline
 from trajopt.retime.result import RetimeFailure
 from trajopt.retime.torque import TorqueLimits
+from trajopt.trajectory import LONGEST
 
 GRAVITY = 1.0 - 1e-6
 """Part of a torque limit that holding still may take; a path that needs more is refused."""
+
+ROOM = 1e-3
+"""Part of the longest duration that a path may take by the limit of one joint alone: it bends, and others are
+slower there."""
 
 
 def immovable(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
@@ -26,6 +31,24 @@ def immovable(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
                 f"the {name} limit of {joint} is {limit[stuck[0]]:g}, but the path moves it",
                 joint,
                 float(line.parameters[first] / line.length),
+            )
+    return None
+
+
+def endless(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
+    """Find a joint whose limits are so low that the path would take longer than any trajectory may."""
+    span = np.ptp(line.corners, axis=0)
+    named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
+    for order, (name, limit) in enumerate(named, start=1):
+        seconds = span ** (1.0 / order) / np.where(span > 0.0, limit, 1.0) ** (1.0 / order)
+        slowest = int(seconds.argmax())
+        if seconds[slowest] > LONGEST * ROOM:
+            joint = limits.joint_names[slowest]
+            return RetimeFailure(
+                f"the {name} limit of {joint} is {limit[slowest]:g}: with it the path would take more than "
+                f"{seconds[slowest]:.2g} s, and {LONGEST * ROOM:.2g} s are the most",
+                joint,
+                0.0,
             )
     return None
 

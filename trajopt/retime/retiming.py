@@ -6,7 +6,7 @@ from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
 from trajopt.retime.options import RetimeOptions
 from trajopt.retime.polyline import polyline
-from trajopt.retime.refusal import immovable
+from trajopt.retime.refusal import endless, immovable
 from trajopt.retime.result import Retimed, RetimeFailure
 from trajopt.retime.rounding import DeviationBound, smooth
 from trajopt.retime.timing import time_path
@@ -57,7 +57,7 @@ def retime(
     torque = _torque_limits(limits, inverse_dynamics)
     if float(np.abs(line.corners).max()) <= STILL:
         return Retimed(_standing(path, options.shortest), 0.0, 0.0, 0, {})
-    failure = immovable(line, limits)
+    failure = immovable(line, limits) or endless(line, limits)
     if failure is not None:
         return failure
     smoothing = smooth(

@@ -7,6 +7,7 @@ from trajopt.model.limits import JointLimits
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.intervals import counting
 from trajopt.verify.joint_unit import joint_unit
+from trajopt.verify.moments import steps_in_pieces
 from trajopt.verify.motion import Motion
 from trajopt.verify.payload import payload_torques
 
@@ -76,8 +77,7 @@ def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:
     """Sample each segment from its own polynomial: times (s,), and orders 0 to 2, each (s, n)."""
     knots = motion.trajectory.times
     lengths = np.diff(knots)
-    counts = np.maximum(np.ceil(lengths / motion.options.sample_step) + 1, SAMPLES_PER_SEGMENT)
-    counts = counts.astype(np.int64)
+    counts = np.maximum(steps_in_pieces(motion) + 1, SAMPLES_PER_SEGMENT)
     segment = np.repeat(np.arange(len(lengths)), counts)
     local = lengths[segment] * counting(counts) / (counts[segment] - 1)
     states: list[Floats] = []

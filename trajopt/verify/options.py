@@ -21,6 +21,8 @@ class VerifyOptions:
         start_error: Largest difference from the start state [rad | m].
         rest_speed: Largest speed of a joint that counts as standing still [rad/s | m/s].
         sample_step: Longest time between samples where nothing can be proven, such as torques [s].
+        sample_travel: Where no joint can move as far in that time, samples are this far apart instead, and
+            at least eight in a piece of the trajectory [rad | m].
     """
 
     resolution: float = 1e-3
@@ -32,6 +34,7 @@ class VerifyOptions:
     start_error: float = 1e-6
     rest_speed: float = 1e-6
     sample_step: float = 0.01
+    sample_travel: float = 1e-3
 
     def __post_init__(self) -> None:
         """Check that every number is positive.

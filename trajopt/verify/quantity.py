@@ -8,6 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.interval_proof import Excess, Proof, prove_over_time
+from trajopt.verify.moments import sampled_times
 from trajopt.verify.motion import Motion
 from trajopt.verify.requirement import When, proof_at_end
 
@@ -90,12 +91,6 @@ class Quantity:
             )
 
         return prove_over_time(motion, excess)
-
-
-def sampled_times(motion: Motion) -> Floats:
-    """Return times at which a motion is sampled where nothing is proven, its own points among them [s]."""
-    count = int(np.ceil(motion.duration / motion.options.sample_step)) + 1
-    return np.unique(np.concatenate((np.linspace(0.0, motion.duration, count), motion.trajectory.times)))
 
 
 def checks_of(quantities: Sequence[Quantity], motion: Motion, when: When) -> tuple[Check, ...]:

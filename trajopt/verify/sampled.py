@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
 from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.moments import sampled_times
 from trajopt.verify.motion import Motion
 
 
@@ -44,9 +45,7 @@ def sampled_check(check: SampledCheck, motion: Motion) -> Check:
     Raises:
         ShapeError: If it returns what is not numbers of fitting shape.
     """
-    knots = motion.trajectory.times
-    count = int(np.ceil(motion.duration / motion.options.sample_step)) + 1
-    times = np.unique(np.concatenate((np.linspace(0.0, motion.duration, count), knots)))
+    times = sampled_times(motion)
     returned = check.evaluate(times, motion.trajectory(times))
     try:
         values, lower, upper = (np.asarray(part, dtype=np.float64) for part in returned)

@@ -12,9 +12,10 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.requirements import During, Requirement
 from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.moments import sampled_times
 from trajopt.verify.motion import Motion
 from trajopt.verify.quantities import quantities
-from trajopt.verify.quantity import Quantity, sampled_times
+from trajopt.verify.quantity import Quantity
 
 _ZOOMS = 8
 _PIECES = 16
