@@ -96,6 +96,52 @@ class DuplicateObject(ModelError):
         super().__init__(f"the scene already has an object {name!r}; remove or move it instead")
 
 
+class MimicCycle(ModelError):
+    """Joints mimic each other in a circle, so that none leads.
+
+    Attributes:
+        joints: The joints, each mimicking the next, and the last the first.
+    """
+
+    def __init__(self, joints: Sequence[str]) -> None:
+        """Name the joints of the circle."""
+        self.joints = tuple(joints)
+        circle = ", which mimics ".join(repr(joint) for joint in (*self.joints, self.joints[0]))
+        super().__init__(f"joints mimic each other in a circle, and none leads: {circle}")
+
+
+class MimicContradiction(ModelError):
+    """A mimic joint is put where it cannot be, given where the joint is that it follows.
+
+    Attributes:
+        joint: The mimic joint.
+        source: The joint that it follows.
+        asked: Where it is put [rad | m].
+        follows: Where it follows to [rad | m].
+    """
+
+    def __init__(self, joint: str, source: str, *, asked: float, follows: float) -> None:
+        """Name the joint, the one it follows, and both positions."""
+        self.joint, self.source, self.asked, self.follows = joint, source, asked, follows
+        super().__init__(
+            f"{joint} is put at {asked:g}, but it follows {source} to {follows:g}; give {source} instead"
+        )
+
+
+class MimicOutOfRange(ModelError):
+    """No position of a joint holds its own position limits and those of the joints that follow it.
+
+    Attributes:
+        joint: The mimic joint whose limits cannot be held.
+        source: The joint that it follows.
+    """
+
+    def __init__(self, joint: str, source: str, why: str) -> None:
+        """Name the joint and the one it follows, and say why."""
+        self.joint, self.source = joint, source
+        super().__init__(f"{joint}, which follows {source}, {why}")
+
+
 class ShapeError(ModelError):
     """An array has the wrong shape, or a number in it cannot be used.
 

@@ -37,7 +37,8 @@ class Problem:
 
     Attributes:
         scene: The robot and what is around it, with the clearance to keep.
-        start: Name of a state, joint -> position [rad | m], or positions of all joints.
+        start: Name of a state, joint -> position [rad | m], or positions of all joints. Mimic joints are
+            where they follow.
         goal: What must hold at the end: one requirement or several, or any one goal of a set.
         group: The planning group; may be left out where the robot has one only.
         constraints: What must hold all the way, or between waypoints (`during`): requirements, or
@@ -82,7 +83,7 @@ class Problem:
             start = floats("start", self.start, (len(robot.joint_names),))
         else:
             start = robot.positions(self.start)
-        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "start", robot.followed(start, checked=robot.mimics))
         if isinstance(self.goal, GoalSet):
             goals = tuple(chain(*self.goal.alternatives.values()))
         else:

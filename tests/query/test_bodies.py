@@ -156,7 +156,7 @@ def test_a_foreign_object_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TypeError, match="pinocchio model"):
         proximity.Cell(
             model=reduced,  # pyright: ignore[reportArgumentType]
-            expand=np.ascontiguousarray(reduced.expand), offset=reduced.offset, geometries=[],
+            expand=np.ascontiguousarray(reduced.mimic_matrix), offset=reduced.mimic_offset, geometries=[],
             joint=np.empty(0, dtype=np.int64), rotation=np.empty((0, 3, 3)), translation=none, centre=none,
             half=none, first=np.empty(0, dtype=np.int64), second=np.empty(0, dtype=np.int64),
             accuracy=(1e-9, 1e-6, 1e-4),

@@ -69,7 +69,7 @@ def test_geometries_stand_where_the_bodies_are(odd: Robot) -> None:
     positions = np.array((0.4, 0.1, -0.7, 1.2))
     for row, name in enumerate(tuple(reduced.model.names[1:])):
         address = model.jnt_qposadr[model.joint(name).id]
-        state.qpos[address] = (reduced.expand @ positions + reduced.offset)[row]
+        state.qpos[address] = (reduced.mimic_matrix @ positions + reduced.mimic_offset)[row]
     mujoco.mj_forward(model, state)
     place = reduced.all_positions(positions)
     for body in (*odd.bodies, *scene.object_bodies()):

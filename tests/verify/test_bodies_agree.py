@@ -192,7 +192,7 @@ def test_kinematics_torques_and_extremes(tmp_path: Path, seed: int) -> None:
     ):
         np.testing.assert_allclose(one, other, atol=1e-12)
     np.testing.assert_array_equal(mine.configurations, oracle.configurations)
-    rates = np.random.default_rng(seed).normal(size=(2, 7, len(model.expand)))
+    rates = np.random.default_rng(seed).normal(size=(2, 7, len(model.mimic_matrix)))
     np.testing.assert_allclose(
         native.torques(oracle.configurations, *rates), plain.torques(oracle.configurations, *rates), atol=1e-9
     )

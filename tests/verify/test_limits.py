@@ -243,7 +243,7 @@ def test_a_mimicking_joint_burdens_the_joint_it_follows(tmp_path: Path) -> None:
 def _energy(model: ReducedModel, positions: Floats, velocities: Floats) -> float:
     data = model.model.createData()
     q = model.configuration(positions)
-    kinetic = pin.computeKineticEnergy(model.model, data, q, model.expand @ velocities)
+    kinetic = pin.computeKineticEnergy(model.model, data, q, model.mimic_matrix @ velocities)
     return float(kinetic + pin.computePotentialEnergy(model.model, data, q))
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats, readonly
+from trajopt.arrays import Floats, floats
 from trajopt.errors import ShapeError
 from trajopt.model.placement import Placement
 from trajopt.model.requirements.requirement import direction_of, positive
@@ -130,8 +130,4 @@ class Gripper:
         moved = np.array(positions)
         for joint, value in self.joints_at(opening).items():
             moved[robot.index([joint])] = value
-        for joint, mimic in robot.mimics.items():
-            if mimic.source in self.joint_names:
-                source = moved[robot.index([mimic.source])]
-                moved[robot.index([joint])] = mimic.multiplier * source + mimic.offset
-        return readonly(moved)
+        return robot.followed(moved)

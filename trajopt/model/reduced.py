@@ -36,8 +36,8 @@ class ReducedModel:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
         limits: Their limits.
-        expand: Matrix (model joints, n) that maps the group's positions to the model's.
-        offset: Offsets of mimicking joints, shape (model joints,).
+        mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
+        mimic_offset: Offsets of mimicking joints, shape (model joints,).
         bodies: Collision bodies of links, then of objects.
         pairs: Those that must keep apart.
         anchors: Where each frame of the robot, each object and the world is fixed, by name.
@@ -50,8 +50,8 @@ class ReducedModel:
     model: pin.Model
     joint_names: tuple[str, ...]
     limits: JointLimits
-    expand: Floats
-    offset: Floats
+    mimic_matrix: Floats
+    mimic_offset: Floats
     bodies: tuple[FixedBody, ...]
     pairs: BodyPairs
     anchors: Mapping[str, Anchor]
@@ -73,12 +73,12 @@ class ReducedModel:
 
     def configuration(self, positions: Floats) -> Floats:
         """Return pinocchio's configuration of the group's positions, (n,) -> (nq,)."""
-        return configuration(self.model, self.expand @ positions + self.offset)
+        return configuration(self.model, self.mimic_matrix @ positions + self.mimic_offset)
 
     def all_positions(self, positions: Floats) -> Floats:
         """Return positions of all joints of the robot for the group's positions (n,)."""
         full = np.array(self.start)
-        moved = self.expand @ positions + self.offset
+        moved = self.mimic_matrix @ positions + self.mimic_offset
         full[self.scene.robot.index(tuple(self.model.names[1:]))] = moved
         return full
 
@@ -100,7 +100,7 @@ class ReducedModel:
 
 
 def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
-    """Fix every joint outside the group where it is at the start.
+    """Fix every joint outside the group where it is at the start; mimic joints are where they follow.
 
     Args:
         scene: The scene.
@@ -110,17 +110,18 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
     Raises:
         GroupNotFound: If the robot has no such group.
     """
+    start = scene.robot.followed(start)
     robot = reduce_robot(scene.robot, group, start)
     arrangement = arrange(scene, robot)
     return ReducedModel(
         scene,
         group,
-        readonly(np.array(start)),
+        start,
         robot.model,
         robot.joint_names,
         robot.limits,
-        robot.expand,
-        robot.offset,
+        robot.mimic_matrix,
+        robot.mimic_offset,
         arrangement.bodies,
         arrangement.pairs,
         arrangement.anchors,

@@ -25,8 +25,8 @@ class ReducedRobot:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
         limits: Their limits.
-        expand: Matrix (model joints, n) that maps the group's positions to the model's.
-        offset: Offsets of mimicking joints, shape (model joints,).
+        mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
+        mimic_offset: Offsets of mimicking joints, shape (model joints,).
         anchors: Where links and tool frames are, by name, with the world.
         bodies: Collision bodies of all links.
         pairs: The pairs that the scenes seen last must keep apart, by what decides on them.
@@ -35,8 +35,8 @@ class ReducedRobot:
     model: pin.Model
     joint_names: tuple[str, ...]
     limits: JointLimits
-    expand: Floats
-    offset: Floats
+    mimic_matrix: Floats
+    mimic_offset: Floats
     anchors: Mapping[str, Anchor]
     bodies: tuple[FixedBody, ...]
     pairs: Recent[object, BodyPairs] = field(
@@ -69,21 +69,21 @@ def _reduced(robot: Robot, joints: tuple[str, ...], locked: list[int], start: Fl
     whole = distinct_links(robot.model)  # Pinocchio looks frames up by name alone.
     model = named_again(pin.buildReducedModel(whole, fixed, robot.configuration(start)))
     names = tuple(model.names[1:])
-    expand, offset = np.zeros((len(names), len(joints))), np.zeros(len(names))
+    mimic_matrix, mimic_offset = np.zeros((len(names), len(joints))), np.zeros(len(names))
     for row, name in enumerate(names):
         if name in joints:
-            expand[row, joints.index(name)] = 1.0
+            mimic_matrix[row, joints.index(name)] = 1.0
         else:
             mimic = robot.mimics[name]
-            expand[row, joints.index(mimic.source)] = mimic.multiplier
-            offset[row] = mimic.offset
+            mimic_matrix[row, joints.index(mimic.source)] = mimic.multiplier
+            mimic_offset[row] = mimic.offset
     anchors = _anchors(model, robot)
     return ReducedRobot(
         model,
         joints,
         robot.limits.take(robot.index(joints)),
-        readonly(expand),
-        readonly(offset),
+        readonly(mimic_matrix),
+        readonly(mimic_offset),
         anchors,
         tuple(
             FixedBody(body.name, body.owner, at.joint, at.placement * body.placement, body.shape)

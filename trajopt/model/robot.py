@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, floats, readonly
+from trajopt.arrays import Floats, Ints, floats
 from trajopt.errors import (
     FileFormatError,
     FrameNotFound,
@@ -25,6 +25,7 @@ from trajopt.model.described import adjacent_links, described_limits
 from trajopt.model.groups import Group, resolve_groups
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.mesh_cover import MeshPolicy
+from trajopt.model.mimics import followed, resolve_mimics
 from trajopt.model.named_frames import joint_frame_names, link_names
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.recent import Recent
@@ -66,7 +67,7 @@ class Robot:
         end_effectors: By name.
         passive_joints: Joints that nobody drives.
         disabled_pairs: Link pairs never checked for collision.
-        mimics: Joints that follow another.
+        mimics: Joints that follow another, each with the one that leads it in the end.
         frames: Tool frames by name, beside the links.
         bodies: Collision bodies of all links.
         visuals: Visual elements of all links, for viewers.
@@ -123,7 +124,8 @@ class Robot:
             FileFormatError: If a file does not say what it must.
             MeshFileError: If a collision mesh is missing, empty or unreadable.
             UnsupportedJoint: If a joint has more than one degree of freedom.
-            NameNotFound: If the SRDF, the limits or a frame name what the URDF does not have.
+            MimicCycle: If joints mimic each other in a circle.
+            NameNotFound: If the SRDF, the limits, a frame or a mimic joint name what the URDF does not have.
         """
         description = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs])
         try:
@@ -143,8 +145,11 @@ class Robot:
                 )
         stated: Mapping[str, Mapping[str, Any]] = {} if limits is None else read_joint_limits(Path(limits))
         bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
-        groups = resolve_groups(model, semantics, frozenset(description.mimics))
         joints = frozenset(joint_frame_names(model))
+        mimics = resolve_mimics(
+            description.mimics, movable=joint_names, fixed=joints - frozenset(joint_names)
+        )
+        groups = resolve_groups(model, semantics, frozenset(mimics))
         for (group, state), values in semantics.states.items():
             if group not in groups:
                 raise GroupNotFound("group", group, groups)
@@ -161,7 +166,7 @@ class Robot:
             end_effectors=semantics.end_effectors,
             passive_joints=semantics.passive_joints,
             disabled_pairs=semantics.disabled_pairs | adjacent_links(model, links),
-            mimics=description.mimics,
+            mimics=mimics,
             frames=dict(frames or {}),
             bodies=bodies,
             visuals=description.visuals,
@@ -227,7 +232,8 @@ class Robot:
 
         Args:
             values: Joint -> position [rad | m], or the name of a state; joints not named are at
-                the position nearest to zero inside their limits, mimicking ones follow.
+                the position nearest to zero inside their limits, mimicking ones follow. What a state says
+                of a mimicking joint does not count: it follows, as in MoveIt.
             group: The group whose named state is meant; any group that has it when None.
 
         Returns:
@@ -241,11 +247,25 @@ class Robot:
         named = self.state(values, group=group) if isinstance(values, str) else (values or {})
         for joint, value in named.items():
             result[self.index([joint])[0]] = float(floats(f"position of {joint}", value, ()))
-        for joint, mimic in self.mimics.items():
-            if joint not in named:
-                source = result[self.index([mimic.source])[0]]
-                result[self.index([joint])[0]] = mimic.multiplier * source + mimic.offset
-        return readonly(result)
+        kept = () if isinstance(values, str) else named
+        following = {joint: mimic for joint, mimic in self.mimics.items() if joint not in kept}
+        return followed(self.joint_names, following, result)
+
+    def followed(self, positions: Floats, *, checked: Iterable[str] = ()) -> Floats:
+        """Return positions with each mimic joint where it follows.
+
+        Args:
+            positions: Of all joints, shape (number of joints,) [rad | m].
+            checked: Mimic joints whose position was given by somebody, and must be where they follow but
+                for what a sensor may err.
+
+        Returns:
+            Positions, shape (number of joints,), read-only.
+
+        Raises:
+            MimicContradiction: If one of those is not.
+        """
+        return followed(self.joint_names, self.mimics, positions, checked=checked)
 
     def state(self, name: str, *, group: str | None = None) -> Mapping[str, float]:
         """Return a named state of a group, as joint -> position [rad | m].

@@ -23,7 +23,7 @@ class Chain:
         self._reduced = reduced
         # Joints without limits turn; one that slid along with them would be far beyond any bound.
         lower, upper = np.maximum(limits.lower, -ENDLESS), np.minimum(limits.upper, ENDLESS)
-        ends = np.stack([reduced.expand @ side + reduced.offset for side in (lower, upper)])
+        ends = np.stack([reduced.mimic_matrix @ side + reduced.mimic_offset for side in (lower, upper)])
         names = [model.joints[joint].shortname() for joint in range(1, model.njoints)]
         self._slides = np.array([name.startswith("JointModelP") for name in names], dtype=np.bool_)
         farthest = np.abs(np.where(self._slides, ends, 0.0)).max(axis=0, initial=0.0)
@@ -62,5 +62,5 @@ class Chain:
         at = fixed.placement * centre
         for joint in self.joints(fixed.joint):
             arm = 1.0 if self._slides[joint - 1] else self.longest(joint, fixed.joint, at) + radius
-            levers += np.abs(reduced.expand[joint - 1]) * arm
+            levers += np.abs(reduced.mimic_matrix[joint - 1]) * arm
         return levers

@@ -147,7 +147,7 @@ def _periodic(reduced: ReducedModel) -> Bools:
     """Return which joints of the group have everything where it was after one turn, shape (n,)."""
     names = [reduced.model.joints[reduced.model.getJointId(name)].shortname() for name in reduced.joint_names]
     turns = np.array(["JointModelR" in name for name in names], dtype=np.bool_)
-    mimicked = (reduced.expand != 0.0).sum(axis=0) > 1
+    mimicked = (reduced.mimic_matrix != 0.0).sum(axis=0) > 1
     return turns & ~mimicked
 
 

@@ -46,8 +46,8 @@ def _cell(reduced: ReducedModel) -> proximity.Cell:
     boxes = BoundingBoxes.of(reduced)
     return proximity.Cell(
         model=reduced.model,
-        expand=np.ascontiguousarray(reduced.expand),
-        offset=reduced.offset,
+        expand=np.ascontiguousarray(reduced.mimic_matrix),
+        offset=reduced.mimic_offset,
         geometries=[collision_geometry(body.shape) for body in reduced.bodies],
         joint=boxes.joint,
         rotation=boxes.rotation,

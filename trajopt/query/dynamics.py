@@ -43,26 +43,26 @@ class DynamicsQuery(ABC):
 
         Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
         """
-        expand, states = self._reduced.expand, len(positions)
-        joints = expand.shape[0]
+        mimic_matrix, states = self._reduced.mimic_matrix, len(positions)
+        joints = mimic_matrix.shape[0]
         torque, slopes = np.empty((states, joints)), np.empty((3, states, joints, joints))
         for row, (q, v, a) in enumerate(self._states(positions, velocities, accelerations)):
             found = pin.computeRNEADerivatives(self._reduced.model, self._data, q, v, a)
             for kind, slope in enumerate(found):
                 slopes[kind, row] = slope
             torque[row] = self._data.tau
-        return TorqueSlopes(torque @ expand, *(expand.T @ slopes @ expand))
+        return TorqueSlopes(torque @ mimic_matrix, *(mimic_matrix.T @ slopes @ mimic_matrix))
 
     def _states(
         self, positions: Floats, velocities: Floats, accelerations: Floats
     ) -> Iterator[tuple[Floats, Floats, Floats]]:
         """Yield the model's configuration, velocity and acceleration of each of the group's states."""
         reduced, model = self._reduced, self._reduced.model
-        expand = reduced.expand.T
-        q = positions @ expand + reduced.offset
+        mimic_matrix = reduced.mimic_matrix.T
+        q = positions @ mimic_matrix + reduced.mimic_offset
         if model.nq != model.nv:
             q = np.array([configuration(model, row) for row in q])
-        return zip(q, velocities @ expand, accelerations @ expand, strict=True)
+        return zip(q, velocities @ mimic_matrix, accelerations @ mimic_matrix, strict=True)
 
     @abstractmethod
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
@@ -93,8 +93,8 @@ class CompiledDynamics(DynamicsQuery):
         super().__init__(reduced)
         from trajopt.native import proximity
 
-        expand = np.ascontiguousarray(reduced.expand)
-        self._core = proximity.Dynamics(model=reduced.model, expand=expand, offset=reduced.offset)
+        mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
+        self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
 
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Return the torques that a motion needs; see `DynamicsQuery.torque`."""
@@ -109,4 +109,4 @@ class PlainDynamics(DynamicsQuery):
         """Return the torques that a motion needs; see `DynamicsQuery.torque`."""
         states = self._states(positions, velocities, accelerations)
         full = np.array([pin.rnea(self._reduced.model, self._data, *state) for state in states])
-        return full.reshape(len(positions), -1) @ self._reduced.expand
+        return full.reshape(len(positions), -1) @ self._reduced.mimic_matrix

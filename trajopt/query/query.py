@@ -76,11 +76,11 @@ class Query(ABC):
         """
         linear, angular = jacobian[:, :3], jacobian[:, 3:]
         moved = linear + np.cross(angular, points[:, :, None], axisa=1, axisb=1, axisc=1)
-        return (moved * self._supports[joints][:, None, :]) @ self.reduced.expand
+        return (moved * self._supports[joints][:, None, :]) @ self.reduced.mimic_matrix
 
     def angular_jacobian(self, jacobian: Floats, joint: int) -> Floats:
         """Return Jacobians of a joint's angular velocity in the world, shape (m, 3, n)."""
-        return (jacobian[:, 3:] * self._supports[joint]) @ self.reduced.expand
+        return (jacobian[:, 3:] * self._supports[joint]) @ self.reduced.mimic_matrix
 
 
 def _supports(reduced: ReducedModel) -> Floats:

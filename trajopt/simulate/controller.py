@@ -88,8 +88,8 @@ class ComputedTorque:
             + self._stiffness * (followed.positions[step] - positions[self._driven])
         )
         q = configuration(reduced.model, positions)
-        torques = pin.rnea(reduced.model, self._data, q, velocities, reduced.expand @ wanted)
-        return reduced.expand.T @ torques
+        torques = pin.rnea(reduced.model, self._data, q, velocities, reduced.mimic_matrix @ wanted)
+        return reduced.mimic_matrix.T @ torques
 
 
 def in_group_order(reduced: ReducedModel, trajectory: Trajectory) -> Trajectory:

@@ -47,7 +47,7 @@ class Plant:
         self._position = self.model.jnt_qposadr[joints]
         self._velocity = self.model.jnt_dofadr[joints]
         self._owner = [report.owners.get(self.model.geom(i).name, "") for i in range(self.model.ngeom)]
-        self._expand, self._offset = reduced.expand, reduced.offset
+        self._mimic_matrix, self._mimic_offset = reduced.mimic_matrix, reduced.mimic_offset
         self._check_inertia(reduced)
 
     @property
@@ -69,8 +69,8 @@ class Plant:
     def reset(self, positions: Floats, velocities: Floats) -> None:
         """Put the group at positions and velocities, shape (n,) each; mimicking joints follow."""
         mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[self._position] = self._expand @ positions + self._offset
-        self.data.qvel[self._velocity] = self._expand @ velocities
+        self.data.qpos[self._position] = self._mimic_matrix @ positions + self._mimic_offset
+        self.data.qvel[self._velocity] = self._mimic_matrix @ velocities
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, torques: Floats) -> Mapping[tuple[str, str], float]:
@@ -101,7 +101,7 @@ class Plant:
         self.reset(reduced.start_positions, np.zeros(len(reduced.joint_names)))
         full = np.zeros((self.model.nv, self.model.nv))
         mujoco.mj_fullM(self.model, self.data, full)
-        moved = self._expand.T @ full[self._velocity][:, self._velocity] @ self._expand
+        moved = self._mimic_matrix.T @ full[self._velocity][:, self._velocity] @ self._mimic_matrix
         for name, inertia in zip(reduced.joint_names, np.diag(moved), strict=True):
             if inertia < SMALLEST_MOVED_INERTIA:
                 raise ModelError(

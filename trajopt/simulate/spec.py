@@ -173,9 +173,9 @@ def _add_motors(spec: mujoco.MjSpec, reduced: ReducedModel) -> None:
     for row, name in enumerate(tuple(reduced.model.names[1:])):
         if name in reduced.joint_names:
             continue
-        source = int(np.flatnonzero(reduced.expand[row])[0]) if reduced.expand[row].any() else 0
+        source = int(np.flatnonzero(reduced.mimic_matrix[row])[0]) if reduced.mimic_matrix[row].any() else 0
         rule = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=name)
         rule.name2 = reduced.joint_names[source]
         rule.objtype = mujoco.mjtObj.mjOBJ_JOINT
-        rule.data[:2] = reduced.offset[row], reduced.expand[row, source]
+        rule.data[:2] = reduced.mimic_offset[row], reduced.mimic_matrix[row, source]
         rule.solref = np.array(STIFF)

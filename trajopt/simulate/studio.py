@@ -172,7 +172,7 @@ class Studio:
         if self._motion.loose:
             where = self._motion.loose_at(t)
             self._data.mocap_pos[0], self._data.mocap_quat[0] = where.translation, scalar_first(where)
-        self._data.qpos[self._address] = reduced.expand @ self._motion(t) + reduced.offset
+        self._data.qpos[self._address] = reduced.mimic_matrix @ self._motion(t) + reduced.mimic_offset
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_camlight(self._model, self._data)
 

@@ -157,10 +157,8 @@ def _mimics(root: ElementTree.Element, robot: Robot) -> Iterator[Finding]:
     }
     for name, mimic in robot.mimics.items():
         if mimic.source not in ranges:
-            yield Finding(Severity.ERROR, name, f"mimics {mimic.source!r}, which is no joint that moves")
+            yield Finding(Severity.ERROR, name, f"follows {mimic.source!r}, which is no joint that moves")
             continue
-        if mimic.source in robot.mimics:
-            yield Finding(Severity.WARNING, name, f"mimics {mimic.source!r}, which mimics another itself")
         ends = [mimic.multiplier * end + mimic.offset for end in ranges[mimic.source]]
         lower, upper = ranges[name]
         if min(ends) < lower - 1e-3 or max(ends) > upper + 1e-3:

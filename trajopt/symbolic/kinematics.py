@@ -30,7 +30,7 @@ class SymbolicKinematics:
         self.reduced = reduced
         self.q = ca.SX.sym("q", len(reduced.joint_names))
         model = reduced.model
-        values = ca.SX(reduced.expand) @ self.q + ca.SX(reduced.offset)
+        values = ca.SX(reduced.mimic_matrix) @ self.q + ca.SX(reduced.mimic_offset)
         neutral = pin.neutral(model)
         rotations, translations = [ca.SX.eye(3)], [ca.SX(np.zeros(3))]
         for number, joint in enumerate(list(model.joints)[1:], start=1):

@@ -42,8 +42,8 @@ def _(
     for joint, factor in required.weights.items():
         if joint in moved:
             place = moved.index(joint)
-            weights += factor * reduced.expand[place]
-            constant += factor * float(reduced.offset[place])
+            weights += factor * reduced.mimic_matrix[place]
+            constant += factor * float(reduced.mimic_offset[place])
         else:
             constant += factor * float(reduced.start[robot.index([joint])[0]])
     off = abs(constant - required.value)

@@ -55,7 +55,7 @@ def frame_jacobian(
     moved = turned * nearer
     by_column = np.swapaxes(moved, 1, 2) + moved * (1.0 - np.eye(len(chain)))[None, :, :, None]
     spun = np.swapaxes(np.cross(angular[:, :, None], angular[:, None, :]) * nearer, 1, 2)
-    expand = reduced.expand[chain]
+    mimic_matrix = reduced.mimic_matrix[chain]
     parts, slopes = [linear], [by_column]
     if length > 0.0:
         parts.append(length * angular)
@@ -63,6 +63,6 @@ def frame_jacobian(
     matrix = np.concatenate(parts, axis=2)
     slope = np.concatenate(slopes, axis=3)
     return FrameJacobian(
-        np.einsum("sjd,jn->sdn", matrix, expand),
-        np.einsum("sjid,jn,im->sdnm", slope, expand, expand, optimize=True),
+        np.einsum("sjd,jn->sdn", matrix, mimic_matrix),
+        np.einsum("sjid,jn,im->sdnm", slope, mimic_matrix, mimic_matrix, optimize=True),
     )

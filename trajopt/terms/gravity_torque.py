@@ -45,8 +45,8 @@ class GravityShare:
                 model, data, reduced.configuration(positions)
             )
             torque[row] = data.g
-        by_effort = reduced.expand[:, self.joints] / reduced.limits.effort[self.joints]
-        return motion.rows_of_all(torque @ by_effort, by_effort.T @ slope @ reduced.expand)
+        by_effort = reduced.mimic_matrix[:, self.joints] / reduced.limits.effort[self.joints]
+        return motion.rows_of_all(torque @ by_effort, by_effort.T @ slope @ reduced.mimic_matrix)
 
 
 @constrain.register

@@ -43,7 +43,7 @@ def _shares(motion: Motion, times: Floats) -> Floats:
     """Torque at rest of each of the group's joints, as a share of its limit, shape (c, n)."""
     reduced = motion.reduced
     positions = motion.trajectory(times)
-    still = np.zeros((len(times), len(reduced.expand)))
+    still = np.zeros((len(times), len(reduced.mimic_matrix)))
     torques = motion.kinematics.torques(motion.kinematics.configurations(positions), still, still)
     torques = torques + payload_torques(motion, positions, still, still)
-    return np.abs(torques @ reduced.expand) / reduced.limits.effort
+    return np.abs(torques @ reduced.mimic_matrix) / reduced.limits.effort

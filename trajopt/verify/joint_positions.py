@@ -89,5 +89,5 @@ def joint_rows(motion: Motion, joints: tuple[str, ...]) -> tuple[Floats, Floats]
     for row, joint in enumerate(joints):
         if joint in moved:
             place = moved.index(joint)
-            matrix[row], offset[row] = reduced.expand[place], reduced.offset[place]
+            matrix[row], offset[row] = reduced.mimic_matrix[place], reduced.mimic_offset[place]
     return matrix, offset

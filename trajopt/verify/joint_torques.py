@@ -65,12 +65,12 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
     times, states = _samples(motion)
     configurations = motion.kinematics.configurations(states[0])
     velocities, accelerations = (
-        states[1] @ reduced.expand.T,
-        states[2] @ reduced.expand.T,
+        states[1] @ reduced.mimic_matrix.T,
+        states[2] @ reduced.mimic_matrix.T,
     )
     torques = motion.kinematics.torques(configurations, velocities, accelerations)
     torques = torques + payload_torques(motion, states[0], velocities, accelerations)
-    return times, torques @ reduced.expand
+    return times, torques @ reduced.mimic_matrix
 
 
 def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:

@@ -67,7 +67,7 @@ class Kinematics:
 
     def configurations(self, positions: Floats) -> Floats:
         """Map the group's positions, shape (c, n), to pinocchio's configurations, (c, nq)."""
-        joints = positions @ self.reduced.expand.T + self.reduced.offset
+        joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
         if not any(self._circular):
             return joints
         result = np.empty((len(joints), int(self._model.nq)))

@@ -49,7 +49,7 @@ class Motion:
         acceleration = velocity.derivative()
         self.group = (position, velocity, acceleration, acceleration.derivative())
         self._spread: Floats = np.zeros((len(kinematics.parents), len(reduced.joint_names)))
-        self._spread[1:] = np.abs(reduced.expand)
+        self._spread[1:] = np.abs(reduced.mimic_matrix)
 
     def between(self, begin: float, end: float) -> "Motion":
         """Return the part from one time to another [s], its own time starting at 0."""

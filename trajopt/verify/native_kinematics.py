@@ -30,7 +30,7 @@ class NativeKinematics(Kinematics):
 
     def poses(self, positions: Floats) -> Poses:
         """Compute where all joint frames are, for the group's positions of shape (c, n)."""
-        joints = positions @ self.reduced.expand.T + self.reduced.offset
+        joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
         rotation, translation = self.arm.place(np.ascontiguousarray(joints))
         self.calls += len(positions)
         return Poses(self.configurations(positions), rotation, translation)

@@ -62,7 +62,7 @@ class PointMotion:
         """Return velocities of the point and angular velocities of the frame, (c, 3) each [m/s | rad/s]."""
         motion, kinematics = self._motion, self._motion.kinematics
         poses = motion.poses(times)
-        rates = motion.trajectory(times, 1) @ motion.reduced.expand.T
+        rates = motion.trajectory(times, 1) @ motion.reduced.mimic_matrix.T
         chain = np.array(self._chain, dtype=np.int64)
         axes = np.einsum("cjab,jb->cja", poses.rotation[:, chain], kinematics.axes[chain])
         turning = axes * rates[:, chain - 1, None]

@@ -58,7 +58,7 @@ class _Columns:
         self._point = place * requirement.offset
         self._chain = motion.kinematics.chain(self._joint)[::-1]
         self._turns = motion.kinematics.revolute[list(self._chain)]
-        self._expand = motion.reduced.expand[[joint - 1 for joint in self._chain]]
+        self._mimic_matrix = motion.reduced.mimic_matrix[[joint - 1 for joint in self._chain]]
 
     def matrices(self, times: Floats) -> Floats:
         """Return the Jacobian at times (c,): shape (c, 6, n), or (c, 3, n) without rotation."""
@@ -67,7 +67,7 @@ class _Columns:
         linear = np.where(turns, np.cross(axis, arm), axis)
         rows = np.concatenate((linear, self._length * axis * turns), axis=2)
         rows = rows if self._length > 0.0 else linear
-        return np.einsum("ckd,kn->cdn", rows, self._expand)
+        return np.einsum("ckd,kn->cdn", rows, self._mimic_matrix)
 
     def change(self, middle: Floats, moved: Floats) -> Floats:
         """Bound the norm of the change while joints leave where they are at `middle` by `moved`.
@@ -94,7 +94,7 @@ class _Columns:
         linear = inner + outer * self._turns
         angular = self._length * turn * self._turns
         size = np.hypot(linear, angular)
-        return np.linalg.norm(size @ np.abs(self._expand), axis=1)
+        return np.linalg.norm(size @ np.abs(self._mimic_matrix), axis=1)
 
     def _axes(self, times: Floats) -> tuple[Floats, Floats]:
         """Return axes and arms to the point of the chain's joints, in the world, (c, k, 3) each."""

@@ -1,0 +1,95 @@
+"""Mimic joints: which joint each follows in the end, and by what factor and offset."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from trajopt.arrays import Floats, readonly
+from trajopt.errors import JointNotFound, MimicContradiction, MimicCycle
+from trajopt.model.urdf import Mimic
+
+MIMIC_ERROR = 0.01
+"""A measured mimic joint may be this far from where it follows, and is taken to be there [rad | m]."""
+
+
+def resolve_mimics(
+    stated: Mapping[str, Mimic], *, movable: Sequence[str], fixed: frozenset[str]
+) -> Mapping[str, Mimic]:
+    """Trace chains of mimic joints to the joint that leads them.
+
+    Along a chain positions are mapped one after the other, so factors multiply and offsets are carried on.
+    A fixed joint stands at zero, so what mimics it stands at its offset; a fixed joint that mimics another
+    stands still all the same.
+
+    Args:
+        stated: What the URDF says, by mimic joint.
+        movable: Names of the joints that move.
+        fixed: Names of the joints that do not.
+
+    Returns:
+        Mimic joints by name, in the order of `movable`; the source of each mimics no other.
+
+    Raises:
+        JointNotFound: If a joint mimics one that the robot does not have.
+        MimicCycle: If joints mimic each other in a circle.
+    """
+    for joint, mimic in stated.items():
+        if mimic.source not in movable and mimic.source not in fixed:
+            raise JointNotFound(f"joint (that {joint!r} mimics)", mimic.source, (*movable, *fixed))
+        _refuse_cycle(joint, stated)
+    moving = {joint: mimic for joint, mimic in stated.items() if joint in movable}
+    return {joint: _traced(joint, moving) for joint in movable if joint in moving}
+
+
+def followed(
+    joint_names: Sequence[str],
+    mimics: Mapping[str, Mimic],
+    positions: Floats,
+    *,
+    checked: Iterable[str] = (),
+) -> Floats:
+    """Return positions with each mimic joint where it follows.
+
+    Args:
+        joint_names: Names of all joints that move, n of them.
+        mimics: Mimic joints by name, each with the joint that leads it.
+        positions: Of all joints, shape (n,) [rad | m].
+        checked: Mimic joints whose position somebody gave; `MIMIC_ERROR` is accepted.
+
+    Returns:
+        Positions, shape (n,), read-only.
+
+    Raises:
+        MimicContradiction: If one of those was put elsewhere than where it follows.
+    """
+    result, refused = np.array(positions), frozenset(checked)
+    for joint, mimic in mimics.items():
+        place = joint_names.index(joint)
+        # A fixed joint stands at zero.
+        source = result[joint_names.index(mimic.source)] if mimic.source in joint_names else 0.0
+        asked, follows = float(result[place]), float(mimic.multiplier * source + mimic.offset)
+        if joint in refused and not abs(asked - follows) <= MIMIC_ERROR:
+            raise MimicContradiction(joint, mimic.source, asked=asked, follows=follows)
+        result[place] = follows
+    return readonly(result)
+
+
+def _refuse_cycle(joint: str, stated: Mapping[str, Mimic]) -> None:
+    passed = [joint]
+    while passed[-1] in stated:
+        source = stated[passed[-1]].source
+        if source in passed:
+            raise MimicCycle(passed[passed.index(source) :])
+        passed.append(source)
+
+
+def _traced(joint: str, moving: Mapping[str, Mimic]) -> Mimic:
+    found = moving[joint]
+    while found.source in moving:
+        above = moving[found.source]
+        found = Mimic(
+            above.source,
+            found.multiplier * above.multiplier,
+            found.multiplier * above.offset + found.offset,
+        )
+    return found
