@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.model.array_cache import Arrays, cached_arrays
+from trajopt.model.closed_surface import closed_surface
 from trajopt.model.convex import VERSION, CoverMethod, convex_pieces
 from trajopt.model.mesh_file import Mesh, load_mesh
 from trajopt.model.shapes import Convex, Shape, convex
@@ -21,7 +22,8 @@ class MeshPolicy:
 
     Attributes:
         exact: Keep the triangles themselves (slower, and without depth of penetration) in place
-            of convex pieces that contain them.
+            of convex pieces that contain them. What a closed part of them encloses is in contact;
+            hollows whose faces point into them are not solid, and open parts have no inside.
         hull_excess: A mesh becomes its convex hull where that adds at most this share of volume
             and stands out of the mesh nowhere by more than twice the tolerance.
         tolerance: Convex pieces stand out of the mesh by no more than this, as sampled [m].
@@ -48,7 +50,9 @@ class Cover:
 def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     """Return the shapes that stand for a mesh, and say which they are."""
     if policy.exact:
-        return Cover((mesh,), f"exact mesh of {len(mesh.faces)} triangles")
+        known = f"exact mesh of {len(mesh.faces)} triangles"
+        doubt = closed_surface(mesh).note
+        return Cover((mesh,), f"{known}; {doubt}" if doubt else known)
     cover = convex_pieces(mesh, hull_excess=policy.hull_excess, tolerance=policy.tolerance)
     shapes = tuple(convex(piece) for piece in cover.pieces)
     if cover.method is CoverMethod.HULL:

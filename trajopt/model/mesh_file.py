@@ -89,7 +89,7 @@ class Mesh(Derived):
         Returns:
             Shape (k,). Open parts contain nothing.
         """
-        part, closed = self._parts(opening)
+        part, closed = self.parts(opening)
         solid = closed[part]
         triangles, part = self.triangles[solid], part[solid]
         frame = _generic_frame()
@@ -121,8 +121,15 @@ class Mesh(Derived):
             distances[index] = coal.distance(surface, here, dot, there, request, result)
         return np.maximum(distances, 0.0)
 
-    def _parts(self, opening: float) -> tuple[Ints, Bools]:
-        """Return the part of each face, shape (m,), and whether each part is closed, shape (parts,)."""
+    def parts(self, opening: float) -> tuple[Ints, Bools]:
+        """Tell the parts apart, sets of faces joined by edges, and which of them are closed.
+
+        Args:
+            opening: Holes narrower than this [m] leave a part closed.
+
+        Returns:
+            Part of each face, shape (m,), and whether each part is closed, shape (parts,).
+        """
         edges, face = _edges(self.faces), np.tile(np.arange(len(self.faces)), 3)
         _, edge, count = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
         edge = edge.ravel()

@@ -48,7 +48,9 @@ class ClearanceSearch:
 
     def run(self) -> Findings:
         """Search until every pair is proven, a contact is found or the search is given up."""
-        self._look_at_ends()
+        # At the ends, too, bodies that surfaces enclose are found: to get inside in between, or out, a strict
+        # pair would have to meet. One that was let through a surface is looked for at all times.
+        self._survey(np.array((0.0, self._motion.duration)))
         items = self._start()
         while len(items.cell) and self.gap is None:
             items = self._advance(items)
@@ -56,19 +58,6 @@ class ClearanceSearch:
                 self._survey(np.linspace(0.0, self._motion.duration, _SURVEYED))
                 break
         return Findings(self.free, self.accepted, tuple(self.contacts), self.gap, self._windows)
-
-    def _look_at_ends(self) -> None:
-        """Measure what is near at either end, and look for bodies enclosed by exact meshes.
-
-        To get inside a mesh in between, a body would have to cross its surface.
-        """
-        ends = np.array((0.0, self._motion.duration))
-        self._survey(ends)
-        poses = self._motion.poses(ends)
-        for row in (0, 1):
-            pair = self._distances.enclosed(poses, row)
-            depth = self._distances.measure_hulls(poses, np.full(len(pair), row), pair)
-            self._judge(pair, depth, np.full(len(pair), ends[row]))
 
     def _survey(self, times: Floats) -> None:
         """Measure what is near at some times, of shape (c,) [s]."""

@@ -3,10 +3,11 @@
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
+from trajopt.model.closed_surface import part_points
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Mesh, Plane, bounding_sphere
 from trajopt.verify.coal_geometry import CoalPairs, hull_of
-from trajopt.verify.enclosure import inside, representatives
+from trajopt.verify.enclosure import inside
 from trajopt.verify.kinematics import Poses
 from trajopt.verify.pair_distances import PairDistances
 from trajopt.verify.placed_bodies import Solid, gaps
@@ -102,7 +103,9 @@ class Distances(PairDistances):
         result[meshed] = self._coal.measure(poses, cell[meshed], pair[meshed])[0] - self._error
         convex = ~planar & ~meshed
         result[convex] = self._convex(poses, cell[convex], pair[convex])
-        touching = np.flatnonzero(meshed & (result <= 0.0))
+        touching = meshed & (result <= 0.0)
+        for item in np.flatnonzero(meshed & ~touching).tolist():
+            touching[item] = self._encloses(poses, int(cell[item]), int(pair[item]))
         result[touching] = np.minimum(
             result[touching], self.measure_hulls(poses, cell[touching], pair[touching])
         )
@@ -127,19 +130,6 @@ class Distances(PairDistances):
         """Say which pairs have an exact mesh in them (and no half-space)."""
         return self._meshed[pair]
 
-    def enclosed(self, poses: Poses, cell: int) -> Ints:
-        """Return the pairs of which one body is enclosed by the other's exact mesh."""
-        found: list[int] = []
-        for pair in np.flatnonzero(self._meshed).tolist():
-            one, other = self._ends(pair)
-            for solid, shell in ((one, other), (other, one)):
-                if isinstance(shell.shape, Mesh):
-                    seen = shell.at(poses, cell).inverse() * solid.at(poses, cell)
-                    if inside(seen * representatives(solid.shape), shell.shape).any():
-                        found.append(pair)
-                        break
-        return np.array(found, dtype=np.int64)
-
     def nearest(self, poses: Poses) -> Floats:
         """Measure every pair that may touch or be the nearest strict one, shape (p,) [m]."""
         count = len(self.first)
@@ -149,10 +139,17 @@ class Distances(PairDistances):
         for some in (order[:_FIRST_MEASURED], order[_FIRST_MEASURED:]):
             near = some[lower[some] <= max(float(measured[self.strict].min(initial=np.inf)), 0.0)]
             measured[near] = self.measure(poses, cell[near], near)
-        enclosed = self.enclosed(poses, 0)
-        hulls = self.measure_hulls(poses, cell[enclosed], enclosed)
-        measured[enclosed] = np.minimum(measured[enclosed], hulls)
         return measured
+
+    def _encloses(self, poses: Poses, cell: int, pair: int) -> bool:
+        """Say whether one body of a pair is enclosed by the other's exact mesh."""
+        one, other = self._ends(pair)
+        for solid, shell in ((one, other), (other, one)):
+            if isinstance(shell.shape, Mesh):
+                seen = shell.at(poses, cell).inverse() * solid.at(poses, cell)
+                if inside(seen * part_points(solid.shape), shell.shape).any():
+                    return True
+        return False
 
     def _convex(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs of convex bodies by the gap along the direction that Coal proposes."""

@@ -59,10 +59,6 @@ class NativeDistances(PairDistances):
         """Measure by a search of all directions, shape (i,) [m]."""
         return self._proof.search_depths(poses.rotation, poses.translation, cell, pair)
 
-    def enclosed(self, poses: Poses, cell: int) -> Ints:
-        """Return the pairs of which one body is enclosed by the other's exact mesh."""
-        return np.array(self._proof.enclosed(poses.rotation, poses.translation, cell), dtype=np.int64)
-
     def nearest(self, poses: Poses) -> Floats:
         """Measure every pair that may touch or be the nearest strict one, shape (p,) [m]."""
         return self._proof.nearest(poses.rotation, poses.translation, self.strict)

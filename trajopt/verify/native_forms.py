@@ -5,10 +5,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from trajopt.model.closed_surface import closed_surface, part_points
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.native import proof
 from trajopt.verify.coal_geometry import hull_of
-from trajopt.verify.enclosure import representatives
 
 _made: WeakKeyDictionary[Shape, proof.Form] = WeakKeyDictionary()
 
@@ -67,5 +67,6 @@ def _(shape: Mesh) -> proof.Form:
         np.ascontiguousarray(shape.vertices),
         np.ascontiguousarray(shape.faces, dtype=np.int64),
         native_form(hull_of(shape)),
-        np.ascontiguousarray(representatives(shape)),
+        np.ascontiguousarray(part_points(shape)),
+        np.ascontiguousarray(closed_surface(shape).triangles),
     )

@@ -17,7 +17,7 @@ class PairDistances(ABC):
 
     A distance is positive between bodies apart and minus the depth in penetration. Each is a lower
     bound of the true one, from the judge's own support functions; that of half-spaces is exact. An
-    exact mesh has no depth, so in contact its convex hull stands for it.
+    exact mesh has no depth, so its convex hull stands for it in contact and around what it encloses.
 
     Attributes:
         reduced: The model.
@@ -100,10 +100,6 @@ class PairDistances(ABC):
             Lower bounds of the distances, those between the hulls of exact meshes, shape (i,) [m];
             minus infinity for half-spaces.
         """
-
-    @abstractmethod
-    def enclosed(self, poses: Poses, cell: int) -> Ints:
-        """Return the pairs of which one body is enclosed by the other's exact mesh."""
 
     @abstractmethod
     def nearest(self, poses: Poses) -> Floats:

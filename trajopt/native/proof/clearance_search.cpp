@@ -42,7 +42,9 @@ ClearanceSearch::ClearanceSearch(const Bodies& bodies, const Candidates& candida
 
 void ClearanceSearch::run() {
   if (bodies_.pairs.empty()) return;
-  look_at_ends();
+  // At the ends, too, bodies that surfaces enclose are found: to get inside in between, or out, a strict pair would
+  // have to meet. One that was let through a surface is looked for at all times.
+  for (const double time : {0.0, motion_.duration()}) look(*at(time), false);
   search();
   if (contacts.empty() && gap.pair < 0) {
     if (nothing_near()) search();
@@ -85,19 +87,6 @@ bool ClearanceSearch::nothing_near() {
 std::shared_ptr<Snapshot> ClearanceSearch::at(double time) {
   ++configurations;
   return std::make_shared<Snapshot>(bodies_, time, motion_.joints(time).data());
-}
-
-// Look at both ends, there for bodies enclosed by exact meshes, too: to get inside one in between, a body would have
-// to cross its surface.
-void ClearanceSearch::look_at_ends() {
-  for (const double time : {0.0, motion_.duration()}) {
-    const auto end = at(time);
-    look(*end, false);
-    for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
-      if (!bodies_.pairs[pair].meshed || !meter_.encloses(int(pair), *end)) continue;
-      judge(int(pair), time, meter_.measure_hulls(int(pair), *end));
-    }
-  }
 }
 
 void ClearanceSearch::look(Snapshot& at, bool only_contacts) {
@@ -213,6 +202,7 @@ bool ClearanceSearch::prove(int number, Reach& here) {
     Snapshot& early = chords ? *here.early : *here.middle;
     Snapshot& late = chords ? *here.late : *here.middle;
     bound = meter_.prove(number, early, late, std::max(wanted + slack, slack)) - slack;
+    if (bound > wanted && windows_.number[number] >= 0 && meter_.encloses(number, *here.middle)) bound = -infinite;
     // Contact that is accepted to some depth: no direction separates, but depth changes by no more than the travel.
     if (!(bound > wanted) && accept && wanted < 0.0) bound = middle_distance(number, here, off) - off;
   }

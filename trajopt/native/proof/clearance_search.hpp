@@ -97,7 +97,6 @@ class ClearanceSearch {
   long before_;
 
   std::shared_ptr<Snapshot> at(double time);
-  void look_at_ends();
   void look(Snapshot& at, bool only_contacts);
   void consider(int pair, Snapshot& at, bool only_contacts);
   void judge(int pair, double time, double distance);

@@ -34,6 +34,7 @@ struct Form {
   std::array<int, 8> corners{};                  // Of a large hull, the farthest vertex into each octant.
   std::shared_ptr<const Form> hull;           // Of a mesh.
   std::shared_ptr<const SurfaceTree> tree;    // Of a mesh.
+  std::shared_ptr<const SurfaceTree> shell;   // Of a mesh's closed parts, which have an inside; null without any.
   std::vector<Vec> representatives;           // One point of each connected part.
 
   mutable std::once_flag coal_once;           // Coal's twin is made when it is first asked for.

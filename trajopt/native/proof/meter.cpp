@@ -29,8 +29,8 @@ Measured Meter::measure(int number, Snapshot& at, double within) {
   const double limit = within + error_;
   if (pair.meshed) {
     const double distance = surface_distance(number, at, limit);
-    if (distance > error_) return {distance - error_, distance < limit};
-    // Surfaces have no depth: in contact the hulls stand for them.
+    if (distance > error_ && !encloses(number, at)) return {distance - error_, distance < limit};
+    // Surfaces have no depth: in contact, and around what is enclosed, the hulls stand for them.
     return {std::min(std::max(distance, 0.0) - error_, measure_hulls(number, at)), true};
   }
   bool exact = true;
@@ -61,10 +61,10 @@ bool Meter::encloses(int number, Snapshot& at) const {
   const int seen[2] = {pair.first_seen, pair.second_seen}, body[2] = {pair.first, pair.second};
   for (const int shell : {0, 1}) {
     const Form& mesh = bodies_.form(body[shell]);
-    if (mesh.kind != Kind::Mesh) continue;
+    if (mesh.shell == nullptr) continue;
     const Pose where = at.seen(seen[shell]).inverse() * at.seen(seen[1 - shell]);
     for (const Vec& point : bodies_.form(body[1 - shell]).representatives) {
-      if (mesh.tree->encloses(where * point)) return true;
+      if (mesh.shell->encloses(where * point)) return true;
     }
   }
   return false;

@@ -49,7 +49,7 @@ Kind round_kind(const std::string_view name) {
 }
 
 std::shared_ptr<Form> mesh(const Numbers& vertices, const Counts& faces, std::shared_ptr<Form> hull,
-                           const Numbers& representatives) {
+                           const Numbers& representatives, const Numbers& closed) {
   auto form = make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0), false);
   form->kind = Kind::Mesh;
   form->hull = std::move(hull);
@@ -57,7 +57,17 @@ std::shared_ptr<Form> mesh(const Numbers& vertices, const Counts& faces, std::sh
   for (size_t i = 0; i < representatives.shape(0); ++i) {
     form->representatives.push_back(vector(representatives.data() + 3 * i));
   }
-  form->tree = std::make_shared<SurfaceTree>(*form);
+  SurfaceTree::Triangles surface, shell;
+  for (const auto& face : form->faces) {
+    auto corner = [&](int i) { return vector(vertices.data() + 3 * face[i]); };
+    surface.push_back({corner(0), corner(1), corner(2)});
+  }
+  for (size_t i = 0; i < closed.shape(0); ++i) {
+    const double* at = closed.data() + 9 * i;
+    shell.push_back({vector(at), vector(at + 3), vector(at + 6)});
+  }
+  form->tree = std::make_shared<SurfaceTree>(std::move(surface));
+  if (!shell.empty()) form->shell = std::make_shared<SurfaceTree>(std::move(shell));
   return form;
 }
 
@@ -133,15 +143,6 @@ class Proof {
   Array search_depths(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair) {
     return each(rotation, translation, cell, pair,
                 [this](int number, Snapshot& at) { return meter_.search_depth(number, at); });
-  }
-  std::vector<int64_t> enclosed(const Numbers& rotation, const Numbers& translation, int64_t cell) {
-    nb::gil_scoped_release release;
-    Snapshot at = snapshot(rotation, translation, cell);
-    std::vector<int64_t> found;
-    for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
-      if (bodies_.pairs[pair].meshed && meter_.encloses(int(pair), at)) found.push_back(int64_t(pair));
-    }
-    return found;
   }
   Array nearest(const Numbers& rotation, const Numbers& translation, const Flags& strict) {
     std::vector<double> found;
@@ -266,7 +267,6 @@ NB_MODULE(proof, m) {
       .def("measure", &Proof::measure)
       .def("measure_hulls", &Proof::measure_hulls)
       .def("search_depths", &Proof::search_depths)
-      .def("enclosed", &Proof::enclosed)
       .def("nearest", &Proof::nearest)
       .def("search", &Proof::search);
 }

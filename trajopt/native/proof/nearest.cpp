@@ -35,10 +35,6 @@ std::vector<double> measure_nearest(const Bodies& bodies, const Candidates& cand
     }
     if (best <= radius || radius == infinite) break;
   }
-  for (size_t pair = 0; pair < measured.size(); ++pair) {
-    if (!bodies.pairs[pair].meshed || !meter.encloses(int(pair), at)) continue;
-    measured[pair] = std::min(measured[pair], meter.measure_hulls(int(pair), at));
-  }
   return measured;
 }
 

@@ -22,13 +22,7 @@ double triangle_angle(const std::array<Vec, 3>& corners, const Vec& point) {
 
 }  // namespace
 
-SurfaceTree::SurfaceTree(const Form& mesh) {
-  Triangles triangles;
-  triangles.reserve(mesh.faces.size());
-  for (const auto& face : mesh.faces) {
-    auto corner = [&](int i) { return Vec(mesh.x[face[i]], mesh.y[face[i]], mesh.z[face[i]]); };
-    triangles.push_back({corner(0), corner(1), corner(2)});
-  }
+SurfaceTree::SurfaceTree(Triangles triangles) {
   nodes.reserve(2 * triangles.size());
   build(triangles, 0, triangles.size());
 }
@@ -113,7 +107,7 @@ double SurfaceTree::solid_angle(const Vec& point, double factor) const {
       open.push_back(node.right);
     }
   }
-  return std::abs(angle);
+  return angle;
 }
 
 bool SurfaceTree::encloses(const Vec& point) const {

@@ -24,14 +24,14 @@ struct SurfaceTree {
 
   std::vector<Node> nodes;  // The first is the root.
 
-  explicit SurfaceTree(const Form& mesh);
+  using Triangles = std::vector<std::array<Vec, 3>>;
+  explicit SurfaceTree(Triangles triangles);
 
   Vec support(int node, const Vec& direction) const;
-  // Whether the surface winds around a point; small gaps in it do no harm.
+  // Whether a closed surface winds around a point, seen counter-clockwise from outside; small gaps do no harm.
   bool encloses(const Vec& point) const;
 
  private:
-  using Triangles = std::vector<std::array<Vec, 3>>;
   int build(Triangles& triangles, size_t begin, size_t end);
   double solid_angle(const Vec& point, double far_factor) const;
 };
