@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all check docs bench bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
+.PHONY: demo test test-all campaign check docs bench bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -17,6 +17,11 @@ test: $(STAMP_DEV) check
 
 test-all: $(STAMP_DEV) check
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+# Thousands of random problems, judged by code of its own; goes on where it was stopped (rows in out/campaign).
+# OPTIONS: those of tests/fuzz/campaign/__main__.py, such as --families mimic_chain --count 100.
+campaign: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.campaign --out out/campaign --workers $(WORKERS) $(OPTIONS)
 
 check: $(STAMP_DEV)
 	$(BIN)/ruff check .

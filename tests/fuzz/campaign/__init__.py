@@ -1,0 +1,1 @@
+"""Thousands of random problems, each judged by code that shares nothing with the planner and its judge."""

@@ -1,0 +1,182 @@
+"""A fixed part of the random campaign, and that its own check sees what is wrong."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.fuzz.campaign.arms import installed, random_arm
+from tests.fuzz.campaign.asked import near
+from tests.fuzz.campaign.case import Case, Contact, Thing
+from tests.fuzz.campaign.check import fault_of_configuration, fault_of_path, fault_of_trajectory
+from tests.fuzz.campaign.drawing import at, moving
+from tests.fuzz.campaign.registry import FAMILIES, case, keys
+from tests.fuzz.campaign.rows import Rows
+from tests.fuzz.campaign.shapes import ball, box, prism, sphere
+from tests.fuzz.campaign.summary import summary
+from tests.fuzz.campaign.trial import FALSE, trial
+from tests.fuzz.campaign.workers import run
+from tests.fuzz.hanging import hang_or_die
+
+SLOW, CHUNK = 500, 50
+ELSEWHERE = 100_000
+"""Seed from which the slow part begins: none of the quick part's."""
+
+
+def wrong(part: list[tuple[str, int]]) -> str:
+    """Ask problems and say which ended as none may."""
+    rows = [trial(family, seed) for family, seed in part]
+    bad = [row for row in rows if row["outcome"] in FALSE]
+    return summary(rows) if bad else ""
+
+
+HELD = (
+    "margins", "walls", "open_meshes", "closed_meshes", "kept_requirements", "conflicts_panda",
+    "clutter_panda", "clutter_ur5", "clutter_xarm7",
+)  # fmt: skip
+"""Families of which no problem ends as none may."""
+
+
+@pytest.mark.parametrize("family", HELD)
+def test_two_of_each_family(family: str) -> None:
+    assert not wrong(list(keys(2, families=[family])))
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1200)
+@pytest.mark.parametrize("chunk", range(0, SLOW, CHUNK))
+def test_a_fixed_part_of_the_campaign(chunk: int) -> None:
+    assert not wrong(list(keys(SLOW, start=ELSEWHERE, families=HELD))[chunk : chunk + CHUNK])
+
+
+def test_most_known_motions_are_found() -> None:
+    rows = [trial(*key) for key in keys(24, families=["open_meshes", "margins", "walls"])]
+    known = [row for row in rows if row["known"] == "feasible"]
+    assert len(known) >= 20
+    assert sum(row["outcome"] == "verified" for row in known) >= len(known) - 2
+
+
+def test_a_problem_comes_again() -> None:
+    for family in ("mimic_chain", "closed_meshes", "conflicts"):
+        one, other = (case(family, 3) for _ in range(2))
+        assert (one.start == other.start).all() and one.impossible == other.impossible
+        assert len(one.things) == len(other.things)
+
+
+def test_families_go_on_from_a_seed() -> None:
+    first, later = list(keys(200)), list(keys(200, start=50))
+    assert len(set(first)) == 200
+    assert {family for family, _ in first} == set(FAMILIES)
+    assert min(seed for _, seed in later) == 50
+
+
+# ----------------------------------------------------------------- the check sees what is wrong
+
+
+def planned() -> tuple[Case, to.Trajectory]:
+    """A problem of the campaign and a motion for it."""
+    drawn = case("joint_tolerance", 0)
+    return drawn, to.plan(drawn.problem()).require().trajectory
+
+
+def test_own_kinematics_is_that_of_pinocchio() -> None:
+    rng = np.random.default_rng(5)
+    for arm in (random_arm(rng), random_arm(rng, mimics=True), random_arm(rng, mimics=True, tight=True)):
+        robot = arm.source.robot()
+        q = rng.uniform(*arm.chain.bounds())
+        everywhere = robot.positions(dict(zip(arm.chain.driven, q.tolist(), strict=True)))
+        places = arm.chain.places(q[None])
+        scene = to.Scene(robot)
+        for link in robot.links:
+            expected = scene.placement_of(link, everywhere)
+            assert places[link][0][:3, 3] == pytest.approx(expected.translation, abs=1e-12)
+            assert places[link][0][:3, :3] == pytest.approx(expected.rotation, abs=1e-12)
+
+
+def test_a_sound_motion_has_no_fault() -> None:
+    assert fault_of_trajectory(*planned()) == ""
+
+
+def test_a_motion_too_fast_elsewhere_or_restless_is_seen() -> None:
+    drawn, motion = planned()
+    speeds, pushes = motion.velocities, motion.accelerations
+    assert speeds is not None and pushes is not None
+    fast = to.Trajectory(motion.joint_names, motion.times / 2, motion.positions, 2 * speeds, 4 * pushes)
+    assert "beyond its limit" in fault_of_trajectory(drawn, fast)
+    shifted = replace(drawn, start=drawn.start + 1e-4)
+    assert "does not begin" in fault_of_trajectory(shifted, motion)
+    part = motion.between(0.0, motion.duration * 0.6)
+    assert "does not rest" in fault_of_trajectory(drawn, part)
+    far = near(dict(zip(motion.joint_names, (motion.positions[-1] + 0.01).tolist(), strict=True)), 9e-3)
+    assert "misses" in fault_of_trajectory(replace(drawn, goals=(far,)), motion)
+
+
+def test_a_thing_on_the_way_is_seen_and_how_near_it_may_be() -> None:
+    drawn, motion = planned()
+    middle = motion(motion.duration / 2)[None]
+    tip = next(item for item in drawn.arm.chain.bodies if item.link == drawn.arm.tip)
+    spot = (drawn.arm.chain.places(middle)[tip.link] @ tip.place)[0][:3, 3]
+    blocked = replace(drawn, things=(Thing("thing", sphere(0.01), at(spot)),))
+    assert "thing" in fault_of_trajectory(blocked, motion)
+    assert "keep" in fault_of_trajectory(replace(drawn, required=5.0), motion)
+
+
+def test_a_follower_beyond_its_limits_is_seen() -> None:
+    rng = np.random.default_rng(3)
+    arm = random_arm(rng, mimics=True, tight=True)
+    low, high = arm.chain.bounds()
+    seen = [fault_of_configuration(Case(arm=arm, start=q, goals=()), q, goals=False)
+            for q in rng.uniform(low, high, (50, len(low)))]  # fmt: skip
+    assert any(fault == "is outside the limits" for fault in seen)
+
+
+def test_what_is_inside_a_closed_mesh_is_seen() -> None:
+    turns = np.linspace(0.0, 2 * np.pi, 12, endpoint=False)
+    outline = np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    for solid in (ball(1.0), prism(outline, 2.0, lids=True)):
+        inside = solid.inside(np.array([(0.0, 0.1, 0.2), (0.7, 0.0, 0.0), (1.2, 0.0, 0.0), (0.0, 0.0, 3.0)]))
+        assert inside.tolist() == [True, True, False, False]
+    drawn = moving(np.random.default_rng(1))
+    tip = drawn.arm.chain.places(drawn.start[None])[drawn.arm.tip][0]
+    beyond = at(np.array((0.5, 0.0, 0.0)))
+    chip = Thing("chip", box(0.01, 0.01, 0.01), beyond, drawn.arm.tip, (drawn.arm.tip,))
+    around = Thing("around", ball(0.08), at((tip @ beyond)[:3, 3]))
+    still = np.stack((drawn.start, drawn.start))
+    inside = replace(drawn, things=(chip, around))
+    assert "chip and around" in fault_of_path(inside, still)
+    deep = replace(inside, contacts=(Contact("chip", "around", 1e-3, 0.5, 0.5),))
+    assert "deep" in fault_of_path(deep, still)
+    assert fault_of_path(replace(drawn, things=(chip,)), still) == ""
+
+
+def test_the_panda_is_read_as_it_is() -> None:
+    arm = installed("panda")
+    assert len(arm.chain.driven) == 7
+    assert arm.chain.limits()[1][:7] == pytest.approx([15.0, 7.5, 10.0, 12.5, 15.0, 20.0, 20.0])
+
+
+# ----------------------------------------------------------------- it can be stopped, and goes on
+
+
+def test_one_that_hangs_or_dies_costs_its_problem_only(tmp_path: Path) -> None:
+    rows = Rows(tmp_path / "rows.jsonl")
+    run([("any", seed) for seed in range(4)], ask=hang_or_die, workers=2, seconds=3.0, keep=rows.append)
+    ended = {key: row["outcome"] for key, row in Rows(tmp_path / "rows.jsonl").done.items()}
+    assert ended == {
+        "any-0": "verified", "any-1": "hang", "any-2": "crash", "any-3": "verified"
+    }  # fmt: skip
+    assert "any-1: hang" in summary(list(rows.done.values()))
+
+
+def test_a_row_torn_off_is_asked_again(tmp_path: Path) -> None:
+    file = tmp_path / "rows.jsonl"
+    Rows(file).append({"key": "a-0", "outcome": "verified"})
+    whole = file.read_text()
+    file.write_text(whole + '{"key": "a-1", "outc')
+    rows = Rows(file)
+    assert list(rows.done) == ["a-0"]
+    rows.append({"key": "a-1", "outcome": "failed"})
+    assert list(Rows(file).done) == ["a-0", "a-1"]
+    assert file.read_text().startswith(whole)
