@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trajopt.errors import ShapeError
+from trajopt.shown import shown
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -43,8 +44,8 @@ def floats(
     """
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ShapeError(name, f"not numbers: {value!r}") from error
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise ShapeError(name, f"not numbers: {shown(value)}") from error
     expected = tuple(shape)
     if array.ndim != len(expected) or (
         array.shape != expected
@@ -53,7 +54,7 @@ def floats(
         wanted = "(" + ", ".join("any" if n is None else str(n) for n in expected) + ")"
         raise ShapeError(name, f"needs shape {wanted}, has {array.shape}")
     if not np.isfinite(array).all() and (not infinite or np.isnan(array).any()):
-        raise ShapeError(name, f"holds a number that is not finite: {array.tolist()}")
+        raise ShapeError(name, f"holds a number that is not finite: {shown(array.tolist())}")
     return readonly(array)
 
 

@@ -9,6 +9,7 @@ from multiprocessing import get_all_start_methods
 from trajopt.arrays import number
 from trajopt.errors import ProblemError
 from trajopt.inputs import one_of
+from trajopt.shown import shown
 
 BACKSTOP = (10.0, 10.0)
 """A budget by another clock than the wall's also ends after so many times its seconds, and so many more, on
@@ -63,10 +64,10 @@ class Budget:
         given = {name: value for name, value in bounds.items() if value is not None}
         for name, value in (given | {"workers": self.workers}).items():
             if type(value) is not int or value < 1:
-                raise ProblemError(f"a budget's {name} must be a whole number above zero, is {value!r}")
+                raise ProblemError(f"a budget's {name} must be a whole number above zero, is {shown(value)}")
         one_of("improve", self.improve, bool)
         if not callable(self.clock):
-            raise ProblemError(f"clock is a function that tells the time, is {self.clock!r}")
+            raise ProblemError(f"clock is a function that tells the time, is {shown(self.clock)}")
         if self.improve and not self.bounded:
             raise ProblemError("a budget that improves needs seconds, work or tries to end it")
         if self.workers > 1 and "fork" not in get_all_start_methods():

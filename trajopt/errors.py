@@ -7,6 +7,8 @@ a question at all. Each class also derives from the builtin exception that it re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
+from trajopt.shown import shown
+
 
 class TrajoptError(Exception):
     """Root of every error that trajopt raises on purpose."""
@@ -40,14 +42,14 @@ class NameNotFound(ModelError, KeyError):
         self.name = name
         names = sorted(known)
         self.known: Sequence[str] = tuple(names)
-        self.near: Sequence[str] = tuple(get_close_matches(str(name), names, n=3, cutoff=0.4))
+        self.near: Sequence[str] = tuple(get_close_matches(shown(name).strip("'"), names, n=3, cutoff=0.4))
         if self.near:
             hint = "did you mean " + " or ".join(repr(near) for near in self.near) + "?"
         elif names:
             hint = "known: " + ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
         else:
             hint = "there are none here"
-        self.message = f"no {kind} named {name!r}; {hint}"
+        self.message = f"no {kind} named {shown(name)}; {hint}"
         super().__init__(self.message)
 
     def __str__(self) -> str:
@@ -93,7 +95,7 @@ class DuplicateObject(ModelError):
     def __init__(self, name: str) -> None:
         """Name the id that is taken."""
         self.name = name
-        super().__init__(f"the scene already has an object {name!r}; remove or move it instead")
+        super().__init__(f"the scene already has an object {shown(name)}; remove or move it instead")
 
 
 class MimicCycle(ModelError):
@@ -204,7 +206,7 @@ class UnsupportedJoint(ModelError):
         """Name the joint and what to write in its place."""
         self.name = name
         super().__init__(
-            f"joint {name!r} is of type {joint_type!r}; write it as a chain of prismatic, "
+            f"joint {shown(name)} is of type {shown(joint_type)}; write it as a chain of prismatic, "
             "revolute and continuous joints, one degree of freedom each"
         )
 

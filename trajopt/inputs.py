@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from trajopt.errors import ProblemError
+from trajopt.shown import shown
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -17,7 +18,7 @@ def mapping(name: str, value: Mapping[Key, Value]) -> Mapping[Key, Value]:
         ProblemError: If it is none.
     """
     if not isinstance(value, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ProblemError(f"{name} is a mapping by name, is {value!r}")
+        raise ProblemError(f"{name} is a mapping by name, is {shown(value)}")
     return value
 
 
@@ -28,7 +29,7 @@ def sequence(name: str, value: Iterable[Value]) -> Sequence[Value]:
         ProblemError: If it is none, or a single text.
     """
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
-        raise ProblemError(f"{name} is a collection, is {value!r}")
+        raise ProblemError(f"{name} is a collection, is {shown(value)}")
     return tuple(value)
 
 
@@ -39,7 +40,7 @@ def one_of(name: str, value: object, kind: type[Value]) -> Value:
         ProblemError: If it is of another.
     """
     if not isinstance(value, kind):
-        raise ProblemError(f"{name} is a {kind.__name__}, is {value!r}")
+        raise ProblemError(f"{name} is a {kind.__name__}, is {shown(value)}")
     return value
 
 
@@ -50,5 +51,5 @@ def path(name: str, value: Path | str) -> Path:
         ProblemError: If it is none.
     """
     if not isinstance(value, Path | str):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ProblemError(f"{name} is the path of a file, is {value!r}")
+        raise ProblemError(f"{name} is the path of a file, is {shown(value)}")
     return Path(value)

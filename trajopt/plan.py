@@ -12,6 +12,7 @@ from trajopt.methods import Knots, Method
 from trajopt.planning import Attempts, Meter, Portfolio, Progress, Search
 from trajopt.problem import Problem
 from trajopt.result import Result
+from trajopt.shown import shown
 
 NO_BOUNDS = Budget()
 """The budget unless told otherwise: the first guesses that planning knows of, one after the other."""
@@ -52,7 +53,7 @@ def plan(
     one_of("budget", budget, Budget)
     if not isinstance(method, Method | None):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ProblemError(
-            f"method is a Method, is {method!r}; trajopt.methods.method_named returns one by its name"
+            f"method is a Method, is {shown(method)}; trajopt.methods.method_named returns one by its name"
         )
     method, rng, meter = method or Knots(), rng or np.random.default_rng(0), Meter(budget, cancel, progress)
     goals = problem.alternatives or {"": problem}

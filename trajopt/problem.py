@@ -17,6 +17,7 @@ from trajopt.model.requirements import During, GoalSet, Requirement
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed
+from trajopt.shown import shown
 from trajopt.terms.residual import END, WHOLE, Constraint, Cost
 from trajopt.terms.smoothness import Acceleration, Velocity
 
@@ -296,7 +297,7 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
     for item in constraints:
         asked = cast("During[object]", item).required if isinstance(item, During) else item
         if not isinstance(asked, Requirement | Constraint):
-            raise ProblemError(f"{asked!r} is neither a requirement nor a Constraint")
+            raise ProblemError(f"{shown(asked)} is neither a requirement nor a Constraint")
         if isinstance(asked, Constraint) and asked.window not in (WHOLE, END):
             raise ProblemError(
                 f"{asked.residual.name}: a share of the knots has no time of its own that could be judged; "
@@ -309,7 +310,9 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
 def _check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
     for name, wanted in waypoints.items():
         if not wanted or not all(isinstance(item, Requirement) for item in wanted):
-            raise ProblemError(f"waypoint {name!r} is no requirement and no sequence of such: {wanted!r}")
+            raise ProblemError(
+                f"waypoint {name!r} is no requirement and no sequence of such: {shown(wanted)}"
+            )
     if knots < len(waypoints) + 2:
         raise ProblemError(
             f"{len(waypoints)} waypoints need at least {len(waypoints) + 2} knots, not {knots}"

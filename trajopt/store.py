@@ -10,6 +10,7 @@ from trajopt.errors import FileFormatError
 from trajopt.moveit.document import read_document, write_text
 from trajopt.moveit.joint_trajectory import read_points
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
+from trajopt.shown import shown
 from trajopt.trajectory import Trajectory
 
 
@@ -44,7 +45,7 @@ def _check(value: object, path: str, place: str) -> None:
         case dict():
             for key, inner in cast("dict[object, object]", value).items():
                 if not isinstance(key, str):
-                    raise FileFormatError(path, f"{place}: the key {key!r} is no text")
+                    raise FileFormatError(path, f"{place}: the key {shown(key)} is no text")
                 _check(inner, path, f"{place}.{key}" if place else key)
         case list() | tuple():
             for i, inner in enumerate(cast("Sequence[object]", value)):

@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "trajopt"
 
 LAYERS = {
-    "errors": 0, "arrays": 0, "inputs": 0, "native": 0,
+    "shown": 0, "errors": 0, "arrays": 0, "files": 0, "yaml_files": 0, "inputs": 0, "native": 0,
     "model": 1, "trajectory": 1, "nlp": 1,
     "query": 2, "symbolic": 2,
     "terms": 3, "solvers": 3,

@@ -1,6 +1,5 @@
 """`trajopt compare`: methods side by side, on the same problems, with the same budget and judge."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, cast
@@ -24,6 +23,7 @@ from trajopt.comparison.page import page
 from trajopt.comparison.summary import summaries
 from trajopt.comparison.table import LEGEND, RUN_HEAD, SUMMARY_HEAD, markdown, run_cells, summary_cells
 from trajopt.errors import FileFormatError, MissingExtra
+from trajopt.files import read_json
 from trajopt.methods import Method, method_named, method_names
 from trajopt.store import write_json, write_text
 from trajopt.view.comparison_plots import comparison_figures
@@ -96,9 +96,9 @@ def read_runs(path: Path) -> tuple[Run, ...]:
         FileFormatError: If the file is missing, or holds no runs.
     """
     try:
-        document = json.loads(path.read_text())
-        return tuple(Run.from_dict(item) for item in cast("list[dict[str, object]]", document["results"]))
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        document = cast("dict[str, list[dict[str, object]]]", read_json(path))
+        return tuple(Run.from_dict(item) for item in document["results"])
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise FileFormatError(str(path), f"holds no runs of a comparison ({error})") from error
 
 

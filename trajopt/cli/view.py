@@ -15,6 +15,7 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.errors import FileFormatError
+from trajopt.files import read_json
 from trajopt.problem import Problem, named_problem
 from trajopt.store import read_trajectory
 from trajopt.view import view as open_viewer
@@ -66,7 +67,11 @@ def view(
 
 def _problem_of(plan: Path) -> Problem:
     """Rebuild the problem that a plan's file names."""
-    source = cast("dict[str, object]", json.loads(plan.read_text()).get("source", {}))
+    document = read_json(plan)
+    source = cast("dict[str, object]", document).get("source") if isinstance(document, dict) else None
+    if not isinstance(source, dict):
+        raise FileFormatError(str(plan), "names no scene; give --robot, --scene and --request")
+    source = cast("dict[str, object]", source)
     if isinstance(source.get("problem"), str):
         return named_problem(str(source["problem"]))
     robot = RobotSource.from_dict(plan, source)

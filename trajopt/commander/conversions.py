@@ -10,6 +10,7 @@ from trajopt.commander.rospy import Time
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.model.placement import Placement, placement
 from trajopt.moveit.pose import read_placement
+from trajopt.shown import shown
 
 
 def pose_to_list(pose_msg: Pose) -> list[float]:
@@ -55,7 +56,7 @@ def placement_of(pose: Any) -> Placement:
         return placement(numbers[:3], quaternion=numbers[3:])
     raise MoveItCommanderException(
         "a pose is a Pose, a PoseStamped, [x, y, z, roll, pitch, yaw] or [x, y, z, qx, qy, qz, qw], "
-        f"not {pose!r}"
+        f"not {shown(pose)}"
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.errors import ProblemError
 from trajopt.moveit.document import Node
+from trajopt.shown import shown
 
 M = TypeVar("M")
 
@@ -39,7 +40,7 @@ def _plain(value: Any, name: str) -> object:
         return {key: _plain(getattr(value, key), name) for key in members}
     if isinstance(value, Iterable):
         return [_plain(inner, name) for inner in value]  # pyright: ignore[reportUnknownVariableType]
-    raise ProblemError(f"{name}: {value!r} is no message")
+    raise ProblemError(f"{name}: {shown(value)} is no message")
 
 
 def field_names(message: Any) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from trajopt.commander.planning import reading_in
 from trajopt.errors import NameNotFound, ProblemError
 from trajopt.moveit.constraints import read_constraints
 from trajopt.moveit.document import Node, read_document
+from trajopt.shown import shown
 
 
 class GroupConstraints(GroupBase):
@@ -82,7 +83,7 @@ class GroupConstraints(GroupBase):
             MoveItCommanderException: If there is no such folder, or a file in it is malformed.
         """
         if not Path(host).is_dir():
-            raise ProblemError(f"set_constraints_database: {host!r} is no folder")
+            raise ProblemError(f"set_constraints_database: {shown(host)} is no folder")
         stored: dict[str, Constraints] = {}
         for path in sorted(Path(host).glob("*.yaml")):
             document = read_document(path)

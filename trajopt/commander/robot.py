@@ -14,6 +14,7 @@ from trajopt.commander.robot_states import joint_names, link_names, state_messag
 from trajopt.commander.visualization_msgs.msg import MarkerArray
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import FrameNotFound, JointNotFound
+from trajopt.shown import shown
 
 
 class Joint:
@@ -126,7 +127,7 @@ class RobotCommander:
         values, group, chosen = (_first(args, kind) for kind in (dict, str, list))
         state = next((each for each in args if is_message(each, "joint_state")), None)
         if len(args) != sum(each is not None for each in (values, state, group, chosen)):
-            raise MoveItCommanderException(f"get_robot_markers: cannot make sense of {args!r}")
+            raise MoveItCommanderException(f"get_robot_markers: cannot make sense of {shown(args)}")
         links = self.get_link_names(group) if chosen is None else list(chosen)
         positions = state_positions(values if state is None else state, self.world)
         return markers(self.world.scene, positions, links)

@@ -7,6 +7,7 @@ from trajopt.errors import FrameNotFound, ProblemError, ShapeError
 from trajopt.inputs import one_of, sequence
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.shown import shown
 
 
 def count_of(name: str, value: int) -> int:
@@ -45,7 +46,7 @@ def requirements_of(
     wanted = (asked,) if isinstance(asked, Requirement) else tuple(sequence(name, asked))
     for item in wanted:
         if not isinstance(cast("object", item), Requirement):
-            raise ProblemError(f"{name}: {item!r} is no requirement")
+            raise ProblemError(f"{name}: {shown(item)} is no requirement")
         reduced.scene.robot.index(item.joints)
         for frame in item.frames:
             reduced.scene.holder(frame)

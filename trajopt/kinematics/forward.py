@@ -13,6 +13,7 @@ from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.query import Query, query_of
+from trajopt.shown import shown
 from trajopt.terms.frames import RelativeFrame, relative_frame
 from trajopt.terms.motion import Motion
 
@@ -125,5 +126,5 @@ def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:
     try:
         rows = np.atleast_2d(np.asarray(positions, dtype=np.float64))
     except (TypeError, ValueError) as error:
-        raise ShapeError("positions", f"not numbers: {positions!r}") from error
+        raise ShapeError("positions", f"not numbers: {shown(positions)}") from error
     return floats("positions", rows, (None, joints))

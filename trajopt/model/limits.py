@@ -9,9 +9,20 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import FileFormatError, JointNotFound
+from trajopt.files import number_of
+from trajopt.shown import shown
 
 DEFAULT_ACCELERATION_TIME = 0.5
 """A joint without an acceleration limit reaches its velocity limit in this time [s]."""
+_COLUMNS: Mapping[str, tuple[str, ...]] = {
+    "has_velocity_limits": ("max_velocity",),
+    "has_acceleration_limits": ("max_acceleration",),
+    "has_jerk_limits": ("max_jerk",),
+    "has_effort_limits": ("max_effort",),
+    "has_position_limits": ("min_position", "max_position"),
+}
+_LIMITS = frozenset(key for keys in _COLUMNS.values() for key in keys)
+_LARGEST = 1e300  # beyond it sums of limits overflow
 DEFAULT_VELOCITY = 1.0
 """Velocity limit [rad/s | m/s] of a joint whose description states none."""
 
@@ -145,16 +156,39 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
     Raises:
         FileFormatError: If the file is missing, is no YAML, or has no such mapping.
     """
-    import yaml
+    from trajopt.yaml_files import read_yaml
 
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    try:
-        document = yaml.load(path.read_text(), loader)
-    except (OSError, yaml.YAMLError) as error:
-        raise FileFormatError(str(path), str(error)) from error
+    documents = read_yaml(path)
+    document = documents[0] if len(documents) == 1 else None
     entries = (
         cast("dict[object, object]", document).get("joint_limits") if isinstance(document, dict) else None
     )
     if not isinstance(entries, dict):
         raise FileFormatError(str(path), "has no mapping `joint_limits`")
-    return cast("dict[str, dict[str, Any]]", entries)
+    return {
+        str(joint): _checked(str(path), f"joint_limits.{joint}", entry)
+        for joint, entry in cast("dict[object, object]", entries).items()
+    }
+
+
+def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]:
+    """Return what is known of one joint's entry: flags, and numbers that a limit can be."""
+    if not isinstance(entry, dict):
+        raise FileFormatError(path, f"{place}: must be a mapping, is {shown(entry)}")
+    found: dict[str, float | bool] = {}
+    for key, value in cast("dict[object, object]", entry).items():
+        if key in _COLUMNS:
+            if not isinstance(value, bool):
+                raise FileFormatError(path, f"{place}.{key}: must be true or false, is {shown(value)}")
+            found[str(key)] = value
+        elif key in _LIMITS:
+            number = number_of(value)
+            if number is None or not abs(number) < _LARGEST:
+                raise FileFormatError(path, f"{place}.{key}: must be a finite number, is {shown(value)}")
+            if key not in _COLUMNS["has_position_limits"] and number < 0.0:
+                raise FileFormatError(path, f"{place}.{key}: must not be negative, is {number:g}")
+            found[str(key)] = number
+    lower, upper = found.get("min_position", -_LARGEST), found.get("max_position", _LARGEST)
+    if found.get("has_position_limits", True) and lower > upper:
+        raise FileFormatError(path, f"{place}: min_position {lower:g} is above max_position {upper:g}")
+    return found

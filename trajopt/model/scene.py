@@ -22,6 +22,7 @@ from trajopt.model.requirements import WORLD
 from trajopt.model.robot import FrameAttachment, Robot
 from trajopt.model.scene_object import Part, SceneObject, covered_parts
 from trajopt.model.shapes import Shape
+from trajopt.shown import shown
 
 if TYPE_CHECKING:
     from trajopt.model.arrangement import Arrangement
@@ -97,7 +98,7 @@ class Scene:
         if name in self.objects:
             raise DuplicateObject(name)
         if not name or name == WORLD or name in self.robot.frame_names:
-            raise ModelError(f"object id {name!r} is taken by a frame of the robot or is empty")
+            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot or is empty")
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
         links = self._links(touch_links)
@@ -114,7 +115,7 @@ class Scene:
         self.object(name)
         for other in self.objects.values():
             if other.frame == name:
-                raise ModelError(f"object {other.name!r} is placed in {name!r}; remove or move it first")
+                raise ModelError(f"object {other.name!r} is placed in {shown(name)}; remove or move it first")
         return replace(
             self,
             objects={key: item for key, item in self.objects.items() if key != name},
@@ -137,7 +138,7 @@ class Scene:
         over = target
         while over in self.objects:
             if over == name:
-                raise ModelError(f"object {name!r} cannot be placed in its own frame")
+                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
             over = self.objects[over].frame
         return self._with(replace(item, placement=placement, frame=target))
 
@@ -188,7 +189,7 @@ class Scene:
         """
         item = self.object(name)
         if self.holder(name).link == WORLD:
-            raise ModelError(f"object {name!r} is not attached to a link")
+            raise ModelError(f"object {shown(name)} is not attached to a link")
         where = self.placement_of(name, at)
         return self._with(replace(item, placement=where, frame=WORLD, touch_links=frozenset[str]()))
 
@@ -247,7 +248,7 @@ class Scene:
             if number(label, value) < 0.0:
                 raise ShapeError(label, f"is negative: {value:g}")
         if first == 0.0 and last == 0.0:
-            raise ModelError(f"allowance {name!r}: say for how long, `first` or `last` seconds")
+            raise ModelError(f"allowance {shown(name)}: say for how long, `first` or `last` seconds")
         allowance = ContactAllowance(name, a, b, depth, first, last)
         return replace(self, allowances=(*self.allowances, allowance))
 

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 from trajopt.errors import FileFormatError, MeshFileError, UnsupportedJoint
 from trajopt.model.placement import Placement, placement
 from trajopt.model.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from trajopt.shown import shown
 
 ONE_DEGREE_OF_FREEDOM = ("revolute", "continuous", "prismatic")
 
@@ -80,7 +81,9 @@ def _numbers(path: Path, element: ElementTree.Element, key: str, default: str) -
     try:
         return [float(word) for word in text.split()]
     except ValueError as error:
-        raise FileFormatError(str(path), f"<{element.tag} {key}={text!r}> is no list of numbers") from error
+        raise FileFormatError(
+            str(path), f"<{element.tag} {key}={shown(text)}> is no list of numbers"
+        ) from error
 
 
 def resolve_mesh(filename: str, urdf: Path, package_dirs: Sequence[Path]) -> Path:

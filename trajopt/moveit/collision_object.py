@@ -11,6 +11,7 @@ from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, placement_in_world, read_frame, require
 from trajopt.moveit.pose import read_placement
 from trajopt.moveit.shapes import read_parts
+from trajopt.shown import shown
 
 OBJECT_FIELDS = (
     *("header", "id", "pose", "type", "operation", "primitives", "primitive_poses"),
@@ -76,7 +77,7 @@ def read_operation(node: Node) -> str:
         return OPERATIONS[value]
     if isinstance(value, str) and value.upper() in OPERATIONS:
         return value.upper()
-    raise node.error(f"unknown operation {value!r}; known: {', '.join(OPERATIONS)}")
+    raise node.error(f"unknown operation {shown(value)}; known: {', '.join(OPERATIONS)}")
 
 
 def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scene:

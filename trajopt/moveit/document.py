@@ -1,8 +1,6 @@
 """Documents on disk, read value by value: every complaint names the file and the place in it."""
 
-import json
 import os
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -10,16 +8,10 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import cast
 
-import yaml
-
 from trajopt.errors import FileFormatError
-
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-# YAML 1.1 takes 1e-05 (no point) for a string; writers in other languages mean the number.
-_EXPONENT = re.compile(r"[-+]?\d+(\.\d*)?[eE][-+]?\d+")
-
-_NESTING = re.compile(r"[\[{]|[\]}]|(?:[-?] ){100}")
-_DEEPEST = 100
+from trajopt.files import number_of, read_json
+from trajopt.shown import shown
+from trajopt.yaml_files import read_yaml
 
 
 @dataclass(frozen=True)
@@ -58,9 +50,9 @@ class Node:
         known = sorted(fields)
         for key in self._mapping():
             if key not in known:
-                near = get_close_matches(str(key), known, n=1)
+                near = get_close_matches(shown(key), known, n=1)
                 hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}"
-                raise self.error(f"unknown key {key!r}{hint}")
+                raise self.error(f"unknown key {shown(key)}{hint}")
         return self
 
     def has(self, key: str) -> bool:
@@ -96,14 +88,9 @@ class Node:
             FileFormatError: If it is no number, or not finite.
         """
         value = default if self.value is None else self.value
-        if isinstance(value, str) and _EXPONENT.fullmatch(value):
-            value = float(value)
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        result = number_of(value)
+        if result is None:
             raise self.error(f"must be a number, is {_say(value)}")
-        try:
-            result = float(value)
-        except OverflowError:
-            result = float("inf")
         if isnan(result) or not (infinite or isfinite(result)):
             raise self.error(f"must be finite, is {result}")
         return result
@@ -135,31 +122,10 @@ def read_document(path: Path | str) -> Node:
     Raises:
         FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one mapping.
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileFormatError(str(path), f"cannot be read: {error}") from error
-    _refuse_deep_nesting(path, text)
-    try:
-        if Path(path).suffix == ".json":
-            documents: list[object] = [json.loads(text)]
-        else:
-            documents = [part for part in yaml.load_all(text, _LOADER) if part is not None]
-    except (ValueError, RecursionError, yaml.YAMLError) as error:
-        raise FileFormatError(str(path), f"cannot be parsed: {error}") from error
+    documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
     if len(documents) != 1 or not isinstance(documents[0], dict):
         raise FileFormatError(str(path), "must hold one mapping")
     return Node(cast("object", documents[0]), str(path))
-
-
-def _refuse_deep_nesting(path: Path | str, text: str) -> None:
-    # The C parser of YAML descends by recursion, and ends the process where the stack does.
-    depth = 0
-    for match in _NESTING.finditer(text):
-        mark = match.group()
-        depth += 1 if mark in "[{" else -1 if mark in "]}" else _DEEPEST
-        if depth >= _DEEPEST:
-            raise FileFormatError(str(path), f"is nested more than {_DEEPEST} levels deep")
 
 
 def write_text(path: Path | str, text: str) -> None:
@@ -184,7 +150,4 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 def _say(value: object) -> str:
-    if value is None:
-        return "missing"
-    shown = repr(value)
-    return shown if len(shown) <= 60 else f"{shown[:57]}..."
+    return "missing" if value is None else shown(value)

@@ -12,6 +12,7 @@ from trajopt.model.scene_object import Part
 from trajopt.model.shapes import Box, Cone, Cylinder, Plane, Shape, Sphere
 from trajopt.moveit.document import Node
 from trajopt.moveit.pose import read_placement, read_vector
+from trajopt.shown import shown
 
 PRIMITIVE_FIELDS = ("type", "dimensions", "polygon")
 PRIMITIVES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
@@ -59,11 +60,11 @@ def read_kind(node: Node) -> tuple[str, list[Node]]:
     """Return the kind of a solid primitive and its dimensions, as many as that kind has."""
     node.only(PRIMITIVE_FIELDS)
     kind = node["type"].value
-    name = str(kind).lower()
+    name = kind.lower() if isinstance(kind, str) else ""
     if isinstance(kind, int) and not isinstance(kind, bool):
         name = PRIMITIVES.get(kind, name)
     if name not in DIMENSIONS:
-        raise node["type"].error(f"no shape {kind!r} here; known: {', '.join(DIMENSIONS)}")
+        raise node["type"].error(f"no shape {shown(kind)} here; known: {', '.join(DIMENSIONS)}")
     sizes = node["dimensions"].elements()
     if len(sizes) != len(DIMENSIONS[name]):
         wanted = ", ".join(DIMENSIONS[name])

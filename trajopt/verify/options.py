@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from trajopt.errors import ProblemError
+from trajopt.shown import shown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,4 +45,4 @@ class VerifyOptions:
         """
         for name, value in vars(self).items():
             if not value > 0:
-                raise ProblemError(f"VerifyOptions.{name} must be positive, is {value!r}")
+                raise ProblemError(f"VerifyOptions.{name} must be positive, is {shown(value)}")

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
+from trajopt.shown import shown
 
 AXES = "sxyz"
 
@@ -14,7 +15,7 @@ AXES = "sxyz"
 def _order(axes: str) -> Any:
     """Return scipy's name of an order of turns: s means fixed axes, r turning ones."""
     if len(axes) != 4 or axes[0] not in "sr" or not set(axes[1:]) <= set("xyz"):
-        raise ShapeError("axes", f"must be s or r and three of x, y, z, such as 'sxyz'; is {axes!r}")
+        raise ShapeError("axes", f"must be s or r and three of x, y, z, such as 'sxyz'; is {shown(axes)}")
     return axes[1:] if axes[0] == "s" else axes[1:].upper()
 
 

@@ -12,6 +12,7 @@ from trajopt.inputs import one_of, sequence
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
 from trajopt.model.shapes import LARGEST_SIZE, Box, Cylinder, Plane, Sphere
+from trajopt.shown import shown
 
 Region = Box | Sphere | Cylinder | Plane
 """Convex shapes that a point can be held in; `Plane` is the half-space below its plane z = 0."""
@@ -79,7 +80,7 @@ def position_in_region(
         shape = member[0] if isinstance(member, tuple) else member  # pyright: ignore
         if not isinstance(shape, Region):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise ProblemError(
-                f"position_in_region({frame!r}): {shape!r} is no Box, Sphere, Cylinder or Plane"
+                f"position_in_region({frame!r}): {shown(shape)} is no Box, Sphere, Cylinder or Plane"
             )
     base = IDENTITY if placement is None else one_of("placement", placement, Placement)
     members = tuple((shape, base * where) for shape, where in given)
