@@ -25,6 +25,8 @@ Asked = Requirement | Constraint
 """What can be asked of a motion on the way: plain data, or a residual of your own with bounds."""
 DEFAULT_KNOTS = 24
 """Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
+MOST_KNOTS = 2000
+"""Time and memory grow with the square of the knots: so many take some seconds and 0.3 GB."""
 
 
 def default_costs() -> tuple[Cost, ...]:
@@ -49,7 +51,7 @@ class Problem:
             The timed motion rounds the corners of the path, so tolerances of a millimetre or more are
             kept best.
         costs: What to minimise; squared velocity and acceleration unless told otherwise.
-        knots: Number of knots of the path.
+        knots: Number of knots of the path, from 3 to 2000.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest speeds of tools: one limit or several.
@@ -303,8 +305,8 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
                 f"{asked.residual.name}: a share of the knots has no time of its own that could be judged; "
                 "bound the part by waypoints, with `during`"
             )
-    if not isinstance(knots, int) or knots < 3:
-        raise ProblemError(f"knots must be a whole number, at least 3; are {knots}")
+    if not isinstance(knots, int) or not 3 <= knots <= MOST_KNOTS:
+        raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}; are {knots}")
 
 
 def _check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:

@@ -7,8 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, readonly
-from trajopt.errors import ShapeError
+from trajopt.errors import ShapeError, SizeError
 from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
+
+FARTHEST = 1e6
+"""Coordinates of a placement that is asked for are within this [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +112,11 @@ def placement(
     Raises:
         ShapeError: If a number is not finite, the quaternion has no length, the matrix is no
             rotation, or more than one orientation is given.
+        SizeError: If the position is farther than 1e6 m: nothing there could be told apart to a micrometre.
     """
     translation = floats("xyz", xyz, (3,))
+    if np.abs(translation).max() > FARTHEST:
+        raise SizeError("xyz", f"is {translation.tolist()} m; {FARTHEST:g} m is the farthest")
     if sum(value is not None for value in (rpy, quaternion, rotation)) > 1:
         raise ShapeError("orientation", "give one of rpy, quaternion and rotation, not several")
     matrix = np.eye(3)

@@ -8,6 +8,9 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
 
+SLOWEST = 1e-9
+"""Lower limits allow no motion that ends [m/s | rad/s]."""
+
 
 @dataclass(frozen=True, eq=False)
 class ToolSpeed:
@@ -62,11 +65,16 @@ def tool_speed(
 
     Raises:
         ShapeError: If a number is not usable.
-        ProblemError: If a limit is not positive, or there is none, or a steady speed has no limit.
+        ProblemError: If a limit is not positive or below 1e-9, or there is none, or a steady speed has no
+            limit.
     """
     limits = {"linear": linear, "angular": angular}
     for name, limit in limits.items():
-        if not number(f"{name} speed of {frame}", limit, infinite=True) > 0.0:
+        speed = number(f"{name} speed of {frame}", limit, infinite=True)
+        if 0.0 < speed < SLOWEST:
+            least = f"{SLOWEST:g} {'m/s' if name == 'linear' else 'rad/s'} is the least"
+            raise ProblemError(f"tool_speed({frame!r}): the {name} limit is {limit:g}; {least}")
+        if not speed > 0.0:
             raise ProblemError(f"tool_speed({frame!r}): the {name} limit must be positive, is {limit:g}")
     if np.isinf(list(limits.values())).all():
         raise ProblemError(f"tool_speed({frame!r}): give a linear limit, an angular one or both")

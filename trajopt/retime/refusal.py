@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.retime.course import Course
 from trajopt.retime.peaks import Slowdown
@@ -13,6 +14,8 @@ from trajopt.trajectory import LONGEST
 GRAVITY = 1.0 - 1e-6
 """Part of a torque limit that holding still may take; a path that needs more is refused."""
 
+STILL = 1e-12
+"""A path on which no joint moves farther than this is taken to stand still [rad | m]."""
 ROOM = 1e-3
 """Part of the longest duration that a path may take by the limit of one joint alone: it bends, and others are
 slower there."""
@@ -35,12 +38,13 @@ def immovable(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
     return None
 
 
-def endless(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
+def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
     """Find a joint whose limits are so low that the path would take longer than any trajectory may."""
-    span = np.ptp(line.corners, axis=0)
+    span = np.ptp(knots, axis=0)
     named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
     for order, (name, limit) in enumerate(named, start=1):
-        seconds = span ** (1.0 / order) / np.where(span > 0.0, limit, 1.0) ** (1.0 / order)
+        allowed = np.where((span > STILL) & (limit > 0.0), limit, np.inf)
+        seconds = span ** (1.0 / order) / allowed ** (1.0 / order)
         slowest = int(seconds.argmax())
         if seconds[slowest] > LONGEST * ROOM:
             joint = limits.joint_names[slowest]

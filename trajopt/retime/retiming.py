@@ -6,7 +6,7 @@ from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
 from trajopt.retime.options import RetimeOptions
 from trajopt.retime.polyline import polyline
-from trajopt.retime.refusal import endless, immovable
+from trajopt.retime.refusal import STILL, endless, immovable
 from trajopt.retime.result import Retimed, RetimeFailure
 from trajopt.retime.rounding import DeviationBound, smooth
 from trajopt.retime.timing import time_path
@@ -16,8 +16,6 @@ from trajopt.trajectory import Path, Trajectory
 
 DEFAULT_OPTIONS = RetimeOptions()
 """What `retime` does unless told otherwise."""
-STILL = 1e-12
-"""A path on which no joint moves farther than this is taken to stand still [rad | m]."""
 
 
 def retime(
@@ -53,11 +51,14 @@ def retime(
             acceleration limit or a deviation is not finite.
     """
     _check(path, limits)
+    failure = endless(path.knots, limits)
+    if failure is not None:
+        return failure
     line = polyline(path.knots, limits.velocity)
     torque = _torque_limits(limits, inverse_dynamics)
     if float(np.abs(line.corners).max()) <= STILL:
         return Retimed(_standing(path, options.shortest), 0.0, 0.0, 0, {})
-    failure = immovable(line, limits) or endless(line, limits)
+    failure = immovable(line, limits)
     if failure is not None:
         return failure
     smoothing = smooth(

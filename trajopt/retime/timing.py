@@ -13,7 +13,7 @@ from trajopt.retime.grid import even_grid, finer_grid, first_grid, turned
 from trajopt.retime.jerk_timing import JerkTimer, JerkTiming, limited_jerk
 from trajopt.retime.options import RetimeOptions
 from trajopt.retime.peaks import Peaks, Slowdown, motion_peaks, slowdown, tightened, with_torque
-from trajopt.retime.refusal import exceeded, unholdable
+from trajopt.retime.refusal import ROOM, exceeded, unholdable
 from trajopt.retime.result import RetimeFailure
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.straying import straying
@@ -21,7 +21,7 @@ from trajopt.retime.stretch import hold, slowed
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
 from trajopt.retime.torque_along import TorqueAlong, torque_along
-from trajopt.trajectory import Trajectory
+from trajopt.trajectory import LONGEST, Trajectory
 
 STRICT = 1.0 - 1e-9
 """Part of each limit that a trajectory may use: rounding errors stay below what is left."""
@@ -116,6 +116,9 @@ class _PathTimer:
         if failure is not None:
             return failure
         profile = fastest_profile(rough, rough.bounds)
+        if not profile.duration <= ROOM * LONGEST:
+            reason = f"within all limits together it would take {profile.duration:.2g} s; "
+            return RetimeFailure(reason + f"{ROOM * LONGEST:.2g} s are the most", None, 0.0)
         bends = turned(rough.s, rough.dq, rough.ddq, self.limits.velocity)
         fine = self._course(even_grid(self.path.knots, profile, bends, self.options.points))
         failure = unholdable(fine, self.limits, self.torque)

@@ -6,11 +6,14 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
-from trajopt.errors import ModelError
+from trajopt.errors import ModelError, ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.robot import configuration
 from trajopt.simulate.options import SimulationOptions
 from trajopt.trajectory import Trajectory
+
+MOST_STEPS = 1_000_000
+"""Of one simulation: they take about a minute and 0.5 GB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +40,15 @@ def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Refere
         trajectory: Of the group's joints, in its order.
         dt: Time step [s].
         settling_time: How long the end is held [s].
+
+    Raises:
+        ProblemError: If that takes more than a million steps.
     """
+    if (trajectory.duration + settling_time) / dt > MOST_STEPS:
+        raise ProblemError(
+            f"to simulate {trajectory.duration + settling_time:g} s in steps of {dt:g} s takes more than "
+            f"{MOST_STEPS} steps: simulate a part (`Trajectory.between`), or take longer steps"
+        )
     count = int(np.ceil((trajectory.duration + settling_time) / dt - 1e-9))
     times = dt * np.arange(count + 1, dtype=np.float64)
     moving = (times <= trajectory.duration)[:, None]

@@ -17,6 +17,11 @@ from trajopt.simulate.rollout import Rollout
 from trajopt.simulate.studio import Motion, Studio
 from trajopt.trajectory import Trajectory
 
+MOST_PLACES = 100_000
+"""Between so many moments at most a planned motion is drawn straight."""
+MOST_PICTURES = 100_000
+"""Of one film."""
+
 
 class Layout(Enum):
     """How several moments come into one PNG."""
@@ -106,7 +111,8 @@ def _motion(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -
             return Motion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
         return Motion(motion.times, motion.positions)
     trajectory = in_group_order(reduced, motion)
-    between = 0.01 * np.arange(int(trajectory.duration / 0.01) + 1)
+    step = max(0.01, trajectory.duration / MOST_PLACES)
+    between = step * np.arange(int(trajectory.duration / step) + 1)
     times = np.array(sorted({*between.tolist(), *trajectory.times.tolist()}))
     return Motion(times, trajectory(times))
 
@@ -126,6 +132,10 @@ def _moments(motion: Motion, moments: Sequence[float] | None) -> Floats:
 
 
 def _beats(motion: Motion, fps: float) -> Floats:
+    if motion.duration * fps > MOST_PICTURES:
+        raise ShapeError(
+            "fps", f"of {fps:g} over {motion.duration:g} s makes more than {MOST_PICTURES} pictures"
+        )
     return np.array([k / fps for k in range(int(motion.duration * fps + 1.5))])
 
 

@@ -31,6 +31,7 @@ def simulate(
         options: Step, gains, settling time.
 
     Raises:
+        ProblemError: If it takes more than a million steps.
         ModelError: If the trajectory's joints are not the group's, or the robot has no masses.
     """
     options = options or SimulationOptions()

@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats
+from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
@@ -46,6 +46,8 @@ WHOLE = Window()
 """The whole motion."""
 END = Window(1.0, 1.0)
 """The last knot."""
+MOST_WEIGHT = 1e12
+"""Of a cost; numbers have 16 digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +56,7 @@ class Cost:
 
     Attributes:
         residual: The residual.
-        weight: Weight of every row, >= 0.
+        weight: Weight of every row, from 0 to 1e12.
         loss: Squared unless told otherwise.
         window: Where it counts.
     """
@@ -65,9 +67,20 @@ class Cost:
     window: Window = WHOLE
 
     def __post_init__(self) -> None:
-        """Refuse negative weights."""
-        if not self.weight >= 0.0:
-            raise ProblemError(f"cost {self.residual.name!r}: weight {self.weight} is negative")
+        """Refuse weights that weigh nothing up.
+
+        Raises:
+            ShapeError: If the weight is no finite number.
+            ProblemError: If it is negative or above 1e12.
+        """
+        weight = number(f"weight of cost {self.residual.name!r}", self.weight)
+        if weight < 0.0:
+            raise ProblemError(f"cost {self.residual.name!r}: weight {weight:g} is negative")
+        if weight > MOST_WEIGHT:
+            raise ProblemError(
+                f"cost {self.residual.name!r}: weight {weight:g} leaves no digits for anything else; "
+                f"{MOST_WEIGHT:g} is the most"
+            )
 
 
 @dataclass(frozen=True, eq=False)
