@@ -2,6 +2,7 @@
 
 from math import hypot, inf
 
+from trajopt.errors import SizeError
 from trajopt.model.placement import IDENTITY, Placement, placement
 from trajopt.moveit.document import Node
 
@@ -36,15 +37,20 @@ def read_placement(node: Node, notes: list[str]) -> Placement:
     Args:
         node: The pose; identity where it is missing.
         notes: Receives a sentence for every quaternion that was not of unit length.
+
+    Raises:
+        FileFormatError: If a number is missing, not finite, or farther away than any placement may be.
     """
     if node.missing:
         return IDENTITY
     transform = node.has("translation") or node.has("rotation")
     where, how = ("translation", "rotation") if transform else ("position", "orientation")
     node.only((where, how))
-    return placement(
-        read_vector(node[where]) or (0.0, 0.0, 0.0), quaternion=read_quaternion(node[how], notes)
-    )
+    quaternion = read_quaternion(node[how], notes)
+    try:
+        return placement(read_vector(node[where]) or (0.0, 0.0, 0.0), quaternion=quaternion)
+    except SizeError as error:
+        raise node[where].error(str(error)) from error
 
 
 def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
