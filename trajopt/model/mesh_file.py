@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from trajopt.arrays import Bools, Floats, Ints, floats, readonly
 from trajopt.errors import MeshFileError, ShapeError
+from trajopt.files import is_file
 from trajopt.inputs import path as path_of
 from trajopt.model.derived import Derived
 
@@ -160,7 +161,7 @@ def load_mesh(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -
         MeshFileError: If the file is missing or unreadable, or holds no triangle.
     """
     path = path_of("path", path)
-    if not path.is_file():
+    if not is_file(path):
         raise MeshFileError(str(path), "no such file")
     try:
         model = coal.MeshLoader().load(str(path), np.array(scale, dtype=np.float64))

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ShapeError, SizeError
 from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
+from trajopt.shown import shown
 
 FARTHEST = 1e6
 """Coordinates of a placement that is asked for are within this [m]."""
@@ -129,7 +130,27 @@ def placement(
             raise ShapeError("quaternion", "has no length, so it is no orientation")
         matrix = from_quaternion(*(parts / length).tolist())
     elif rotation is not None:
-        matrix = np.array(floats("rotation", rotation, (3, 3)))
-        if np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-6 or np.linalg.det(matrix) < 0.0:
-            raise ShapeError("rotation", "is not orthonormal and right-handed")
+        matrix = _rotation("rotation", rotation)
     return Placement(readonly(matrix), translation)
+
+
+def check_placement(name: str, value: Placement) -> None:
+    """Make sure that a placement, which may have been built without `placement(...)`, is one.
+
+    Raises:
+        ShapeError: If it is no placement, a number is not finite, or the matrix is no rotation.
+    """
+    if value is IDENTITY:
+        return
+    if not isinstance(value, Placement):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ShapeError(name, f"is a Placement, is {shown(value)}")
+    _rotation(f"{name}.rotation", value.rotation)
+    floats(f"{name}.translation", value.translation, (3,))
+
+
+def _rotation(name: str, value: ArrayLike) -> Floats:
+    matrix = np.array(floats(name, value, (3, 3)))
+    far = np.abs(matrix).max() > 2.0  # before its square overflows
+    if far or np.abs(matrix @ matrix.T - np.eye(3)).max() > 1e-6 or np.linalg.det(matrix) < 0.0:
+        raise ShapeError(name, "is not orthonormal and right-handed")
+    return matrix

@@ -12,9 +12,10 @@ from trajopt.errors import ModelError
 from trajopt.model.fixed_body import Anchor, FixedBody
 from trajopt.model.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.mesh_file import Mesh
-from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.placement import IDENTITY, Placement, check_placement
 from trajopt.model.recent import Recent
 from trajopt.model.shapes import Shape, bounding_box
+from trajopt.shown import shown
 
 Part = tuple[Shape, Placement]
 """A shape and its placement in the object's frame."""
@@ -57,6 +58,12 @@ class SceneObject:
     _anchored: Recent[Anchor, AnchoredObject] = field(
         default_factory=lambda: Recent[Anchor, AnchoredObject](2), init=False, repr=False
     )
+
+    def __post_init__(self) -> None:
+        """Check the placements."""
+        placements = (self.placement, *(where for _, where in self.parts))
+        for where in {id(where): where for where in placements}.values():  # pieces of a mesh share one
+            check_placement(f"placement of {shown(self.name)}", where)
 
     def anchored(self, frame: Anchor) -> AnchoredObject:
         """Return the thing fixed to the joint that carries its frame.

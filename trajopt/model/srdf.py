@@ -6,6 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError
+from trajopt.model.xml_file import numbers, read_xml
 
 
 @dataclass(frozen=True)
@@ -64,10 +65,7 @@ def read_srdf(path: Path) -> Srdf:
     Raises:
         FileFormatError: If it is missing, no XML, or an element lacks what it must carry.
     """
-    try:
-        root = ElementTree.fromstring(path.read_text())
-    except (OSError, ElementTree.ParseError) as error:
-        raise FileFormatError(str(path), f"is no readable SRDF: {error}") from error
+    root = read_xml(path, "SRDF")
 
     def need(element: ElementTree.Element, key: str) -> str:
         value = element.get(key)
@@ -91,12 +89,12 @@ def read_srdf(path: Path) -> Srdf:
     for state in root.findall("group_state"):
         values: dict[str, float] = {}
         for joint in state.findall("joint"):
-            try:
-                values[need(joint, "name")] = float(need(joint, "value"))
-            except ValueError as error:
-                raise FileFormatError(
-                    str(path), f"state {need(state, 'name')}: {need(joint, 'name')} has no single number"
-                ) from error
+            need(joint, "value")
+            found = numbers(path, joint, "value", "")
+            if len(found) != 1:
+                reason = f"state {need(state, 'name')}: {need(joint, 'name')} has no single number"
+                raise FileFormatError(str(path), reason)
+            values[need(joint, "name")] = found[0]
         states[need(state, "group"), need(state, "name")] = values
     effectors = {
         need(item, "name"): EndEffector(

@@ -3,16 +3,22 @@
 Kinematics and inertias are pinocchio's; here the same XML is read for the shapes on each link.
 """
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import hypot
 from pathlib import Path
 from xml.etree import ElementTree
 
-from trajopt.errors import FileFormatError, MeshFileError, UnsupportedJoint
+from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint
+from trajopt.files import is_file
 from trajopt.model.placement import Placement, placement
 from trajopt.model.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from trajopt.model.xml_file import numbers, read_xml
 from trajopt.shown import shown
 
+_LONGEST_NAME = 4096  # characters of a file's name
+_SHORTEST_AXIS = 1e-6
 ONE_DEGREE_OF_FREEDOM = ("revolute", "continuous", "prismatic")
 
 
@@ -76,56 +82,74 @@ class Urdf:
     mimics: Mapping[str, Mimic]
 
 
-def _numbers(path: Path, element: ElementTree.Element, key: str, default: str) -> list[float]:
-    text = element.get(key, default)
-    try:
-        return [float(word) for word in text.split()]
-    except ValueError as error:
-        raise FileFormatError(
-            str(path), f"<{element.tag} {key}={shown(text)}> is no list of numbers"
-        ) from error
-
-
 def resolve_mesh(filename: str, urdf: Path, package_dirs: Sequence[Path]) -> Path:
     """Find the file that a URDF's mesh name means.
 
     Tried in this order: the name as an absolute path (with or without `file://`); below each
     package directory; below the URDF's folder and its parents (where packages usually stand).
 
+    A name that climbs (`../meshes/link.stl`), and an absolute one, must lead to a file in a package
+    directory, in the URDF's folder, or in its package: the nearest folder above that holds a
+    `package.xml`, else the folder above. Any other name leads below one of the folders tried.
+
     Raises:
-        MeshFileError: If it is nowhere.
+        MeshFileError: If it is nowhere, or outside.
     """
+    if len(filename) > _LONGEST_NAME or "\0" in filename:
+        raise MeshFileError(shown(filename), f"is no name of a file ({urdf.name})")
     name = filename.removeprefix("file://")
     relative = name.removeprefix("package://").removeprefix("model://")
-    if name.startswith("/") and Path(name).is_file():
-        return Path(name)
-    roots = [*package_dirs, urdf.parent, *urdf.parent.resolve().parents]
-    for root in roots:
-        if (root / relative).is_file():
-            return (root / relative).resolve()
+    above = [Path(os.path.abspath(urdf.parent)), *Path(os.path.abspath(urdf)).parents[1:]]
+    packages = [Path(os.path.abspath(folder)) for folder in package_dirs]
+    package = next(
+        (folder for folder in above if is_file(folder / "package.xml")), above[min(1, len(above) - 1)]
+    )
+    own = {*packages, *(folder for folder in (above[0], package) if folder != Path(folder.anchor))}
+    own |= {folder.resolve() for folder in own}
+    roots = [*packages, *above, *urdf.parent.resolve().parents]
     # A package directory may be the package itself: drop the package's name then.
-    for root in roots[: len(package_dirs) + 1]:
-        inner = root / Path(*Path(relative).parts[1:])
-        if name.startswith("package://") and inner.is_file():
-            return inner.resolve()
+    inner = Path(*Path(relative).parts[1:]) if name.startswith("package://") else None
+    tried = [(root, root / relative) for root in roots]
+    tried += [(root, root / inner) for root in roots[: len(packages) + 1] if inner is not None]
+    climbs = name.startswith("/") or ".." in Path(relative).parts
+    outside = False
+    for root, file in tried:
+        found = Path(os.path.normpath(file))
+        if is_file(found):
+            if any(found.is_relative_to(folder) for folder in own) or (
+                not climbs and root != Path(root.anchor) and found.is_relative_to(root)
+            ):
+                return found.resolve()
+            outside = True
+    if outside:
+        where = f"lies outside of what belongs to {urdf.name}; name its folder as a package directory"
+        raise MeshFileError(filename, where)
     raise MeshFileError(filename, f"not found for {urdf.name}; name its package directory")
 
 
 def _geometry(
     path: Path, element: ElementTree.Element, package_dirs: Sequence[Path]
 ) -> Shape | MeshReference:
+    def sizes(shape: ElementTree.Element, *keys: str) -> list[float]:
+        return [numbers(path, shape, key, "0", count=1)[0] for key in keys]
+
     box, sphere = element.find("box"), element.find("sphere")
     cylinder, capsule, mesh = element.find("cylinder"), element.find("capsule"), element.find("mesh")
-    if box is not None:
-        return Box(*_numbers(path, box, "size", "0 0 0"))
-    if sphere is not None:
-        return Sphere(*_numbers(path, sphere, "radius", "0"))
-    if cylinder is not None:
-        return Cylinder(*_numbers(path, cylinder, "radius", "0"), *_numbers(path, cylinder, "length", "0"))
-    if capsule is not None:
-        return Capsule(*_numbers(path, capsule, "radius", "0"), *_numbers(path, capsule, "length", "0"))
+    try:
+        if box is not None:
+            return Box(*numbers(path, box, "size", "0 0 0", count=3))
+        if sphere is not None:
+            return Sphere(*sizes(sphere, "radius"))
+        if cylinder is not None:
+            return Cylinder(*sizes(cylinder, "radius", "length"))
+        if capsule is not None:
+            return Capsule(*sizes(capsule, "radius", "length"))
+    except ShapeError as error:
+        raise FileFormatError(str(path), str(error)) from error
     if mesh is not None:
-        x, y, z = _numbers(path, mesh, "scale", "1 1 1")
+        x, y, z = numbers(path, mesh, "scale", "1 1 1", count=3)
+        if not x * y * z:
+            raise FileFormatError(str(path), f"<mesh scale={shown(mesh.get('scale'))}> makes the mesh flat")
         file = resolve_mesh(mesh.get("filename", ""), path, package_dirs)
         return MeshReference(file, (x, y, z))
     raise FileFormatError(str(path), "a <geometry> holds no shape that trajopt knows")
@@ -145,7 +169,8 @@ def _link_geometries(
             where = placement()
             if origin is not None:
                 where = placement(
-                    _numbers(path, origin, "xyz", "0 0 0"), rpy=_numbers(path, origin, "rpy", "0 0 0")
+                    numbers(path, origin, "xyz", "0 0 0", count=3),
+                    rpy=numbers(path, origin, "rpy", "0 0 0", count=3),
                 )
             material = element.find("material")
             if material is not None and material.find("color") is None:
@@ -153,7 +178,7 @@ def _link_geometries(
             colour = None if material is None else material.find("color")
             rgba = None
             if colour is not None:
-                red, green, blue, alpha = _numbers(path, colour, "rgba", "0.7 0.7 0.7 1")
+                red, green, blue, alpha = numbers(path, colour, "rgba", "0.7 0.7 0.7 1", count=4)
                 rgba = (red, green, blue, alpha)
             try:
                 shape = _geometry(path, geometry, package_dirs)
@@ -163,6 +188,48 @@ def _link_geometries(
                 continue  # nothing is planned with visuals: viewers draw collision shapes instead
             found.append(LinkGeometry(link.get("name", ""), where, shape, rgba))
     return tuple(found)
+
+
+def _check_links(path: Path, root: ElementTree.Element) -> None:
+    """Make sure of the masses and inertias, which pinocchio takes as they come."""
+    for link in root.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        mass, inertia, origin = (inertial.find(tag) for tag in ("mass", "inertia", "origin"))
+        if mass is not None and (value := numbers(path, mass, "value", "0", count=1)[0]) < 0.0:
+            raise FileFormatError(
+                str(path), f"link {shown(link.get('name'))}: its mass is negative, {value:g} kg"
+            )
+        if inertia is not None:
+            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+                numbers(path, inertia, key, "0", count=1)
+        _check_origin(path, origin)
+
+
+def _check_origin(path: Path, origin: ElementTree.Element | None) -> None:
+    if origin is not None:
+        for key in ("xyz", "rpy"):
+            numbers(path, origin, key, "0 0 0", count=3)
+
+
+def _check_joint(path: Path, joint: ElementTree.Element) -> None:
+    """Make sure of the numbers of a joint, which pinocchio takes as they come."""
+    name = f"joint {shown(joint.get('name'))}"
+    origin, axis, limit = (joint.find(tag) for tag in ("origin", "axis", "limit"))
+    _check_origin(path, origin)
+    if axis is not None and joint.get("type") != "fixed":
+        x, y, z = numbers(path, axis, "xyz", "1 0 0", count=3)
+        if hypot(x, y, z) < _SHORTEST_AXIS:
+            raise FileFormatError(str(path), f"{name}: its axis has no length, so it has no direction")
+    if limit is not None:
+        lower, upper = (numbers(path, limit, key, "0", count=1)[0] for key in ("lower", "upper"))
+        for key in ("velocity", "effort"):
+            numbers(path, limit, key, "0", count=1)
+        if lower > upper and joint.get("type") in ("revolute", "prismatic"):
+            raise FileFormatError(
+                str(path), f"{name}: its lower limit {lower:g} is above its upper one {upper:g}"
+            )
 
 
 def read_urdf(path: Path, package_dirs: Sequence[Path] = ()) -> Urdf:
@@ -177,23 +244,20 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = ()) -> Urdf:
         MeshFileError: If a collision mesh cannot be found.
         UnsupportedJoint: If a joint has more than one degree of freedom.
     """
-    try:
-        root = ElementTree.fromstring(path.read_text())
-    except (OSError, ElementTree.ParseError) as error:
-        raise FileFormatError(str(path), f"is no readable URDF: {error}") from error
-    if root.tag != "robot":
-        raise FileFormatError(str(path), f"its root is <{root.tag}>, not <robot>")
+    root = read_xml(path, "URDF")
+    _check_links(path, root)
     mimics: dict[str, Mimic] = {}
     for joint in root.findall("joint"):
         name, kind = joint.get("name", ""), joint.get("type", "")
         if kind not in (*ONE_DEGREE_OF_FREEDOM, "fixed"):
             raise UnsupportedJoint(name, kind)
+        _check_joint(path, joint)
         mimic = joint.find("mimic")
         if mimic is not None:
             mimics[name] = Mimic(
                 mimic.get("joint", ""),
-                _numbers(path, mimic, "multiplier", "1")[0],
-                _numbers(path, mimic, "offset", "0")[0],
+                numbers(path, mimic, "multiplier", "1", count=1)[0],
+                numbers(path, mimic, "offset", "0", count=1)[0],
             )
     collisions = _link_geometries(path, root, "collision", package_dirs)
     visuals = _link_geometries(path, root, "visual", package_dirs)
