@@ -27,7 +27,7 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
         waypoints=dict(zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)),
         partial=_partial(problem),
         sampled=judged(problem.own_constraints, query_of(problem.reduced)),
-        limits=problem.limits,
+        limits=problem.moving_limits,
         tool_speeds=problem.tool_speeds,
         start_velocities=problem.start_velocities,
     )

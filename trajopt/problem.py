@@ -11,7 +11,7 @@ import numpy as np
 from trajopt.arrays import Floats, floats, number, readonly
 from trajopt.errors import JointNotFound, ProblemError, ProblemNotFound, WaypointNotFound
 from trajopt.inputs import one_of, sequence
-from trajopt.model.limits import JointLimits
+from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import During, GoalSet, Requirement
 from trajopt.model.robot import Robot
@@ -121,8 +121,16 @@ class Problem:
 
     @property
     def limits(self) -> JointLimits:
-        """Limits of the group's joints, with the scaling factors applied."""
+        """Limits of the group's joints, which keep those of mimic joints too, with the factors applied."""
         return self.reduced.limits.scaled(
+            velocity=self.velocity_scaling, acceleration=self.acceleration_scaling
+        )
+
+    @property
+    def moving_limits(self) -> JointLimits:
+        """Limits of the group's joints and of their mimic joints, as stated, with the factors applied."""
+        robot = self.scene.robot
+        return robot.limits.take(robot.index(self.reduced.moving_joints)).scaled(
             velocity=self.velocity_scaling, acceleration=self.acceleration_scaling
         )
 
@@ -212,6 +220,7 @@ class Problem:
             if abs(velocities[place]) > limits.velocity[place]:
                 raise ProblemError(
                     f"{joint} cannot start at {velocities[place]:g}: its limit is {limits.velocity[place]:g}"
+                    + limits.because(joint, LimitKind.VELOCITY)
                 )
         return readonly(velocities)
 

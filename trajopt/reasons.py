@@ -5,6 +5,7 @@ from enum import Enum
 
 import numpy as np
 
+from trajopt.model.limits import LimitKind
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.problem import Problem
 from trajopt.proofs import ClosedCut
@@ -64,7 +65,7 @@ def blocks_of(seen: Examination) -> tuple[Block, ...]:
             subjects=(item.joint,),
             amount=item.excess,
             place=None,
-            words=f"{item.joint} at {item.position:.4f} is outside [{item.lower:.4f}, {item.upper:.4f}]",
+            words=f"{item.subject} at {item.position:.4f} is outside [{item.lower:.4f}, {item.upper:.4f}]",
         )
         for item in seen.out_of_limits
     )
@@ -128,6 +129,7 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
             excess = max(wanted - goal.below[joint] - upper, lower - wanted - goal.above[joint])
             if excess > 0.0:
                 words = f"{joint} at {wanted:.4f} is outside [{lower:.4f}, {upper:.4f}]"
+                words += limits.because(joint, LimitKind.UPPER if wanted > upper else LimitKind.LOWER)
                 kind = BlockKind.JOINT_LIMIT
                 blocks.append(Block(kind=kind, subjects=(joint,), amount=excess, place=None, words=words))
     return tuple(blocks)

@@ -8,6 +8,7 @@ from trajopt.arrays import Floats
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.result import Cause, Stop
 from trajopt.cartesian.tracking import Track, track
+from trajopt.model.limits import LimitKind
 from trajopt.transcription.knots import CLEARANCE_TOLERANCE
 from trajopt.transcription.margins import TaperedMargins, tapered_margins
 
@@ -138,8 +139,10 @@ def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> Stop
         joint = int(excess[broken[0]].argmax())
         name = limits.joint_names[joint]
         at = float(beyond.positions[broken[0], joint])
-        side, limit = ("upper", limits.upper) if at > limits.upper[joint] else ("lower", limits.lower)
-        text = f"{name} is at its {side} limit of {limit[joint]:.4f}, and the curve needs {at:.4f} and more"
+        over = at > limits.upper[joint]
+        side, limit = (LimitKind.UPPER, limits.upper) if over else (LimitKind.LOWER, limits.lower)
+        text = f"{name} is at its {side.value} limit of {limit[joint]:.4f}{limits.because(name, side)}, "
+        text += f"and the curve needs {at:.4f} and more"
         return stop(on_curve, Cause.JOINT_LIMIT, s, text, joint=name, amount=float(limit[joint]))
     low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
     high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)

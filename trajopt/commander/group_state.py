@@ -12,6 +12,7 @@ from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import PlannerInterfaceDescription, RobotState
 from trajopt.commander.robot_states import joint_names, state_message, state_positions, within_bounds
 from trajopt.commander.settings import PIPELINE, PLANNERS
+from trajopt.model.mimic_limits import followed_limits
 from trajopt.model.reduced import reduce_model
 from trajopt.query import query_of
 
@@ -79,7 +80,7 @@ class GroupState(GroupBase):
 
     def get_random_joint_values(self) -> list[float]:
         """Return random positions within the limits; the same ones every time a script is run [rad | m]."""
-        limits = self._world.robot.limits.take(self._world.robot.index(self._group.joints))
+        limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
         lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
         upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
         return self._world.rng.uniform(lower, upper).tolist()

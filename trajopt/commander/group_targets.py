@@ -14,6 +14,7 @@ from trajopt.commander.group_base import GroupBase
 from trajopt.commander.targets import Part, PoseTarget
 from trajopt.errors import JointNotFound, StateNotFound
 from trajopt.kinematics import goal_configurations
+from trajopt.model.mimic_limits import followed_limits
 from trajopt.model.placement import placement
 from trajopt.model.requirements import frame_placement
 from trajopt.moveit.robot_state import read_joint_positions
@@ -114,7 +115,7 @@ class GroupTargets(GroupBase):
 
     def set_random_target(self) -> None:
         """Send the group to random joint values within the limits."""
-        limits = self._world.robot.limits.take(self._world.robot.index(self._group.joints))
+        limits = followed_limits(self._world.robot.limits, self._group.joints, self._world.robot.mimics)
         lower, upper = np.maximum(limits.lower, -np.pi), np.minimum(limits.upper, np.pi)
         self._set_joints(self._by_place("random values", self._world.rng.uniform(lower, upper).tolist()))
 

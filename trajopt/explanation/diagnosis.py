@@ -12,6 +12,7 @@ from trajopt.explanation.conflict import conflict_at_goal
 from trajopt.explanation.explanation import Certainty, Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed, nearest_free
 from trajopt.explanation.standing_torque import overloaded
+from trajopt.model.limits import LimitKind
 from trajopt.model.reduced import ReducedModel
 from trajopt.proofs import exclusion, out_of_reach
 from trajopt.query import Counts
@@ -117,9 +118,13 @@ def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tup
     limits, blocks = reduced.limits, list[Block]()
     for place, name in enumerate(reduced.joint_names):
         at = float(nearest.positions[place])
-        for side, limit in (("lower", limits.lower[place]), ("upper", limits.upper[place])):
+        for side, limit in (
+            (LimitKind.LOWER, limits.lower[place]),
+            (LimitKind.UPPER, limits.upper[place]),
+        ):
             if abs(at - limit) <= PRESSED:
-                words = f"{name} is at its {side} limit {limit:.4f} where the goal is missed least"
+                words = f"{name} is at its {side.value} limit {limit:.4f}{limits.because(name, side)} "
+                words += "where the goal is missed least"
                 kind = BlockKind.JOINT_LIMIT
                 blocks.append(Block(kind=kind, subjects=(name,), amount=0.0, place=None, words=words))
     return tuple(blocks)

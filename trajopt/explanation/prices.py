@@ -10,6 +10,7 @@ from trajopt.explanation.asked import everything, with_requirement
 from trajopt.explanation.change import smaller_margin
 from trajopt.explanation.multipliers import Multipliers, multipliers
 from trajopt.explanation.widening import DEGREE, MILLIMETRE, widenings
+from trajopt.model.limits import LimitKind
 from trajopt.model.requirements import Requirement
 from trajopt.problem import Problem
 from trajopt.query import query_of
@@ -186,9 +187,12 @@ def _bounds(base: _Solved, dear: dict[int, float], seconds: bool) -> Iterator[Pr
     reduced = base.problem.reduced
     for place, push in dear.items():
         name = reduced.joint_names[place]
-        relaxed = _with_limits(base.problem, [name], "position", STEP * DEGREE) if seconds else None
+        sides = (LimitKind.LOWER, LimitKind.UPPER)
+        binding = reduced.limits.binding
+        limited = [name, *(binding[name, side] for side in sides if (name, side) in binding)]
+        relaxed = _with_limits(base.problem, limited, "position", STEP * DEGREE) if seconds else None
         yield Price(
-            what=f"position limit of {name}",
+            what=f"position limit of {name}{reduced.limits.because(name, *sides)}",
             unit="deg",
             objective=push * DEGREE,
             seconds=None if relaxed is None else base.saved(relaxed, STEP),
@@ -201,7 +205,7 @@ def _limits(base: _Solved) -> tuple[Price, ...]:
     if before is None:
         return ()
     for kind in ("velocity", "acceleration", "jerk", "effort"):
-        everyone = base.problem.reduced.joint_names
+        everyone = base.problem.reduced.moving_joints
         if not _gain(base, before, everyone, kind) > LEAST_SECONDS:
             continue
         for name in everyone:

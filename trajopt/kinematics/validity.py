@@ -55,7 +55,7 @@ class Validity:
                 f"{1000.0 * self.margin:.1f} mm are asked for"
             )
         found += [
-            f"{joint.joint} is at {joint.position:.4g}, {joint.excess:.3g} beyond its range "
+            f"{joint.subject} is at {joint.position:.4g}, {joint.excess:.3g} beyond its range "
             f"[{joint.lower:.4g}, {joint.upper:.4g}]"
             for joint in self.examination.out_of_limits
         ]

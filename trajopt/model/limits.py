@@ -1,7 +1,8 @@
 """Limits of joints, and MoveIt's `joint_limits.yaml` that states them."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
 from pathlib import Path
 from typing import Any, cast
 
@@ -27,6 +28,16 @@ DEFAULT_VELOCITY = 1.0
 """Velocity limit [rad/s | m/s] of a joint whose description states none."""
 
 
+class LimitKind(Enum):
+    """What of a joint's motion is limited."""
+
+    LOWER = "lower"
+    UPPER = "upper"
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+    JERK = "jerk"
+
+
 @dataclass(frozen=True, eq=False)
 class JointLimits:
     """Limits of some joints, one entry a joint, in the order of `joint_names`.
@@ -40,6 +51,7 @@ class JointLimits:
         jerk: Largest jerks, shape (n,) [rad/s^3 | m/s^3]; inf where unknown.
         effort: Largest torques or forces, shape (n,) [Nm | N]; inf where unknown.
         defaulted: Sentences that name every limit which no file stated and trajopt chose.
+        binding: The mimic joint that a limit comes from, by joint and kind, where its own is tighter.
     """
 
     joint_names: tuple[str, ...]
@@ -50,6 +62,12 @@ class JointLimits:
     jerk: Floats
     effort: Floats
     defaulted: tuple[str, ...] = ()
+    binding: Mapping[tuple[str, LimitKind], str] = field(default_factory=dict[tuple[str, LimitKind], str])
+
+    def because(self, joint: str, *kinds: LimitKind) -> str:
+        """Say in brackets which mimic joint binds a joint, where the limit of one does; empty where none."""
+        found = dict.fromkeys(self.binding[joint, kind] for kind in kinds if (joint, kind) in self.binding)
+        return "".join(f" (the limit of {mimic}, which follows {joint})" for mimic in found)
 
     def take(self, index: Ints) -> "JointLimits":
         """Return the limits of the joints at these places, in this order."""
@@ -96,13 +114,18 @@ def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator)
     return rng.uniform(lower, upper, (count, len(lower)))
 
 
-def with_stated(limits: JointLimits, stated: Mapping[str, Mapping[str, Any]]) -> JointLimits:
+def with_stated(
+    limits: JointLimits, stated: Mapping[str, Mapping[str, Any]], *, mimics: Collection[str] = ()
+) -> JointLimits:
     """Apply the entries of a `joint_limits.yaml` and default what nobody stated.
+
+    What nobody stated of a mimic joint is no limit: the joint that it follows has its own.
 
     Args:
         limits: What the robot description says; acceleration may hold nan for "not stated".
         stated: Joint name -> `max_velocity`, `max_acceleration`, `max_jerk`, `min_position`,
             `max_position`, `max_effort`, each with its `has_..._limits` flag.
+        mimics: Names of mimic joints.
 
     Raises:
         JointNotFound: If an entry names no movable joint.
@@ -129,14 +152,7 @@ def with_stated(limits: JointLimits, stated: Mapping[str, Mapping[str, Any]]) ->
         columns["has_velocity_limits"][0],
         columns["has_acceleration_limits"][0],
     )
-    defaulted: list[str] = []
-    for place, name in enumerate(limits.joint_names):
-        if not (np.isfinite(velocity[place]) and velocity[place] > 0.0):
-            velocity[place] = DEFAULT_VELOCITY
-            defaulted.append(f"{name} velocity {velocity[place]:g} (no limit stated)")
-        if not (np.isfinite(acceleration[place]) and acceleration[place] > 0.0):
-            acceleration[place] = velocity[place] / DEFAULT_ACCELERATION_TIME
-            defaulted.append(f"{name} acceleration {acceleration[place]:g} (no limit stated)")
+    defaulted = _default(limits.joint_names, velocity, acceleration, mimics=mimics)
     (_, lower), (_, upper) = columns["has_position_limits"]
     return JointLimits(
         limits.joint_names,
@@ -148,6 +164,25 @@ def with_stated(limits: JointLimits, stated: Mapping[str, Mapping[str, Any]]) ->
         readonly(columns["has_effort_limits"][0][1]),
         tuple(defaulted),
     )
+
+
+def _default(
+    names: tuple[str, ...], velocity: Floats, acceleration: Floats, *, mimics: Collection[str]
+) -> list[str]:
+    """Write a limit where nobody stated any, and say so; for mimic joints write that there is none."""
+    said: list[str] = []
+    for place, name in enumerate(names):
+        if name in mimics:
+            for array in (velocity, acceleration):
+                array[place] = array[place] if array[place] > 0.0 else np.inf
+            continue
+        if not (np.isfinite(velocity[place]) and velocity[place] > 0.0):
+            velocity[place] = DEFAULT_VELOCITY
+            said.append(f"{name} velocity {velocity[place]:g} (no limit stated)")
+        if not (np.isfinite(acceleration[place]) and acceleration[place] > 0.0):
+            acceleration[place] = velocity[place] / DEFAULT_ACCELERATION_TIME
+            said.append(f"{name} acceleration {acceleration[place]:g} (no limit stated)")
+    return said
 
 
 def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:

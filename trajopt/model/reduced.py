@@ -35,7 +35,7 @@ class ReducedModel:
         start: Positions of all joints at the start, shape (number of joints,) [rad | m].
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
-        limits: Their limits.
+        limits: Their limits, those of the joints that mimic them kept as well.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         bodies: Collision bodies of links, then of objects.
@@ -67,6 +67,11 @@ class ReducedModel:
         return self.kept[build]
 
     @property
+    def moving_joints(self) -> tuple[str, ...]:
+        """Names of the group's joints and of those that mimic them, in the model's order."""
+        return tuple(self.model.names[1:])
+
+    @property
     def start_positions(self) -> Floats:
         """The group's positions at the start, shape (n,) [rad | m]."""
         return readonly(self.start[self.scene.robot.index(self.joint_names)])
@@ -79,7 +84,7 @@ class ReducedModel:
         """Return positions of all joints of the robot for the group's positions (n,)."""
         full = np.array(self.start)
         moved = self.mimic_matrix @ positions + self.mimic_offset
-        full[self.scene.robot.index(tuple(self.model.names[1:]))] = moved
+        full[self.scene.robot.index(self.moving_joints)] = moved
         return full
 
     def owners(self, pair: int) -> tuple[str, str]:
@@ -109,6 +114,7 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
 
     Raises:
         GroupNotFound: If the robot has no such group.
+        MimicOutOfRange: If no position of a joint keeps one that follows it within its limits.
     """
     start = scene.robot.followed(start)
     robot = reduce_robot(scene.robot, group, start)

@@ -9,6 +9,7 @@ import pinocchio as pin
 from trajopt.arrays import Floats, readonly
 from trajopt.model.fixed_body import WORLD_ANCHOR, Anchor, FixedBody
 from trajopt.model.limits import JointLimits
+from trajopt.model.mimic_limits import followed_limits
 from trajopt.model.named_frames import distinct_links, named_again
 from trajopt.model.pairs import BodyPairs
 from trajopt.model.placement import Placement
@@ -24,7 +25,7 @@ class ReducedRobot:
     Attributes:
         model: Pinocchio's model of the free joints and of those that mimic them; never changed.
         joint_names: The group's joints, n of them.
-        limits: Their limits.
+        limits: Their limits, those of the joints that mimic them kept as well.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         anchors: Where links and tool frames are, by name, with the world.
@@ -56,6 +57,7 @@ def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
 
     Raises:
         GroupNotFound: If the robot has no such group.
+        MimicOutOfRange: If no position of a joint keeps one that follows it within its limits.
     """
     joints = robot.group(group).joints
     free = {*joints, *(name for name, mimic in robot.mimics.items() if mimic.source in joints)}
@@ -81,7 +83,7 @@ def _reduced(robot: Robot, joints: tuple[str, ...], locked: list[int], start: Fl
     return ReducedRobot(
         model,
         joints,
-        robot.limits.take(robot.index(joints)),
+        followed_limits(robot.limits, joints, robot.mimics),
         readonly(mimic_matrix),
         readonly(mimic_offset),
         anchors,

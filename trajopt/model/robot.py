@@ -160,7 +160,7 @@ class Robot:
             name=name or description.name,
             model=model,
             joint_names=joint_names,
-            limits=with_stated(described_limits(model), stated),
+            limits=with_stated(described_limits(model), stated, mimics=mimics),
             groups=groups,
             states=semantics.states,
             end_effectors=semantics.end_effectors,

@@ -3,7 +3,7 @@
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.limits import JointLimits
+from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.retime.course import Course
 from trajopt.retime.peaks import Slowdown
 from trajopt.retime.polyline import Polyline
@@ -88,8 +88,10 @@ def exceeded(
     if kind == 1 and place >= joints and torque is not None:
         kind, place = 2, int(torque.joints[place - joints])
     joint = limits.joint_names[place]
+    limit = (LimitKind.VELOCITY, LimitKind.ACCELERATION, None)[kind]
+    mimic = "" if limit is None else limits.because(joint, limit)
     return RetimeFailure(
-        f"the {('velocity', 'acceleration', 'effort')[kind]} limit of {joint} "
+        f"the {'effort' if limit is None else limit.value} limit of {joint}{mimic} "
         "is exceeded there however slow the motion is",
         joint,
         float(course.s[found.piece] / course.s[-1]),

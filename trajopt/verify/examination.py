@@ -52,6 +52,7 @@ class OutOfLimit:
         lower: Its lower limit [rad | m].
         upper: Its upper limit [rad | m].
         excess: By how much it is beyond [rad | m].
+        follows: Of a mimic joint, the joint that it follows; empty else.
     """
 
     joint: str
@@ -59,6 +60,12 @@ class OutOfLimit:
     lower: float
     upper: float
     excess: float
+    follows: str = ""
+
+    @property
+    def subject(self) -> str:
+        """The joint's name, and of a mimic joint which one it follows."""
+        return f"{self.joint}, which follows {self.follows}," if self.follows else self.joint
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +74,8 @@ class Examination:
 
     Attributes:
         collisions: Pairs in contact that is not accepted, deepest first.
-        out_of_limits: Joints of the group beyond their position limits, farthest first.
+        out_of_limits: Joints of the group, and those that mimic them, beyond their position limits, farthest
+            first.
         smallest: The nearest pair whose contact is not accepted; None if no pair keeps apart.
     """
 
@@ -156,7 +164,10 @@ def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:
 
 
 def _out_of_limits(reduced: ReducedModel, positions: Floats, excess: float) -> tuple[OutOfLimit, ...]:
-    lower, upper = reduced.limits.lower, reduced.limits.upper
+    robot, moving = reduced.scene.robot, reduced.moving_joints
+    limits = robot.limits.take(robot.index(moving))
+    lower, upper = limits.lower, limits.upper
+    positions = reduced.mimic_matrix @ positions + reduced.mimic_offset
     beyond = np.maximum(positions - upper, lower - positions)
     found: list[OutOfLimit] = []
     for joint in (int(place) for place in np.argsort(-beyond)):
@@ -164,11 +175,12 @@ def _out_of_limits(reduced: ReducedModel, positions: Floats, excess: float) -> t
         if beyond[joint] > 0.0 and beyond[joint] > excess * max(abs(float(limit)), 1.0):
             found.append(
                 OutOfLimit(
-                    joint=reduced.joint_names[joint],
+                    joint=moving[joint],
                     position=float(positions[joint]),
                     lower=float(lower[joint]),
                     upper=float(upper[joint]),
                     excess=float(beyond[joint]),
+                    follows=robot.mimics[moving[joint]].source if moving[joint] in robot.mimics else "",
                 )
             )
     return tuple(found)

@@ -9,6 +9,7 @@ from trajopt.model.limits import JointLimits
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.joint_unit import joint_unit
 from trajopt.verify.motion import Motion
+from trajopt.verify.moving_limits import joint_words
 
 QUANTITIES = ("joint position", "velocity", "acceleration", "jerk")
 
@@ -41,7 +42,7 @@ def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
 
     Args:
         motion: The motion.
-        limits: Limits of the group's joints.
+        limits: Limits of all joints that move, mimic joints too, in the model's order.
     """
     checks = [*_of_order(motion, 0, limits.lower, limits.upper)]
     checks += _of_order(motion, 1, -limits.velocity, limits.velocity)
@@ -55,16 +56,18 @@ def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
 def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
     """State the largest jump of the acceleration of each joint whose jerk is limited, if there is any."""
     rest = np.zeros((1, len(limits.jerk)))
-    cubic, lengths = motion.group[2].coefficients, np.diff(motion.trajectory.times)
+    cubic, lengths = motion.moving(2).coefficients, np.diff(motion.trajectory.times)
     reached = np.zeros(cubic.shape[1:])
     for coefficient in cubic:
         reached = reached * lengths[:, None] + coefficient
     jumps = np.abs(np.concatenate((cubic[-1], rest)) - np.concatenate((rest, reached)))
     limited = np.isfinite(limits.jerk)
     worst = np.where(limited, jumps.max(axis=0), 0.0)
+    # A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.
+    scale = np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
     checks: list[Check] = []
-    for joint, name in enumerate(motion.reduced.joint_names):
-        if worst[joint] <= motion.options.excess * limits.acceleration[joint]:
+    for joint, name in enumerate(motion.reduced.moving_joints):
+        if not limited[joint] or worst[joint] <= motion.options.excess * scale[joint]:
             continue
         row = int(jumps[:, joint].argmax())
         checks.append(
@@ -78,7 +81,8 @@ def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
                 slack=None,
                 evidence=Evidence.PROVEN,
                 holds=False,
-                detail=f"the acceleration of {name} jumps by {worst[joint]:.4g}, its jerk is limited",
+                detail=f"the acceleration of {joint_words(motion.reduced, name)} jumps by "
+                f"{worst[joint]:.4g}, its jerk is limited",
             )
         )
     return checks
@@ -94,9 +98,9 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
         holds = bool(found.slack[joint] >= -found.accepted[joint])
         if checks and holds:
             break
-        name = motion.reduced.joint_names[joint]
+        name = motion.reduced.moving_joints[joint]
         limited = bool(np.isfinite(found.bounds[joint]))
-        detail = f"{name} reaches {found.values[joint]:.6g}"
+        detail = f"{joint_words(motion.reduced, name)} reaches {found.values[joint]:.6g}"
         detail += f", its limit is {found.bounds[joint]:.6g}" if limited else " and has no limit"
         checks.append(
             Check(
@@ -116,7 +120,7 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
 
 
 def _tightest(motion: Motion, order: int, lower: Floats, upper: Floats) -> _Tightest:
-    high, low = motion.kinematics.extremes(motion.group[order])
+    high, low = motion.kinematics.extremes(motion.moving(order))
     above = upper - high.values <= low.values - lower
     bounds = np.where(above, upper, lower)
     excess = motion.options.excess

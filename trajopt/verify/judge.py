@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from trajopt.arrays import Floats
-from trajopt.errors import ProblemError, WaypointNotFound
+from trajopt.errors import WaypointNotFound
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import During, Requirement
@@ -32,6 +32,7 @@ from trajopt.verify.examination import Examination, Moment, examine_with, requir
 from trajopt.verify.joint_limits import limit_checks
 from trajopt.verify.joint_torques import torque_checks
 from trajopt.verify.motion import Motion
+from trajopt.verify.moving_limits import group_part, moving_limits
 from trajopt.verify.notes import notes
 from trajopt.verify.options import VerifyOptions
 from trajopt.verify.parts import part_checks
@@ -102,13 +103,9 @@ class Judge:
         """Judge a trajectory, as the function `verify` does."""
         reduced, own = self._reduced, self._workspace
         kinematics, distances = own.kinematics, own.distances
-        bounds = limits or reduced.limits
+        moving = moving_limits(reduced, limits)
+        bounds = group_part(reduced, moving)
         motion = Motion(reduced, trajectory, kinematics=kinematics, options=self._options)
-        if bounds.joint_names != reduced.joint_names:
-            raise ProblemError(
-                f"the limits are of {', '.join(bounds.joint_names)}, but group {reduced.group!r} has the "
-                f"joints {', '.join(reduced.joint_names)}"
-            )
         before = (distances.calls, kinematics.calls)
         checks: list[Check] = [*end_checks(motion, start_velocities)]
         for when, requirements in ((When.END, goals), (When.ALWAYS, constraints)):
@@ -116,7 +113,7 @@ class Judge:
                 checks += check_requirement(requirement, motion, when)
         checks += _on_the_way(motion, waypoints, partial)
         checks += [sampled_check(check, motion) for check in sampled]
-        checks += limit_checks(motion, bounds)
+        checks += limit_checks(motion, moving)
         checks += torque_checks(motion, bounds)
         for tool in tool_speeds:
             checks += tool_speed_checks(motion, tool)
@@ -213,7 +210,8 @@ def verify(
         waypoints: What must hold together at some moment, for each waypoint by name, in this order.
         partial: What must hold between waypoints.
         sampled: Constraints in user code, judged at samples.
-        limits: Limits of the group's joints; those of the model when None.
+        limits: Limits of the group's joints, or of these and of the joints that mimic them; the robot's
+            where None or not named.
         tool_speeds: Largest speeds of tools.
         start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
         options: Numbers to judge with.

@@ -56,6 +56,13 @@ class Motion:
         part = self.trajectory.between(begin, end)
         return Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
 
+    def moving(self, order: int) -> Polynomials:
+        """Return positions or a derivative of all joints that move, mimic joints too, in model order."""
+        matrix, offset = self.reduced.mimic_matrix, self.reduced.mimic_offset
+        if len(matrix) == len(self.reduced.joint_names):
+            return self.group[order]
+        return self.group[order].combined(matrix, offset if order == 0 else np.zeros_like(offset))
+
     @property
     def duration(self) -> float:
         """Length of the trajectory [s]."""
