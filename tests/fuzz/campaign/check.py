@@ -191,7 +191,7 @@ class Pair:
         while look < count:
             gap = self.gap(look)
             if gap < wanted - SLACK:
-                deep = self._excused(motion, look)
+                deep = self._excused(motion, look, gap)
                 if deep is None or deep:
                     when = "" if motion.times is None else f" at {motion.times[look]:.4f} s"
                     names = f"{self.first.owner} and {self.second.owner}"
@@ -227,12 +227,16 @@ class Pair:
         there = np.linalg.inv(self.at[frame][look]) @ self.at[owner][look]
         return points @ there[:3, :3].T + there[:3, 3]
 
-    def _excused(self, motion: Timed, look: int) -> str | None:
-        """Say nothing where the contact is meant, by how much it is too deep, or None: it is not meant."""
+    def _excused(self, motion: Timed, look: int, gap: float) -> str | None:
+        """Say nothing where the contact is meant, by how much it is too deep, or None: it is not meant.
+
+        What accuses a motion is the least that the depth can be, what defends a path the most: Coal's.
+        """
         meant = [item for item in self.meant if _open(item, motion, look)]
         if not meant:
             return None
-        deep, most = self.depth(look), max(item.depth for item in meant)
+        deep = -gap if motion.times is None else self.depth(look)
+        most = max(item.depth for item in meant)
         return f", {deep:.6f} m deep" if deep > most + SLACK else ""
 
     def depth(self, look: int) -> float:

@@ -8,7 +8,7 @@ from tests.fuzz.campaign.arms import planar, random_arm
 from tests.fuzz.campaign.asked import Joints, Spot, near
 from tests.fuzz.campaign.case import Arm, Case, Thing
 from tests.fuzz.campaign.chain import turned
-from tests.fuzz.campaign.check import fault_of_path
+from tests.fuzz.campaign.check import fault_of_configuration, fault_of_path
 from tests.fuzz.campaign.shapes import Body, ball, box, cylinder, prism, sphere
 from trajopt.arrays import Floats
 
@@ -47,6 +47,8 @@ def moved(arm: Arm, rng: np.random.Generator, *, spare: float = SPARE, **asked: 
         )
         corners = np.stack((first, bend, last))
         case = Case(arm=arm, start=first, goals=(), motion=corners, **asked)
+        if any(fault_of_configuration(case, q, goals=False, spare=spare) for q in corners):
+            continue  # a look at the corners is cheap
         if not fault_of_path(case, corners, step=COARSE, spare=spare):
             return case
     return None

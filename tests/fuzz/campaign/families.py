@@ -149,7 +149,7 @@ def mimic_limits(rng: np.random.Generator) -> Case:
 def _with_followers(case: Case, rng: np.random.Generator) -> Case:
     chain = case.arm.chain
     followers = [joint.name for joint in chain.moving if joint.mimic is not None]
-    if not followers or rng.random() < 0.6:
+    if not followers or rng.random() < 0.85:
         return at_end(case, rng)
     names = [joint.name for joint in chain.moving]
     values = chain.all_joints(case.motion[-1:])[0]
