@@ -18,7 +18,6 @@ pytestmark = pytest.mark.timeout(60)
 
 @pytest.fixture(scope="module")
 def problem() -> to.Problem:
-    pytest.importorskip("example_robot_data")
     return to.named_problem("bar_panda")
 
 
@@ -56,8 +55,8 @@ def test_a_slow_motion_is_planned_with_as_many_samples(problem: to.Problem, scal
         motion = moved(problem, result.trajectory)
         return len(sampled_times(motion)) + len(inverse_dynamics(motion)[0])
 
-    assert samples(scaling, scaling**2) < 1.5 * samples(1e-1, 1e-2)
-    assert samples(scaling, 1.0) < 1.5 * samples(1e-1, 1.0)
+    assert samples(scaling, scaling**2) < 1.1 * samples(1e-2, 1e-4)
+    assert samples(scaling, 1.0) < 1.1 * samples(1e-2, 1.0)
 
 
 def test_samples_grow_with_the_way_and_not_with_the_time(
@@ -118,7 +117,7 @@ def test_points_too_near_and_ends_too_far_are_refused(problem: to.Problem, traje
     with pytest.raises(ShapeError, match="too near to each other"):
         to.judge(problem, replace(trajectory, times=times))
     with pytest.raises(ShapeError, match="are the most"):
-        slowed(trajectory, 1e200)
+        slowed(trajectory, 1e100)
 
 
 @pytest.mark.parametrize(("velocity", "acceleration"), [(1e-12, 1.0), (1.0, 1e-300), (1e-300, 1e-300)])

@@ -1,7 +1,7 @@
 """Moments at which a motion is looked at where nothing is proven.
 
 There is one in every `sample_step`, or wherever a joint may have moved by `sample_travel` where that is less
-often: a motion takes no more samples at a hundred-thousandth of its speed than at a tenth.
+often: a motion takes no more samples at a hundred-thousandth of its speed than at a hundredth.
 """
 
 import numpy as np
