@@ -6,12 +6,21 @@ a question at all. Each class also derives from the builtin exception that it re
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from typing import Any
 
 from trajopt.shown import shown
 
 
 class TrajoptError(Exception):
     """Root of every error that trajopt raises on purpose."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Be restored as it is: exceptions would be made anew of their message alone."""
+        return _restored, (type(self), self.args), self.__dict__
+
+
+def _restored(kind: type[TrajoptError], message: tuple[object, ...]) -> TrajoptError:
+    return kind.__new__(kind, *message)
 
 
 class ModelError(TrajoptError, ValueError):

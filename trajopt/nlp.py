@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.values import Value
 
 
 class Loss(Enum):
@@ -23,7 +24,7 @@ class Loss(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class Rows(Value):
     """Linearised residual rows, r(x + dx) = value + sum_k jacobian[:, k] . dx[knots[:, k]].
 
     Attributes:
@@ -42,7 +43,7 @@ class Rows:
 
 
 @dataclass(frozen=True, eq=False)
-class CostRows:
+class CostRows(Value):
     """Rows that are penalised.
 
     Attributes:
@@ -72,7 +73,7 @@ class CostRows:
 
 
 @dataclass(frozen=True, eq=False)
-class ConstraintRows:
+class ConstraintRows(Value):
     """Rows that must lie between bounds.
 
     Attributes:
@@ -105,7 +106,7 @@ class ConstraintRows:
 
 
 @dataclass(frozen=True, eq=False)
-class Linearisation:
+class Linearisation(Value):
     """Costs and constraints around one point.
 
     Attributes:

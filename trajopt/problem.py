@@ -20,6 +20,7 @@ from trajopt.model.tool_speed import ToolSpeed
 from trajopt.shown import shown
 from trajopt.terms.residual import END, WHOLE, Constraint, Cost
 from trajopt.terms.smoothness import Acceleration, Velocity
+from trajopt.values import Value
 
 Asked = Requirement | Constraint
 """What can be asked of a motion on the way: plain data, or a residual of your own with bounds."""
@@ -35,7 +36,7 @@ def default_costs() -> tuple[Cost, ...]:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Problem:
+class Problem(Value):
     """A planning problem: from a start to a goal, holding constraints, at least cost.
 
     Attributes:

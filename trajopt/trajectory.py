@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import JointNotFound, ShapeError
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class Path(Value):
     """A polyline through knots in joint space, without time.
 
     Attributes:
@@ -54,7 +55,7 @@ class Interpolation(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Value):
     """Joint positions over time: polynomials between points.
 
     With accelerations the polynomials are quintic, with velocities cubic, with neither linear

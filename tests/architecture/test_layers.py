@@ -10,6 +10,7 @@ PACKAGE = ROOT / "trajopt"
 
 LAYERS = {
     "shown": 0, "errors": 0, "arrays": 0, "files": 0, "yaml_files": 0, "inputs": 0, "native": 0,
+    "values": 0,
     "model": 1, "trajectory": 1, "nlp": 1,
     "query": 2, "symbolic": 2,
     "terms": 3, "solvers": 3,

@@ -14,6 +14,7 @@ from trajopt.reasons import Block
 from trajopt.result import Status
 from trajopt.trajectory import Path
 from trajopt.tries import Try
+from trajopt.values import Value
 
 NAMED = 4
 """Things in the way that are named; the others are counted."""
@@ -27,7 +28,7 @@ class Certainty(Enum):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Explanation:
+class Explanation(Value):
     """How planning ended and why: `print` it, or read its parts.
 
     Attributes:

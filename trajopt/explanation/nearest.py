@@ -13,6 +13,7 @@ from trajopt.problem import Problem
 from trajopt.query import query_of
 from trajopt.seeds.inverse_kinematics import random_starts
 from trajopt.seeds.projection import Projection
+from trajopt.values import Value
 from trajopt.verify import Moment, examine
 
 STARTS = 128
@@ -28,7 +29,7 @@ STAY = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class NearestFree:
+class NearestFree(Value):
     """A configuration that the judge finds free, near one that is not.
 
     Attributes:

@@ -18,13 +18,14 @@ from trajopt.model.requirements import (
     frame_placement,
 )
 from trajopt.model.requirements.requirement import direction_of, positive
+from trajopt.values import Value
 
 FORCE = 30.0
 """Force that each finger presses with unless told otherwise [N]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Straight:
+class Straight(Value):
     """A straight motion of the gripper that does not turn it.
 
     Attributes:
@@ -92,7 +93,7 @@ class Grasp:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Place:
+class Place(Value):
     """Where an object is put down.
 
     Attributes:

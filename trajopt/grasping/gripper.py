@@ -10,10 +10,11 @@ from trajopt.errors import ShapeError
 from trajopt.model.placement import Placement
 from trajopt.model.requirements.requirement import direction_of, positive
 from trajopt.model.robot import Robot
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Gripper:
+class Gripper(Value):
     """A gripper with two fingers whose pads stay parallel.
 
     Attributes:

@@ -12,6 +12,7 @@ from trajopt.grasping.timeline import Timeline
 from trajopt.model.scene import Scene
 from trajopt.result import Result
 from trajopt.trajectory import Trajectory
+from trajopt.values import Value
 
 
 class Stage(Enum):
@@ -102,7 +103,7 @@ class Refusal:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Handling:
+class Handling(Value):
     """A planned sequence of picking, placing or both; or why there is none.
 
     Attributes:

@@ -16,10 +16,11 @@ from trajopt.query import Query, query_of
 from trajopt.shown import shown
 from trajopt.terms.frames import RelativeFrame, relative_frame
 from trajopt.terms.motion import Motion
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class Placements:
+class Placements(Value):
     """Where a frame is at S configurations; `placements[3]` is one of them.
 
     Attributes:

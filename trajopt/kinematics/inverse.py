@@ -15,10 +15,11 @@ from trajopt.model.requirements import Requirement
 from trajopt.query import Counts
 from trajopt.seeds import goal_candidates
 from trajopt.seeds.inverse_kinematics import STARTS
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class InverseSolutions:
+class InverseSolutions(Value):
     """What inverse kinematics found.
 
     Attributes:

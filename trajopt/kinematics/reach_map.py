@@ -18,6 +18,7 @@ from trajopt.model.requirements import WORLD
 from trajopt.model.requirements.requirement import direction_of
 from trajopt.model.requirements.singularity_distance import LENGTH
 from trajopt.query import query_of
+from trajopt.values import Value
 
 CELL = 0.05
 """Edge of a cell [m]."""
@@ -26,7 +27,7 @@ DIRECTIONS = 100
 
 
 @dataclass(frozen=True, eq=False)
-class ReachMap:
+class ReachMap(Value):
     """A grid of cells over what a frame reaches, filled by sampling.
 
     Cell (i, j, k) is the cube that begins at `origin + cell * (i, j, k)`. More configurations fill the map

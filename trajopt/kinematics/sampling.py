@@ -13,6 +13,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Query, query_of
 from trajopt.seeds.projection import Projection
+from trajopt.values import Value
 
 BATCH = 4096
 """Configurations drawn at once."""
@@ -24,7 +25,7 @@ Progress = Callable[[int], None]
 
 
 @dataclass(frozen=True, eq=False)
-class RandomConfigurations:
+class RandomConfigurations(Value):
     """Valid configurations, and what became of the others that were drawn.
 
     Attributes:

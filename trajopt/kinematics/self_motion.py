@@ -15,6 +15,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import query_of
 from trajopt.seeds.projection import Projection
+from trajopt.values import Value
 
 STEP = 0.05
 """How far the joint that moves most goes from one configuration to the next [rad | m]."""
@@ -27,7 +28,7 @@ RANK_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class SelfMotion:
+class SelfMotion(Value):
     """A family of configurations that hold the same goal.
 
     Attributes:

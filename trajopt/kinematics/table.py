@@ -17,6 +17,7 @@ from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.query import Query, query_of
+from trajopt.values import Value
 
 HOPELESS = 100 * BATCH
 """So many draws without one that is clear end the search."""
@@ -25,7 +26,7 @@ COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "manipulability", "clear")
 
 
 @dataclass(frozen=True, eq=False)
-class ConfigurationTable:
+class ConfigurationTable(Value):
     """Configurations, where they place a frame, and whether they are clear of everything; a row each.
 
     Attributes:

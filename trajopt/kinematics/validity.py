@@ -11,11 +11,12 @@ from trajopt.errors import ShapeError
 from trajopt.kinematics.asked import requirements_of
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.values import Value
 from trajopt.verify import Check, Examination, Judge, PairDistance
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Validity:
+class Validity(Value):
     """What the judge says of a configuration.
 
     Attributes:

@@ -5,9 +5,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import permutations
 
+from trajopt.values import Value
+
 
 @dataclass(frozen=True)
-class AllowedCollisions:
+class AllowedCollisions(Value):
     """Allowed-collision matrix.
 
     An entry for a pair decides; without one the default of a name that has one, and where both

@@ -1,13 +1,15 @@
 """Everything in a scene that can collide, by the joint that carries it, and what must keep apart."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
 
+from trajopt.model.derived import once_each
 from trajopt.model.fixed_body import Anchor, FixedBody
 from trajopt.model.pairs import BodyPairs, ContactRules, body_pairs
+from trajopt.model.recent import Recent
 from trajopt.model.reduced_robot import ReducedRobot
 from trajopt.model.scene import Scene
+from trajopt.model.scene_object import AnchoredObject, SceneObject
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,28 +20,52 @@ class Arrangement:
         anchors: Where each frame of the robot, each object and the world is fixed, by name.
         bodies: Collision bodies of links, then of objects.
         pairs: Those that must keep apart.
-        kept: What was derived of a reduced model with these bodies, by the function that built it.
     """
 
     anchors: Mapping[str, Anchor]
     bodies: tuple[FixedBody, ...]
     pairs: BodyPairs
-    kept: dict[Callable[..., Any], Any] = field(
-        default_factory=dict[Callable[..., Any], Any], init=False, repr=False
-    )
 
 
 def arrange(scene: Scene, robot: ReducedRobot) -> Arrangement:
     """Fix a scene's bodies to the joints of its reduced robot.
 
-    The scene remembers the answer. An edited scene shares with the one before the bodies of all
+    The last answers are kept for each scene. An edited scene shares with the one before the bodies of all
     objects that stayed where they were, and the pairs if the edit changes none.
 
     Args:
         scene: The scene.
         robot: The scene's robot with one group's joints free.
     """
-    return scene.arrangements.get(robot, lambda: _arranged(scene, robot))
+    return _arrangements(scene).get(robot, lambda: _arranged(scene, robot))
+
+
+@once_each
+def _arrangements(scene: Scene) -> Recent[ReducedRobot, Arrangement]:
+    del scene
+    return Recent(4)
+
+
+@once_each
+def _pairs(robot: ReducedRobot) -> Recent[object, BodyPairs]:
+    """Return the pairs that the scenes seen last must keep apart, by what decides on them."""
+    del robot
+    return Recent(4)
+
+
+@once_each
+def _places(item: SceneObject) -> Recent[Anchor, AnchoredObject]:
+    del item
+    return Recent(2)
+
+
+def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
+    """Return an object where it is fixed to the joint that carries its frame.
+
+    The same answer is given again as long as that anchor is the same one: all scenes that share the object
+    share its bodies.
+    """
+    return _places(item).get(frame, lambda: item.anchored(frame))
 
 
 def _arranged(scene: Scene, robot: ReducedRobot) -> Arrangement:
@@ -48,13 +74,13 @@ def _arranged(scene: Scene, robot: ReducedRobot) -> Arrangement:
         _anchor(name, scene, anchors)
     bodies = list(robot.bodies)
     for item in scene.objects.values():
-        bodies.extend(item.anchored(anchors[item.frame]).bodies)
+        bodies.extend(_anchored(item, anchors[item.frame]).bodies)
     objects = tuple(item.contact_traits for item in scene.objects.values())
     key = (objects, scene.allowed, scene.margin, scene.pair_margins, scene.allowances)
     return Arrangement(
         anchors,
         tuple(bodies),
-        robot.pairs.get(key, lambda: body_pairs(bodies, scene.robot.links, _rules(scene))),
+        _pairs(robot).get(key, lambda: body_pairs(bodies, scene.robot.links, _rules(scene))),
     )
 
 
@@ -63,7 +89,7 @@ def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
     found = anchors.get(name)
     if found is None:
         item = scene.objects[name]
-        found = anchors[name] = item.anchored(_anchor(item.frame, scene, anchors)).anchor
+        found = anchors[name] = _anchored(item, _anchor(item.frame, scene, anchors)).anchor
     return found
 
 

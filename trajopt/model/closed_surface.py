@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.errors import ShapeError
+from trajopt.model.derived import once_each
 from trajopt.model.mesh_file import Mesh, components
 from trajopt.model.shapes import Convex, Shape, convex
 
@@ -48,25 +49,9 @@ class ClosedSurface:
         return "; ".join(found)
 
 
+@once_each
 def closed_surface(mesh: Mesh) -> ClosedSurface:
     """Return the closed part of a mesh's surface; made once for each mesh."""
-    return mesh.derived(_closed_surface)
-
-
-def part_points(shape: Shape) -> Floats:
-    """Return one point of each connected part of a shape's surface or inside, (p, 3) [m]."""
-    match shape:
-        case Mesh():
-            faces = shape.faces.astype(np.int64)
-            part = components(len(shape.vertices), np.tile(faces[:, 0], 2), faces[:, 1:].T.reshape(-1))
-            return shape.vertices[np.unique(part, return_index=True)[1]]
-        case Convex():
-            return shape.vertices.mean(axis=0)[None]
-        case _:
-            return np.zeros((1, 3))
-
-
-def _closed_surface(mesh: Mesh) -> ClosedSurface:
     part, closed = mesh.parts(HOLE)
     twisted = _twisted(mesh.faces, part, len(closed)) & closed
     whole = (closed & ~twisted)[part]
@@ -82,6 +67,19 @@ def _closed_surface(mesh: Mesh) -> ClosedSurface:
         open=int((~closed).sum()),
         twisted=int(twisted.sum()),
     )
+
+
+def part_points(shape: Shape) -> Floats:
+    """Return one point of each connected part of a shape's surface or inside, (p, 3) [m]."""
+    match shape:
+        case Mesh():
+            faces = shape.faces.astype(np.int64)
+            part = components(len(shape.vertices), np.tile(faces[:, 0], 2), faces[:, 1:].T.reshape(-1))
+            return shape.vertices[np.unique(part, return_index=True)[1]]
+        case Convex():
+            return shape.vertices.mean(axis=0)[None]
+        case _:
+            return np.zeros((1, 3))
 
 
 def _twisted(faces: NDArray[np.int32], part: Ints, parts: int) -> Bools:

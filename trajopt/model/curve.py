@@ -14,6 +14,7 @@ import numpy as np
 from trajopt.arrays import Floats, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.placement import Placement
+from trajopt.values import Value
 
 TURN_LENGTH = 1.0 / 3.5
 """Length that turning by one radian counts as, where turning takes longer than moving [m/rad].
@@ -24,7 +25,7 @@ JOINED = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class Piece(Value):
     """A smooth piece of a curve, over a parameter u from 0 to 1.
 
     The point is b(u) + cosine cos(sweep u) + sine sin(sweep u), b the Bezier polynomial of `points`; the
@@ -59,7 +60,7 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class Places(Value):
     """Placements of a frame at s places of a curve.
 
     Attributes:
@@ -72,7 +73,7 @@ class Places:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(Value):
     """A way through space that a frame can be asked to follow; pieces joined end to end.
 
     Places are told by s, the length along the curve [m]: that of the point's way, or `TURN_LENGTH` times the

@@ -1,21 +1,30 @@
-"""Values that keep what is derived of them: built when it is first asked for, gone with the value."""
+"""What is made of values: once for each, for as long as it lives, and kept outside of it."""
 
 from collections.abc import Callable
-from typing import Any, Self, TypeVar
+from functools import wraps
+from typing import TypeVar
+from weakref import ref
 
-T = TypeVar("T")
+Owner = TypeVar("Owner")
+Made = TypeVar("Made")
 
 
-class Derived:
-    """An immutable value that keeps what functions build of it.
+def once_each(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
+    """Return a function that makes its result once for each value, and forgets it with the value.
 
-    What is built must be as immutable as the value, since all threads share it. At worst two threads
-    that ask at once both build it.
+    What is made must be as immutable as the value, since all threads share it, and must not refer to the
+    value, which would never end then. At worst two threads that ask at once both make it.
     """
+    made: dict[int, tuple[ref[Owner], Made]] = {}
 
-    def derived(self, build: Callable[[Self], T]) -> T:
-        """Return what a function builds of this value, built at the first call and kept with it."""
-        kept: dict[Callable[[Self], Any], Any] = self.__dict__.setdefault("_kept", {})
-        if build not in kept:
-            kept[build] = build(self)
-        return kept[build]
+    @wraps(make)
+    def found_or_made(owner: Owner) -> Made:
+        key = id(owner)
+        entry = made.get(key)
+        if entry is not None and entry[0]() is owner:
+            return entry[1]
+        result = make(owner)
+        made[key] = (ref(owner, lambda _: made.pop(key, None)), result)
+        return result
+
+    return found_or_made

@@ -12,6 +12,7 @@ from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import FileFormatError, JointNotFound
 from trajopt.files import number_of
 from trajopt.shown import shown
+from trajopt.values import Value
 
 DEFAULT_ACCELERATION_TIME = 0.5
 """A joint without an acceleration limit reaches its velocity limit in this time [s]."""
@@ -39,7 +40,7 @@ class LimitKind(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class JointLimits:
+class JointLimits(Value):
     """Limits of some joints, one entry a joint, in the order of `joint_names`.
 
     Attributes:

@@ -16,13 +16,13 @@ from trajopt.arrays import Bools, Floats, Ints, floats, readonly
 from trajopt.errors import MeshFileError, ShapeError
 from trajopt.files import is_file
 from trajopt.inputs import path as path_of
-from trajopt.model.derived import Derived
+from trajopt.values import Value
 
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh(Derived):
+class Mesh(Value):
     """Triangles, in the frame and unit of their file.
 
     On construction coincident vertices are merged; faces without area, and vertices that no face

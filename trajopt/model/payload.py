@@ -7,10 +7,11 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class Payload:
+class Payload(Value):
     """A mass that a joint carries.
 
     Attributes:

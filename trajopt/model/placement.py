@@ -10,13 +10,14 @@ from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ShapeError, SizeError
 from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
 from trajopt.shown import shown
+from trajopt.values import Value
 
 FARTHEST = 1e6
 """Coordinates of a placement that is asked for are within this [m]."""
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class Placement(Value):
     """Rotation and translation of a frame, seen from a reference frame.
 
     A point with coordinates x in the placed frame has `rotation @ x + translation` in the

@@ -5,7 +5,7 @@ depends on the robot only, or on one object only, is made once and shared by all
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,10 +13,12 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly
 from trajopt.errors import FrameNotFound
-from trajopt.model.arrangement import arrange
+from trajopt.model.arrangement import Arrangement, arrange
+from trajopt.model.derived import once_each
 from trajopt.model.fixed_body import Anchor, FixedBody
 from trajopt.model.limits import JointLimits
 from trajopt.model.pairs import BodyPairs
+from trajopt.model.pinocchio_data import ModelData, model_data, model_of
 from trajopt.model.placement import Placement
 from trajopt.model.reduced_robot import reduce_robot
 from trajopt.model.robot import configuration
@@ -38,10 +40,7 @@ class ReducedModel:
         limits: Their limits, those of the joints that mimic them kept as well.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
-        bodies: Collision bodies of links, then of objects.
-        pairs: Those that must keep apart.
-        anchors: Where each frame of the robot, each object and the world is fixed, by name.
-        kept: What was derived of it, by the function that built it.
+        arrangement: Its bodies, and which of them must keep apart.
     """
 
     scene: Scene
@@ -52,19 +51,39 @@ class ReducedModel:
     limits: JointLimits
     mimic_matrix: Floats
     mimic_offset: Floats
-    bodies: tuple[FixedBody, ...]
-    pairs: BodyPairs
-    anchors: Mapping[str, Anchor]
-    kept: dict[Callable[["ReducedModel"], Any], Any]
+    arrangement: Arrangement
+
+    @property
+    def bodies(self) -> tuple[FixedBody, ...]:
+        """Collision bodies of links, then of objects."""
+        return self.arrangement.bodies
+
+    @property
+    def pairs(self) -> BodyPairs:
+        """The pairs of bodies that must keep apart."""
+        return self.arrangement.pairs
+
+    @property
+    def anchors(self) -> Mapping[str, Anchor]:
+        """Where each frame of the robot, each object and the world is fixed, by name."""
+        return self.arrangement.anchors
 
     def derived(self, build: Callable[["ReducedModel"], T]) -> T:
-        """Return what a function builds of this model, built at the first call and kept with the scene.
+        """Return what a function builds of this model, built at the first call.
 
-        All starts with the same joints fixed share it, so it must not depend on where the group starts.
+        All starts with the same joints fixed share it, so it must not depend on where the group starts; nor
+        may it refer to the model or its scene, which would never end then.
         """
-        if build not in self.kept:
-            self.kept[build] = build(self)
-        return self.kept[build]
+        kept = _kept(self.arrangement)
+        if build not in kept:
+            kept[build] = build(self)
+        return kept[build]
+
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        """Be made again of the scene; a model that carries a load is stated."""
+        robot = reduce_robot(self.scene.robot, self.group, self.start)
+        loaded = None if self.model is robot.model else model_data(self.model)
+        return _again, (self.scene, self.group, self.start, loaded)
 
     @property
     def moving_joints(self) -> tuple[str, ...]:
@@ -104,6 +123,18 @@ class ReducedModel:
         return found.joint, found.placement
 
 
+@once_each
+def _kept(arrangement: Arrangement) -> dict[Callable[[ReducedModel], Any], Any]:
+    """Return what was derived of reduced models with these bodies, by the function that built it."""
+    del arrangement
+    return {}
+
+
+def _again(scene: Scene, group: str, start: Floats, loaded: ModelData | None) -> ReducedModel:
+    reduced = reduce_model(scene, group, start)
+    return reduced if loaded is None else replace(reduced, model=model_of(loaded))
+
+
 def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
     """Fix every joint outside the group where it is at the start; mimic joints are where they follow.
 
@@ -128,8 +159,5 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
         robot.limits,
         robot.mimic_matrix,
         robot.mimic_offset,
-        arrangement.bodies,
-        arrangement.pairs,
-        arrangement.anchors,
-        arrangement.kept,
+        arrangement,
     )

@@ -1,17 +1,17 @@
 """The robot's own part of a reduced model: the same for all scenes and starts with the same joints fixed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly
+from trajopt.model.derived import once_each
 from trajopt.model.fixed_body import WORLD_ANCHOR, Anchor, FixedBody
 from trajopt.model.limits import JointLimits
 from trajopt.model.mimic_limits import followed_limits
 from trajopt.model.named_frames import distinct_links, named_again
-from trajopt.model.pairs import BodyPairs
 from trajopt.model.placement import Placement
 from trajopt.model.recent import Recent
 from trajopt.model.requirements import WORLD
@@ -30,7 +30,6 @@ class ReducedRobot:
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         anchors: Where links and tool frames are, by name, with the world.
         bodies: Collision bodies of all links.
-        pairs: The pairs that the scenes seen last must keep apart, by what decides on them.
     """
 
     model: pin.Model
@@ -40,15 +39,12 @@ class ReducedRobot:
     mimic_offset: Floats
     anchors: Mapping[str, Anchor]
     bodies: tuple[FixedBody, ...]
-    pairs: Recent[object, BodyPairs] = field(
-        default_factory=lambda: Recent[object, BodyPairs](4), init=False, repr=False
-    )
 
 
 def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
     """Fix every joint outside the group where it is at the start.
 
-    The robot remembers the answers it gave last: they depend on the joints that are fixed only.
+    The last answers are kept for each robot: they depend on the joints that are fixed only.
 
     Args:
         robot: The robot.
@@ -63,7 +59,13 @@ def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
     free = {*joints, *(name for name, mimic in robot.mimics.items() if mimic.source in joints)}
     locked = [place for place, name in enumerate(robot.joint_names) if name not in free]
     key = (group, tuple(start[locked].tolist()))
-    return robot.reductions.get(key, lambda: _reduced(robot, joints, locked, start))
+    return _reductions(robot).get(key, lambda: _reduced(robot, joints, locked, start))
+
+
+@once_each
+def _reductions(robot: Robot) -> Recent[tuple[str, tuple[float, ...]], ReducedRobot]:
+    del robot
+    return Recent(8)
 
 
 def _reduced(robot: Robot, joints: tuple[str, ...], locked: list[int], start: Floats) -> ReducedRobot:

@@ -1,10 +1,10 @@
 """Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, cast
 
 import numpy as np
 import pinocchio as pin
@@ -27,14 +27,12 @@ from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.mimics import followed, resolve_mimics
 from trajopt.model.named_frames import joint_frame_names, link_names
+from trajopt.model.pinocchio_data import ModelData, model_data, model_of
 from trajopt.model.placement import IDENTITY, Placement
-from trajopt.model.recent import Recent
 from trajopt.model.requirements.requirement import WORLD
 from trajopt.model.srdf import EndEffector, Srdf, read_srdf
 from trajopt.model.urdf import LinkGeometry, Mimic, read_urdf
-
-if TYPE_CHECKING:
-    from trajopt.model.reduced_robot import ReducedRobot
+from trajopt.values import Value
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ class FrameAttachment:
 
 
 @dataclass(frozen=True, eq=False)
-class Robot:
+class Robot(Value):
     """A robot as its description files state it; immutable.
 
     A joint has one number: its angle [rad] or travel [m]; continuous joints count whole turns.
@@ -74,7 +72,6 @@ class Robot:
         mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
         urdf_path: The file it came from.
         urdf_xml: Its text without collision and visual elements.
-        reductions: With only a group's joints free, as asked for last; by where the others stand.
     """
 
     name: str
@@ -93,9 +90,6 @@ class Robot:
     mesh_notes: tuple[str, ...]
     urdf_path: Path
     urdf_xml: str
-    reductions: Recent[tuple[str, tuple[float, ...]], "ReducedRobot"] = field(
-        default_factory=lambda: Recent(8), init=False, repr=False
-    )
 
     @staticmethod
     def from_urdf(
@@ -288,6 +282,14 @@ class Robot:
             Configuration q, shape (model.nq,): cosine and sine for continuous joints.
         """
         return configuration(self.model, positions)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return the fields by name, the model as plain data."""
+        return {**super().__getstate__(), "model": model_data(self.model)}
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        """Take the fields."""
+        self.__dict__.update(state, model=model_of(cast(ModelData, state["model"])))
 
     def __repr__(self) -> str:
         """Say name, joints and groups."""

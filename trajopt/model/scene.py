@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import (
@@ -17,16 +16,12 @@ from trajopt.model.bodies import CollisionBody
 from trajopt.model.kinematics import link_placement
 from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement
-from trajopt.model.recent import Recent
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import FrameAttachment, Robot
 from trajopt.model.scene_object import Part, SceneObject, covered_parts
 from trajopt.model.shapes import Shape
 from trajopt.shown import shown
-
-if TYPE_CHECKING:
-    from trajopt.model.arrangement import Arrangement
-    from trajopt.model.reduced_robot import ReducedRobot
+from trajopt.values import Value
 
 DEFAULT_MARGIN = 0.01
 """Clearance that the optimiser keeps from everything, unless told otherwise [m]."""
@@ -36,7 +31,7 @@ ROBOTS_OWN = AllowedCollisions()
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(Value):
     """A robot among objects.
 
     Attributes:
@@ -46,7 +41,6 @@ class Scene:
         margin: Clearance that the optimiser keeps from everything [m].
         pair_margins: Clearance of single pairs of links and objects, where it differs [m].
         allowances: Contacts that are meant, for a time.
-        arrangements: Its bodies as asked for last, by the reduced robot they are fixed to.
     """
 
     robot: Robot
@@ -55,9 +49,6 @@ class Scene:
     margin: float = DEFAULT_MARGIN
     pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
     allowances: tuple[ContactAllowance, ...] = ()
-    arrangements: Recent["ReducedRobot", "Arrangement"] = field(
-        default_factory=lambda: Recent["ReducedRobot", "Arrangement"](4), init=False, repr=False
-    )
 
     def __post_init__(self) -> None:
         """Check the margin; start from the robot's disabled pairs when no matrix was given."""

@@ -1,7 +1,7 @@
 """A thing in the scene: shapes in a frame that is placed somewhere."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
 
@@ -13,9 +13,9 @@ from trajopt.model.fixed_body import Anchor, FixedBody
 from trajopt.model.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, check_placement
-from trajopt.model.recent import Recent
 from trajopt.model.shapes import Shape, bounding_box
 from trajopt.shown import shown
+from trajopt.values import Value
 
 Part = tuple[Shape, Placement]
 """A shape and its placement in the object's frame."""
@@ -35,7 +35,7 @@ class AnchoredObject:
 
 
 @dataclass(frozen=True, eq=False)
-class SceneObject:
+class SceneObject(Value):
     """A thing in the scene.
 
     Attributes:
@@ -55,9 +55,6 @@ class SceneObject:
     touch_links: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
     mass: float = 0.0
-    _anchored: Recent[Anchor, AnchoredObject] = field(
-        default_factory=lambda: Recent[Anchor, AnchoredObject](2), init=False, repr=False
-    )
 
     def __post_init__(self) -> None:
         """Check the placements."""
@@ -68,13 +65,15 @@ class SceneObject:
     def anchored(self, frame: Anchor) -> AnchoredObject:
         """Return the thing fixed to the joint that carries its frame.
 
-        The same answer is given again as long as that anchor is the same one: all scenes that share
-        the object share its bodies.
-
         Args:
             frame: Where `frame` is.
         """
-        return self._anchored.get(frame, lambda: self._fixed(frame))
+        anchor = Anchor(frame.joint, frame.placement * self.placement)
+        bodies = tuple(
+            FixedBody(f"{self.name}/{count}", self.name, anchor.joint, anchor.placement * where, shape)
+            for count, (shape, where) in enumerate(self.parts)
+        )
+        return AnchoredObject(anchor, bodies)
 
     @cached_property
     def centre(self) -> Floats:
@@ -97,14 +96,6 @@ class SceneObject:
     def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:
         """What decides which bodies it must keep apart from: all but where it is in its frame."""
         return (self.name, self.frame, len(self.parts), self.touch_links)
-
-    def _fixed(self, frame: Anchor) -> AnchoredObject:
-        anchor = Anchor(frame.joint, frame.placement * self.placement)
-        bodies = tuple(
-            FixedBody(f"{self.name}/{count}", self.name, anchor.joint, anchor.placement * where, shape)
-            for count, (shape, where) in enumerate(self.parts)
-        )
-        return AnchoredObject(anchor, bodies)
 
 
 def covered_parts(

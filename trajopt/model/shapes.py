@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Ints, floats, number, readonly
 from trajopt.errors import ShapeError, SizeError
-from trajopt.model.derived import Derived
 from trajopt.model.mesh_file import Mesh
+from trajopt.values import Value
 
 LARGEST_SIZE = 50.0
 """Sizes beyond this [m] are taken for millimetres and refused; planes have none."""
@@ -29,7 +29,7 @@ def _length(name: str, value: float) -> float:
 
 
 @dataclass(frozen=True)
-class Box(Derived):
+class Box(Value):
     """Box about its centre, with edges along its axes.
 
     Attributes:
@@ -49,7 +49,7 @@ class Box(Derived):
 
 
 @dataclass(frozen=True)
-class Sphere(Derived):
+class Sphere(Value):
     """Sphere about its centre.
 
     Attributes:
@@ -64,7 +64,7 @@ class Sphere(Derived):
 
 
 @dataclass(frozen=True)
-class Cylinder(Derived):
+class Cylinder(Value):
     """Solid cylinder about its centre, axis along z.
 
     Attributes:
@@ -82,7 +82,7 @@ class Cylinder(Derived):
 
 
 @dataclass(frozen=True)
-class Capsule(Derived):
+class Capsule(Value):
     """Cylinder with a half sphere at each end, about its centre, axis along z.
 
     Attributes:
@@ -100,7 +100,7 @@ class Capsule(Derived):
 
 
 @dataclass(frozen=True)
-class Cone(Derived):
+class Cone(Value):
     """Solid cone, axis along z: base at -length/2, tip at +length/2.
 
     Attributes:
@@ -118,12 +118,12 @@ class Cone(Derived):
 
 
 @dataclass(frozen=True)
-class Plane(Derived):
+class Plane(Value):
     """Everything below the plane z = 0 of its own frame is solid (a half-space)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Convex(Derived):
+class Convex(Value):
     """Convex hull of points.
 
     Build one with `convex(points)`.

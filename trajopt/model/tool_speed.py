@@ -7,13 +7,14 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
+from trajopt.values import Value
 
 SLOWEST = 1e-9
 """Lower limits allow no motion that ends [m/s | rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
-class ToolSpeed:
+class ToolSpeed(Value):
     """Largest speeds of a frame, as seen from the world.
 
     No shape of a path can break or hold it, only its timing: so retiming enforces it, and the judge

@@ -20,6 +20,7 @@ from trajopt.moveit.frames import Reading, require, world_names
 from trajopt.moveit.planning_scene import SceneFile
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.problem import Problem
+from trajopt.values import Value
 
 IGNORED = ("planner_id", "pipeline_id", "num_planning_attempts", "reference_trajectories")
 LIMITED_LINK = ("cartesian_speed_limited_link", "cartesian_speed_end_effector_link")
@@ -34,7 +35,7 @@ REQUEST_FIELDS = (
 
 
 @dataclass(frozen=True, eq=False)
-class RequestFile:
+class RequestFile(Value):
     """What a motion plan request file says.
 
     Attributes:

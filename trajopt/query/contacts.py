@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 from trajopt.arrays import Floats, Ints
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class Contacts:
+class Contacts(Value):
     """Nearest points of pairs that come near each other, at many configurations.
 
     Attributes:

@@ -5,6 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats
+from trajopt.model.derived import once_each
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 
@@ -23,12 +24,9 @@ def _triangles(faces: NDArray[np.integer]) -> coal.StdVec_Triangle:
     return triangles
 
 
+@once_each
 def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
     """Return Coal's geometry of a shape, in the shape's own frame; made once for each shape."""
-    return shape.derived(_geometry)
-
-
-def _geometry(shape: Shape) -> coal.CollisionGeometry:
     match shape:
         case Box():
             geometry = coal.Box(shape.x, shape.y, shape.z)

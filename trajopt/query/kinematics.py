@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from trajopt.arrays import Floats, Ints
+from trajopt.values import Value
 
 
 @dataclass(eq=False)
@@ -21,7 +22,7 @@ class Counts:
 
 
 @dataclass(frozen=True, eq=False)
-class Kinematics:
+class Kinematics(Value):
     """Joint placements and Jacobians at S configurations of a reduced model with J joints.
 
     Attributes:

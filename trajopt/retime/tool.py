@@ -9,6 +9,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.retime.states import at_points, within
 from trajopt.trajectory import Trajectory
+from trajopt.values import Value
 
 SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions and velocities of the joints, (S, n) each -> m speeds of tools, (S, m) [m/s | rad/s]."""
@@ -19,7 +20,7 @@ QUARTERS = (0.25, 0.5, 0.75)
 
 
 @dataclass(frozen=True, eq=False)
-class ToolLimits:
+class ToolLimits(Value):
     """Limited speeds of tools, and what tells them.
 
     Attributes:

@@ -11,6 +11,7 @@ from trajopt.seeds.source import Blocked as Blocked
 from trajopt.seeds.source import Check as Check
 from trajopt.seeds.source import Guess as Guess
 from trajopt.seeds.source import NoGuess as NoGuess
+from trajopt.seeds.source import Ready as Ready
 from trajopt.seeds.source import Route as Route
 from trajopt.seeds.source import Source as Source
 from trajopt.seeds.straight import straight_line as straight_line

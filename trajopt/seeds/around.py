@@ -14,6 +14,7 @@ from trajopt.arrays import Floats
 from trajopt.query import Counts, Query, query_of
 from trajopt.seeds.kind import SeedKind
 from trajopt.seeds.source import Blocked, Check, Guess, NoGuess, Route
+from trajopt.values import Value
 
 SIZES = (0.15, 0.35)
 """How far the touching point is moved aside [m]; every side once, then every side again."""
@@ -45,15 +46,19 @@ class Around:
         for size in SIZES:
             for side in range(SIDES):
                 for item in blocked:
-                    yield _guess(route, item, side, size)
+                    yield _Bent(route, item, side, size)
 
 
-def _guess(route: Route, blocked: Blocked, side: int, size: float) -> Guess:
-    def made(counts: Counts, check: Check) -> Floats:
+@dataclass(frozen=True, eq=False)
+class _Bent(Value):
+    route: Route
+    blocked: Blocked
+    side: int
+    size: float
+
+    def __call__(self, counts: Counts, check: Check) -> Floats:
         del check
-        return bent(route, blocked, side, size, counts=counts)
-
-    return made
+        return bent(self.route, self.blocked, self.side, self.size, counts=counts)
 
 
 def bent(route: Route, blocked: Blocked, side: int, size: float, *, counts: Counts) -> Floats:

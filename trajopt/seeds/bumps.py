@@ -10,6 +10,7 @@ from trajopt.arrays import Floats
 from trajopt.query import Counts
 from trajopt.seeds.kind import SeedKind
 from trajopt.seeds.source import Blocked, Check, Guess, Route
+from trajopt.values import Value
 
 BEND = 0.6
 """Standard deviation of the first bends, in ordinary steps of each joint."""
@@ -35,7 +36,7 @@ class Bumps:
         del blocked
         for index in count():
             spread = self.bend * (1.0 + index / GROWTH) * route.scale
-            yield _guess(route.line.knots, spread, rng.spawn(1)[0])
+            yield _Bump(route.line.knots, spread, rng.spawn(1)[0])
 
 
 def bump(line: Floats, spread: Floats, rng: np.random.Generator) -> Floats:
@@ -52,9 +53,12 @@ def bump(line: Floats, spread: Floats, rng: np.random.Generator) -> Floats:
     return line + half * rng.normal(scale=spread) + SWAY * whole * rng.normal(scale=spread)
 
 
-def _guess(line: Floats, spread: Floats, rng: np.random.Generator) -> Guess:
-    def made(counts: Counts, check: Check) -> Floats:
-        del counts, check
-        return bump(line, spread, rng)
+@dataclass(frozen=True, eq=False)
+class _Bump(Value):
+    line: Floats
+    spread: Floats
+    rng: np.random.Generator
 
-    return made
+    def __call__(self, counts: Counts, check: Check) -> Floats:
+        del counts, check
+        return bump(self.line, self.spread, self.rng)

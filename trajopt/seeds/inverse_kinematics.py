@@ -12,6 +12,7 @@ from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, Query, query_of
 from trajopt.seeds.projection import Projection, turning_joints
 from trajopt.seeds.straight import nearest_turn
+from trajopt.values import Value
 
 STARTS = 64
 """Configurations that the search starts from; twice as many cost a third more time."""
@@ -26,7 +27,7 @@ SAME = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
-class GoalCandidates:
+class GoalCandidates(Value):
     """What the search found.
 
     Attributes:

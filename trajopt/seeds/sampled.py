@@ -18,6 +18,7 @@ from trajopt.query import Counts, Query, query_of
 from trajopt.seeds.kind import SeedKind
 from trajopt.seeds.projection import Projection
 from trajopt.seeds.source import Blocked, Check, Guess, NoGuess, Route
+from trajopt.values import Value
 
 CHECKED = 20_000
 """Configurations that one leg is searched with before starting anew: most searches that end end soon."""
@@ -35,14 +36,17 @@ class SampledPaths:
         """Yield paths; see `Source.guesses`."""
         del blocked
         for index in count():
-            yield _guess(route, rng.spawn(1)[0], CHECKED * (1 + index // PATIENCE))
+            yield _Sampled(route, rng.spawn(1)[0], CHECKED * (1 + index // PATIENCE))
 
 
-def _guess(route: Route, rng: np.random.Generator, checked: int) -> Guess:
-    def made(counts: Counts, check: Check) -> Floats:
-        return sampled(route, rng=rng, counts=counts, check=check, checked=checked)
+@dataclass(frozen=True, eq=False)
+class _Sampled(Value):
+    route: Route
+    rng: np.random.Generator
+    checked: int
 
-    return made
+    def __call__(self, counts: Counts, check: Check) -> Floats:
+        return sampled(self.route, rng=self.rng, counts=counts, check=check, checked=self.checked)
 
 
 def sampled(

@@ -12,11 +12,14 @@ from trajopt.model.requirements import Requirement
 from trajopt.query import Counts
 from trajopt.seeds.kind import SeedKind
 from trajopt.seeds.waypoints import WaypointLine
+from trajopt.values import Value
 
 Check = Callable[[], None]
 """Called between pieces of work; raises when it is time to stop."""
 Guess = Callable[[Counts, Check], Floats]
-"""Makes the knots of a first guess, shape (N, n); counts its work. Raises `NoGuess` if it cannot."""
+"""Makes the knots of a first guess, shape (N, n); counts its work. Raises `NoGuess` if it cannot.
+
+A dataclass rather than a function within another, so that it can be sent to another process."""
 
 
 class NoGuess(Exception):
@@ -24,7 +27,7 @@ class NoGuess(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Route:
+class Route(Value):
     """Where a first guess leads.
 
     Attributes:
@@ -41,7 +44,7 @@ class Route:
 
 
 @dataclass(frozen=True, eq=False)
-class Blocked:
+class Blocked(Value):
     """Where a try ended against something.
 
     Attributes:
@@ -53,6 +56,22 @@ class Blocked:
     knots: Floats
     place: float
     pair: int
+
+
+@dataclass(frozen=True, eq=False)
+class Ready(Value):
+    """The `Guess` of knots that are there already.
+
+    Attributes:
+        knots: Shape (N, n) [rad | m].
+    """
+
+    knots: Floats
+
+    def __call__(self, counts: Counts, check: Check) -> Floats:
+        """Return them."""
+        del counts, check
+        return self.knots
 
 
 class Source(Protocol):

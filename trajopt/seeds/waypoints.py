@@ -12,10 +12,11 @@ from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, query_of
 from trajopt.seeds.inverse_kinematics import goal_candidates
 from trajopt.terms.joint_positions import fixed_positions
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class WaypointLine:
+class WaypointLine(Value):
     """Straight legs from stop to stop.
 
     Attributes:

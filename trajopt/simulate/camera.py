@@ -10,6 +10,7 @@ from trajopt.arrays import Floats, readonly
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.shapes import Plane, bounding_box
+from trajopt.values import Value
 
 FIELD_OF_VIEW = np.deg2rad(36.0)
 """Vertical opening of the camera [rad]."""
@@ -26,7 +27,7 @@ CANDIDATES = np.deg2rad((140.0, 220.0, 115.0, 245.0, 160.0, 200.0, 40.0, -40.0))
 
 
 @dataclass(frozen=True, eq=False)
-class CameraView:
+class CameraView(Value):
     """A camera that looks at a point.
 
     Attributes:

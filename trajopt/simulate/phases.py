@@ -20,6 +20,7 @@ from trajopt.simulate.plant import Plant
 from trajopt.simulate.spec import describe
 from trajopt.simulate.stepping import BLOWN_UP
 from trajopt.trajectory import Trajectory
+from trajopt.values import Value
 
 WHOLE = "arm and fingers"
 """Name of the group that is simulated: the joints of all phases."""
@@ -57,7 +58,7 @@ class Phase:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SequenceLog:
+class SequenceLog(Value):
     """What happened in a simulated sequence.
 
     Attributes:

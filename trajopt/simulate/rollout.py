@@ -12,13 +12,14 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.tool_frame import tool_frame
 from trajopt.simulate.contacts import Contact
 from trajopt.trajectory import Trajectory
+from trajopt.values import Value
 
 MOST_CONTACTS = 3
 """Contacts that the summary tells in full."""
 
 
 @dataclass(frozen=True, eq=False)
-class TrackingError:
+class TrackingError(Value):
     """Distance between planned and simulated positions during the motion.
 
     Attributes:
@@ -44,7 +45,7 @@ class PoseError:
 
 
 @dataclass(frozen=True, eq=False)
-class Rollout:
+class Rollout(Value):
     """A simulated execution of a trajectory.
 
     Attributes:

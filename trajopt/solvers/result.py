@@ -5,6 +5,7 @@ from enum import Enum
 
 from trajopt.arrays import Floats
 from trajopt.nlp import Linearisation
+from trajopt.values import Value
 
 
 class SolverStatus(Enum):
@@ -55,7 +56,7 @@ class SqpStep(Iteration):
 
 
 @dataclass(frozen=True, eq=False)
-class SolveResult:
+class SolveResult(Value):
     """What a solver returns.
 
     Attributes:

@@ -6,6 +6,7 @@ from math import ceil, log, log1p
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
+from trajopt.values import Value
 
 
 class Verdict(Enum):
@@ -76,7 +77,7 @@ class Confidence:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PairEvidence:
+class PairEvidence(Value):
     """What was seen of two links.
 
     Attributes:

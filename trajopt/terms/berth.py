@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -53,7 +54,10 @@ class Berth:
             ObjectNotFound: If a single pair names what is neither link nor object.
         """
         reduced = motion.query.reduced
-        distance, root = reduced.derived(self._by_pair)
+        wished = reduced.derived(_by_berth)
+        if self not in wished:
+            wished[self] = self._by_pair(reduced)
+        distance, root = wished[self]
         contacts = motion.query.near(motion.positions, distance)
         factor = root[contacts.pair]
         missing = factor * (distance[contacts.pair] - contacts.distance)
@@ -68,6 +72,11 @@ class Berth:
                 raise ObjectNotFound("link or object that can come near another", name, known)
         wished = [self.single.get(pair, self.every) for pair in owners]
         return np.array([item.distance for item in wished]), np.sqrt([item.weight for item in wished])
+
+
+def _by_berth(reduced: ReducedModel) -> WeakKeyDictionary[Berth, tuple[Floats, Floats]]:
+    del reduced
+    return WeakKeyDictionary()
 
 
 def berth(

@@ -12,10 +12,11 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class JointSum:
+class JointSum(Value):
     """One component: a weighted sum of the group's positions and a constant [rad | m].
 
     Attributes:

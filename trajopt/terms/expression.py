@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 
@@ -34,13 +35,22 @@ class Expression:
         Raises:
             ProblemError: If the expression is no column, or has symbols other than the positions.
         """
-        value, jacobian = motion.query.reduced.derived(self._compiled)(motion.positions)
+        reduced = motion.query.reduced
+        compiled = reduced.derived(_by_expression)
+        if self not in compiled:
+            compiled[self] = self._compiled(reduced)
+        value, jacobian = compiled[self](motion.positions)
         return motion.rows_of_all(value, jacobian)
 
     def _compiled(self, reduced: ReducedModel) -> "_Compiled":
         kinematics = SymbolicKinematics(reduced)
         # What is fixed to the world may make it a plain number.
         return _Compiled(self.name, kinematics.q, ca.SX(self.build(kinematics)))
+
+
+def _by_expression(reduced: ReducedModel) -> WeakKeyDictionary[Expression, "_Compiled"]:
+    del reduced
+    return WeakKeyDictionary()
 
 
 class _Compiled:

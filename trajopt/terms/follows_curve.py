@@ -19,13 +19,14 @@ from trajopt.terms.lengths import lengths
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import WHOLE, Constraint, Window, constraint
+from trajopt.values import Value
 
 POSITION_ROWS = 4
 """Components that tell the position: three along axes, and the distance."""
 
 
 @dataclass(frozen=True, eq=False)
-class CurveError:
+class CurveError(Value):
     """Components: position error (x, y, z), its length [m], rotation error (three, two or none) [rad].
 
     Attributes:

@@ -14,10 +14,11 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class GravityShare:
+class GravityShare(Value):
     """g_j(q) / (effort limit of joint j), one component for each of some of the group's joints.
 
     Derivatives are pinocchio's analytic ones of generalised gravity (Carpentier and Mansard, Analytical

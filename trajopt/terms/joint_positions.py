@@ -13,10 +13,11 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)
-class JointPosition:
+class JointPosition(Value):
     """The positions of some of the group's joints, one component each [rad | m].
 
     Attributes:

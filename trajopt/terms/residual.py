@@ -10,6 +10,7 @@ from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
+from trajopt.values import Value
 
 
 @runtime_checkable
@@ -84,7 +85,7 @@ class Cost:
 
 
 @dataclass(frozen=True, eq=False)
-class Constraint:
+class Constraint(Value):
     """A residual in the role of a constraint: every row between bounds.
 
     Attributes:

@@ -1,24 +1,20 @@
 """Shapes as the native core knows them, made once for each shape and kept as long as it."""
 
 from functools import singledispatch
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from trajopt.model.closed_surface import closed_surface, part_points
+from trajopt.model.derived import once_each
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.native import proof
 from trajopt.verify.coal_geometry import hull_of
 
-_made: WeakKeyDictionary[Shape, proof.Form] = WeakKeyDictionary()
 
-
+@once_each
 def native_form(shape: Shape) -> proof.Form:
     """Return a shape's native twin."""
-    form = _made.get(shape)
-    if form is None:
-        form = _made[shape] = _make(shape)
-    return form
+    return _make(shape)
 
 
 @singledispatch

@@ -7,13 +7,14 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number, readonly
 from trajopt.errors import ProblemError, ShapeError
+from trajopt.values import Value
 
 WORLD = "world"
 """Name of the frame that everything is placed in at last."""
 
 
 @dataclass(frozen=True)
-class Requirement:
+class Requirement(Value):
     """Base of everything that a motion can be asked to hold."""
 
     @property
