@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from tests.model.test_robot import tetrahedron
 from trajopt.errors import MeshFileError
@@ -68,3 +69,35 @@ def test_an_exact_mesh_is_read(file: Path) -> None:
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
     with pytest.raises(MeshFileError, match="gone"):
         cover_file(tmp_path / "gone.stl", SCALE, MeshPolicy())
+
+
+def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("trajopt.model.convex._MOST_WORK", 1)
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(24)], axis=1)
+    low, high = np.array((0.0, 0.0, -0.05)), np.array((0.0, 0.0, 0.05))
+    corners = np.concatenate([0.3 * ring + low, 0.3 * ring + high, 0.25 * ring + high, 0.25 * ring + low])
+    first, after = np.arange(24), (np.arange(24) + 1) % 24
+    faces = [
+        quad
+        for side in range(4)
+        for a, b in (((24 * side) % 96, (24 * side + 24) % 96),)
+        for quad in (
+            *np.stack([a + first, a + after, b + after], axis=1),
+            *np.stack([a + first, b + after, b + first], axis=1),
+        )
+    ]
+    mesh = Mesh(corners, np.array(faces, dtype=np.int32))
+    assert mesh.is_closed
+    covers = [cover_mesh(mesh, MeshPolicy()) for _ in range(2)]
+    assert "stand out of it by up to" in covers[0].note and "MeshPolicy(exact=True)" in covers[0].note
+    assert covers[0].note == covers[1].note, "work is counted, not timed"
+    for corner in mesh.vertices:
+        assert any(
+            np.all(hull.equations[:, :3] @ corner + hull.equations[:, 3] <= 1e-9)
+            for hull in (ConvexHull(shape.vertices) for shape in covers[0].shapes)
+        ), "the surface stays covered"
+    monkeypatch.setattr("trajopt.model.convex._MOST_WORK", 10**10)
+    monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "anew"))
+    assert "stand out" not in cover_mesh(mesh, MeshPolicy()).note

@@ -25,6 +25,7 @@ VERSION = 2
 
 _SAMPLES = 60_000  # points in the hull of a mesh at which its distance is looked at
 _JUDGES = 1500  # of these, and of a piece's triangles, about so many tell which cuts are promising
+_MOST_WORK = 10**10  # samples times planes that cutting may cost, about a minute; merging as much again
 _SNAP = 1e-6  # corners this near a cutting plane count as in it, as a share of the mesh's size
 _PROMISING = 8  # cuts judged with all triangles, after all were with a few
 _FACE_PLANES, _FACE_NORMALS, _OFFSETS = 12, 4, 5  # cuts tried: at the largest faces, along normals
@@ -90,6 +91,17 @@ class _Samples:
         return float(self.depth[hull.holds(self.points)].max(initial=0.0))
 
 
+@dataclass(eq=False)
+class _Work:
+    """What cutting and merging have cost: counted, so that a cover is the same on every machine."""
+
+    spent: int = 0
+
+    def count(self, samples: int, triangles: int, hull: _Hull) -> None:
+        """Count samples asked against the planes of a hull, and the hull's making."""
+        self.spent += samples * len(hull.planes) + 200 * triangles
+
+
 @dataclass(frozen=True, eq=False)
 class _Piece:
     triangles: Floats  # (m, 3, 3)
@@ -104,7 +116,9 @@ def convex_pieces(
 
     The mesh becomes its hull where that reaches no farther than `tolerance` from it, or adds at most
     `hull_excess` of volume and reaches no farther than twice the tolerance. Otherwise every piece
-    reaches no farther than `tolerance`, unless `max_pieces` do not suffice. So a distance to the pieces
+    reaches no farther than `tolerance`, unless `max_pieces` do not suffice, or the work does not that
+    cutting and merging may cost: it is counted (no clock is asked), and so much takes about two minutes
+    of one processor. Then pieces stay that reach farther, as `reach` says. So a distance to the pieces
     is the true one or smaller, by at most that. Pieces may fill what a ball of radius `tolerance`
     cannot enter from outside: narrow holes, shut hollows. An open mesh is a thin sheet, no solid.
 
@@ -154,13 +168,14 @@ def _cover(mesh: Mesh, hull_excess: float, tolerance: float, max_pieces: int) ->
         return ConvexCover((hull.vertices,), CoverMethod.HULL, excess, reach)
     snap = _SNAP * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
     wrong = outside.chosen(outside.depth > tolerance)
+    work = _Work()
     bad, good = [_Piece(mesh.triangles, hull, wrong)], list[_Piece]()
-    while bad and len(bad) + len(good) < max_pieces:
+    while bad and len(bad) + len(good) < max_pieces and work.spent < _MOST_WORK:
         worst = max(range(len(bad)), key=lambda index: float(bad[index].wrong.depth.sum()))
-        parts = _divided(bad.pop(worst), snap)
+        parts = _divided(bad.pop(worst), snap, work)
         for part in parts:
             (bad if len(part.wrong.depth) and len(parts) > 1 else good).append(part)
-    hulls = _merged([piece.hull for piece in good + bad], wrong)
+    hulls = _merged([piece.hull for piece in good + bad], wrong, work)
     reach = max(outside.reach(hull) for hull in hulls)
     return ConvexCover(tuple(hull.vertices for hull in hulls), CoverMethod.DECOMPOSITION, excess, reach)
 
@@ -232,29 +247,31 @@ def _reachable(samples: _Samples, hull: _Hull) -> Bools:
     return np.isin(room, room[below < depth])
 
 
-def _divided(piece: _Piece, snap: float) -> list[_Piece]:
+def _divided(piece: _Piece, snap: float, work: _Work) -> list[_Piece]:
     """Return both sides of the piece at the best plane of those tried; the piece if there is none."""
     planes = _planes(piece)
     if not len(planes):
         return [piece]
     judges = piece.wrong.chosen(slice(None, None, 1 + len(piece.wrong.depth) // _JUDGES))
     few = piece.triangles[:: 1 + len(piece.triangles) // _JUDGES]
-    rough = [_cut(few, plane, snap, judges)[0] for plane in planes]
+    rough = [_cut(few, plane, snap, judges, work)[0] for plane in planes]
     promising = planes[np.argsort(rough, kind="stable")[:_PROMISING]]
     _, sides = min(
-        (_cut(piece.triangles, plane, snap, judges) for plane in promising), key=lambda cut: cut[0]
+        (_cut(piece.triangles, plane, snap, judges, work) for plane in promising), key=lambda cut: cut[0]
     )
     return [_Piece(side, hull, piece.wrong.chosen(hull.holds(piece.wrong.points))) for side, hull in sides]
 
 
 def _cut(
-    triangles: Floats, plane: Floats, snap: float, wrong: _Samples
+    triangles: Floats, plane: Floats, snap: float, wrong: _Samples, work: _Work
 ) -> tuple[float, list[tuple[Floats, _Hull]]]:
     """Cut at a plane; return what of the wrong samples the sides still hold, by depth, and the sides.
 
     The power prefers, of two cuts alike, one with a good side to one that leaves both to be cut.
     """
     sides = [(side, _hull(side.reshape(-1, 3))) for side in clipped(triangles, plane, snap) if len(side)]
+    for side, hull in sides:
+        work.count(len(wrong.depth), len(side), hull)
     return sum(float(wrong.depth[hull.holds(wrong.points)].sum()) ** 0.85 for _, hull in sides), sides
 
 
@@ -285,13 +302,16 @@ def _planes(piece: _Piece) -> Floats:
     return planes[(behind & before) | (faces & (behind | before))]
 
 
-def _merged(hulls: list[_Hull], wrong: _Samples) -> list[_Hull]:
+def _merged(hulls: list[_Hull], wrong: _Samples, work: _Work) -> list[_Hull]:
     """Replace pairs of hulls by their common hull, tightest first, while it holds no wrong sample."""
     kept = dict(enumerate(hulls))
     joined: dict[tuple[int, int], tuple[float, _Hull]] = {}
 
     def join(i: int, j: int) -> None:
+        if work.spent >= 2 * _MOST_WORK:
+            return  # What is not merged covers as well, with more pieces.
         hull = _hull(np.concatenate([kept[i].vertices, kept[j].vertices]))
+        work.count(len(wrong.depth), len(hull.vertices), hull)
         if not hull.holds(wrong.points).any():
             joined[i, j] = (hull.volume - kept[i].volume - kept[j].volume, hull)
 

@@ -12,7 +12,7 @@ from trajopt.model.convex import VERSION, CoverMethod, convex_pieces
 from trajopt.model.mesh_file import Mesh, load_mesh
 from trajopt.model.shapes import Convex, Shape, convex
 
-_VERSION = 1  # of what is kept: part of the key of the cache
+_VERSION = 2  # of what is kept: part of the key of the cache
 _ALONE = (".stl", ".dae", ".obj", ".ply")  # files that hold all of their geometry themselves
 
 
@@ -26,7 +26,8 @@ class MeshPolicy:
             hollows whose faces point into them are not solid, and open parts have no inside.
         hull_excess: A mesh becomes its convex hull where that adds at most this share of volume
             and stands out of the mesh nowhere by more than twice the tolerance.
-        tolerance: Convex pieces stand out of the mesh by no more than this, as sampled [m].
+        tolerance: Convex pieces stand out of the mesh by no more than this, as sampled [m]; where the
+            work does not suffice that a cover may cost, they may, and the note says by how much.
     """
 
     exact: bool = False
@@ -57,7 +58,14 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     shapes = tuple(convex(piece) for piece in cover.pieces)
     if cover.method is CoverMethod.HULL:
         return Cover(shapes, "convex hull")
-    return Cover(shapes, f"{len(shapes)} convex pieces")
+    note = f"{len(shapes)} convex pieces"
+    if cover.reach > policy.tolerance:
+        far, asked = 1000.0 * cover.reach, 1000.0 * policy.tolerance
+        note += (
+            f", which stand out of it by up to {far:.0f} mm: cutting came to its bound before "
+            f"{asked:g} mm; MeshPolicy(exact=True) keeps the triangles"
+        )
+    return Cover(shapes, note)
 
 
 def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy) -> Cover:
