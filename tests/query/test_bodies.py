@@ -157,7 +157,8 @@ def test_a_foreign_object_is_refused(tmp_path: Path) -> None:
         proximity.Cell(
             model=reduced,  # pyright: ignore[reportArgumentType]
             expand=np.ascontiguousarray(reduced.mimic_matrix), offset=reduced.mimic_offset, geometries=[],
-            joint=np.empty(0, dtype=np.int64), rotation=np.empty((0, 3, 3)), translation=none, centre=none,
+            solids=[], joint=np.empty(0, dtype=np.int64),
+            rotation=np.empty((0, 3, 3)), translation=none, centre=none,
             half=none, first=np.empty(0, dtype=np.int64), second=np.empty(0, dtype=np.int64),
             accuracy=(1e-9, 1e-6, 1e-4),
         )  # fmt: skip

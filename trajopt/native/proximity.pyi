@@ -5,6 +5,11 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats, Ints
 
+class Solid:
+    """Points of a shape's parts, and its closed triangles, in its own frame."""
+
+    def __init__(self, points: Floats, closed: Floats) -> None: ...
+
 class Cell:
     """A robot among its obstacles; never changed, shared by threads."""
 
@@ -14,6 +19,7 @@ class Cell:
         expand: Floats,
         offset: Floats,
         geometries: list[coal.CollisionGeometry],
+        solids: list[Solid],
         joint: Ints,
         rotation: Floats,
         translation: Floats,

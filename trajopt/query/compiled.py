@@ -3,11 +3,15 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.closed_surface import part_points
+from trajopt.model.derived import once_each
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.shapes import Shape
 from trajopt.native import proximity
 from trajopt.query.boxes import BoundingBoxes
 from trajopt.query.contacts import Contacts
 from trajopt.query.distance import EPA_TOLERANCES, GJK_TOLERANCE
+from trajopt.query.enclosure import closed_triangles
 from trajopt.query.geometry import collision_geometry
 from trajopt.query.kinematics import Counts, Kinematics
 from trajopt.query.query import Query
@@ -49,6 +53,7 @@ def _cell(reduced: ReducedModel) -> proximity.Cell:
         expand=np.ascontiguousarray(reduced.mimic_matrix),
         offset=reduced.mimic_offset,
         geometries=[collision_geometry(body.shape) for body in reduced.bodies],
+        solids=[_solid(body.shape) for body in reduced.bodies],
         joint=boxes.joint,
         rotation=boxes.rotation,
         translation=boxes.translation,
@@ -57,4 +62,11 @@ def _cell(reduced: ReducedModel) -> proximity.Cell:
         first=reduced.pairs.first,
         second=reduced.pairs.second,
         accuracy=(GJK_TOLERANCE, *EPA_TOLERANCES),
+    )
+
+
+@once_each
+def _solid(shape: Shape) -> proximity.Solid:
+    return proximity.Solid(
+        np.ascontiguousarray(part_points(shape)), np.ascontiguousarray(closed_triangles(shape))
     )

@@ -9,6 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.model.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
 from trajopt.query.boxes import PLANE_EXTENT, BoundingBoxes
+from trajopt.query.enclosure import encloses
 from trajopt.query.geometry import collision_geometry
 from trajopt.query.kinematics import Kinematics
 
@@ -43,6 +44,7 @@ class PairDistances:
     def __init__(self, reduced: ReducedModel, boxes: BoundingBoxes) -> None:
         """Build Coal's geometries."""
         self._first, self._second = reduced.pairs.first, reduced.pairs.second
+        self._shapes = [body.shape for body in reduced.bodies]
         self._geometries = [collision_geometry(body.shape) for body in reduced.bodies]
         self._exact = [isinstance(body.shape, Mesh) for body in reduced.bodies]
         self._boxes = boxes
@@ -65,16 +67,18 @@ class PairDistances:
             )
             if abs(distance) < PLANE_EXTENT:
                 break
-        if distance >= reach:
+        exact = self._exact[first] or self._exact[second]
+        # Of what is enclosed the way to the surface counts, which is no longer than the way out.
+        sign = -1.0 if exact and distance > 0.0 and self._enclosed(first, second, places) else 1.0
+        if sign * distance >= reach:
             return None
-        if distance <= 0.0 and (self._exact[first] or self._exact[second]):
+        if distance <= 0.0 and exact:
             return self._deepest_contact(geometries, places)
-        return Measured(
-            distance,
-            np.array(result.normal),
-            np.array(result.getNearestPoint1()),
-            np.array(result.getNearestPoint2()),
-        )
+        points = np.array(result.getNearestPoint1()), np.array(result.getNearestPoint2())
+        # Between two meshes Coal leaves the normal out.
+        both = self._exact[first] and self._exact[second]
+        normal = (points[1] - points[0]) / distance if both else np.array(result.normal)
+        return Measured(sign * distance, sign * normal, *points)
 
     def _transform(self, kinematics: Kinematics, sample: int, body: int) -> coal.Transform3s:
         joint, boxes = int(self._boxes.joint[body]), self._boxes
@@ -83,6 +87,16 @@ class PairDistances:
             rotation @ boxes.rotation[body],
             rotation @ boxes.translation[body] + kinematics.translation[sample, joint],
         )
+
+    def _enclosed(self, first: int, second: int, places: tuple[coal.Transform3s, coal.Transform3s]) -> bool:
+        """Say whether one of two bodies apart is inside the other's exact mesh."""
+        for body, shell, at, around in ((first, second, *places), (second, first, *places[::-1])):
+            seen = around.inverseTimes(at)
+            rotation: Floats = np.array(seen.getRotation())
+            translation: Floats = np.array(seen.getTranslation())
+            if encloses(self._shapes[shell], self._shapes[body], rotation, translation):
+                return True
+        return False
 
     def _deepest_contact(
         self,

@@ -31,7 +31,7 @@ class PlainQuery(Query):
         for row, position in enumerate(positions):
             pin.computeJointJacobians(model, data, self.reduced.configuration(position))
             placements[row] = [placement.np for placement in data.oMi.tolist()]
-            jacobian[row] = data.J
+            jacobian[row] = data.J.reshape(6, -1)  # of one joint Pinocchio hands out a vector
         self.counts.forward_kinematics += count
         return Kinematics(placements[:, :, :3, :3], placements[:, :, :3, 3], jacobian)
 

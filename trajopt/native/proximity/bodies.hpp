@@ -12,6 +12,8 @@
 #include <cmath>
 #include <memory>
 
+#include "enclosure.hpp"
+
 namespace proximity {
 
 using Vector3 = Eigen::Vector3d;
@@ -25,6 +27,7 @@ struct Body {
   Vector3 half;           // of the box's edges
   double radius;          // of the sphere around it
   std::shared_ptr<const coal::CollisionGeometry> geometry;
+  std::shared_ptr<const Solid> solid;
 
   bool is_mesh() const { return geometry->getObjectType() == coal::OT_BVH; }
 };

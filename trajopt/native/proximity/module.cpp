@@ -3,6 +3,7 @@
 // Pinocchio's model and Coal's geometries are the very objects that Python made: boost.python hands out the C++
 // objects inside, so nothing of a robot's description is copied or built twice.
 #include <boost/python/extract.hpp>
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/tuple.h>
 
 #include "../arrays.hpp"
@@ -40,24 +41,37 @@ Dynamics* make_dynamics(const nb::object& model, const Matrix<double>& expand, c
   return new Dynamics(make_robot(model, expand, offset));
 }
 
+Solid* make_solid(const Matrix<double>& points, const Block<double>& closed) {
+  expect(points.shape(1) == 3 && closed.shape(1) == 3 && closed.shape(2) == 3, "points and triangles in space");
+  std::vector<Vector3> inner;
+  std::vector<Solid::Triangle> shell;
+  for (size_t i = 0; i < points.shape(0); ++i) inner.push_back(vector_at(points, i));
+  for (size_t i = 0; i < closed.shape(0); ++i) {
+    const Eigen::Map<const Eigen::Matrix3d> corners(closed.data() + 9 * i);
+    shell.push_back({corners.col(0), corners.col(1), corners.col(2)});
+  }
+  return new Solid(std::move(inner), std::move(shell));
+}
+
 Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset,
-               const nb::list& geometries, const Vector<std::int64_t>& joint, const Block<double>& rotation,
+               const nb::list& geometries, const nb::list& solids, const Vector<std::int64_t>& joint, const Block<double>& rotation,
                const Matrix<double>& translation, const Matrix<double>& centre, const Matrix<double>& half,
                const Vector<std::int64_t>& first, const Vector<std::int64_t>& second,
                const std::tuple<double, double, double>& accuracy) {
   using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
   Robot robot = make_robot(model, expand, offset);
   const size_t count = nb::len(geometries);
-  expect(joint.shape(0) == count && rotation.shape(0) == count && translation.shape(0) == count &&
+  expect(nb::len(solids) == count && joint.shape(0) == count && rotation.shape(0) == count && translation.shape(0) == count &&
              centre.shape(0) == count && half.shape(0) == count,
-         "as many joints, placements and boxes as geometries");
+         "as many solids, joints, placements and boxes as geometries");
   expect(first.shape(0) == second.shape(0), "two bodies for each pair");
   std::vector<Body> bodies;
   for (size_t i = 0; i < count; ++i) {
     const Vector3 box = vector_at(half, i);
     bodies.push_back({static_cast<int>(joint(i)), Eigen::Map<const Rotation>(rotation.data() + 9 * i),
                       vector_at(translation, i), vector_at(centre, i), box, box.norm(),
-                      inside<std::shared_ptr<coal::CollisionGeometry>>(geometries[i], "not a Coal geometry")});
+                      inside<std::shared_ptr<coal::CollisionGeometry>>(geometries[i], "not a Coal geometry"),
+                      nb::cast<std::shared_ptr<Solid>>(solids[i])});
   }
   std::vector<Pair> pairs;
   for (size_t i = 0; i < first.shape(0); ++i) {
@@ -177,8 +191,9 @@ Numpy<double> torques(Dynamics& dynamics, const Matrix<double>& positions, const
 }  // namespace
 
 NB_MODULE(proximity, m) {
-  nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "joint"_a,
-                                  "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
+  nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a);
+  nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
+                                  "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
                                   "accuracy"_a, nb::keep_alive<1, 2>());
   nb::class_<Dynamics>(m, "Dynamics")
       .def(nb::new_(&make_dynamics), "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())

@@ -35,6 +35,11 @@ class NarrowPhase {
       found = measure(a, at_a, b, at_b, reach, accuracy_.epa_again, mesh);
     }
     if (mesh && found.distance <= 0.0) return deepest(a, at_a, b, at_b);
+    if (mesh && (within(a, at_a, b, at_b) || within(b, at_b, a, at_a))) {
+      // The way to the surface, which is no longer than the way out.
+      found = measure(a, at_a, b, at_b, std::numeric_limits<double>::infinity(), accuracy_.epa, mesh);
+      return {-found.distance, -found.normal, found.first, found.second};
+    }
     return found;
   }
 
@@ -59,7 +64,15 @@ class NarrowPhase {
       const auto measure = table_.distance_matrix[a.geometry->getNodeType()][b.geometry->getNodeType()];
       distance = measure(a.geometry.get(), at_a, b.geometry.get(), at_b, &solver_, request_, result_);
     }
-    return {distance, result_.normal, result_.nearest_points[0], result_.nearest_points[1]};
+    const Vector3 &first = result_.nearest_points[0], &second = result_.nearest_points[1];
+    // Between two meshes Coal leaves the normal out.
+    if (a.is_mesh() && b.is_mesh()) return {distance, (second - first) / distance, first, second};
+    return {distance, result_.normal, first, second};
+  }
+
+  static bool within(const Body& body, const coal::Transform3s& at, const Body& shell, const coal::Transform3s& around) {
+    const coal::Transform3s seen = around.inverseTimes(at);
+    return shell.solid->encloses(*body.solid, seen.getRotation(), seen.getTranslation());
   }
 
   // A penetrating mesh: Coal's distance says only that it touches.
