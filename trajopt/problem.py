@@ -251,7 +251,7 @@ class Problem(Value):
         lines = [
             f"Problem {self.name!r}: {self.scene.robot.name}, group {self.group!r}, {self.knots} knots",
             *((f"  from         {moving}",) if moving else ()),
-            f"  around it    {objects}; clearance {self.scene.margin * 1000:g} mm",
+            f"  around it    {objects}; {self.scene.distances}",
             *(
                 f"  on the way   {name}: {' and '.join(map(str, item))}"
                 for name, item in zip(self.waypoint_names, self.waypoint_requirements, strict=True)

@@ -5,6 +5,7 @@ from enum import Enum
 
 import numpy as np
 
+from trajopt.model.clearances import how_near
 from trajopt.model.limits import LimitKind
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.problem import Problem
@@ -73,9 +74,9 @@ def blocks_of(seen: Examination) -> tuple[Block, ...]:
         Block(
             kind=BlockKind.CONTACT,
             subjects=(item.first, item.second),
-            amount=max(-item.distance, 0.0),
+            amount=item.required - item.distance,
             place=None,
-            words=f"{item.first} is {max(-item.distance, 0.0) * 1000:.1f} mm inside {item.second}",
+            words=item.words,
         )
         for item in seen.collisions
     )
@@ -147,11 +148,9 @@ def no_goal_configuration(found: GoalCandidates) -> str:
     """Say why no configuration that reaches a goal can be had."""
     if found.blocking is None:
         return unreachable((), found.nearest_miss)
-    first, second, depth = found.blocking
-    return (
-        f"all {found.colliding} configurations that reach the goal collide; in the nearest, "
-        f"{first} is {depth * 1000:.1f} mm inside {second}"
-    )
+    how = "collide" if found.required == 0.0 else "collide or come too near to something"
+    nearest = how_near(*found.blocking, found.required)
+    return f"all {found.colliding} configurations that reach the goal {how}; in the nearest, {nearest}"
 
 
 def stuck(problem: Problem, solved: SolveResult) -> str:
@@ -159,11 +158,13 @@ def stuck(problem: Problem, solved: SolveResult) -> str:
     return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}"
 
 
-def walled_in(cut: ClosedCut) -> str:
+def walled_in(problem: Problem, cut: ClosedCut) -> str:
     """Say where no configuration can pass."""
     between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
+    required = max(problem.scene.clearances.of(*pair) for pair in cut.pairs[:NAMED])
+    how = "collide" if required == 0.0 else f"come nearer than the required {1000 * required:g} mm or collide"
     return (
-        f"{cut.joint} has to pass {cut.position:.4f} on the way, and there {between} collide, whatever "
+        f"{cut.joint} has to pass {cut.position:.4f} on the way, and there {between} {how}, whatever "
         "the other joints do"
     )
 

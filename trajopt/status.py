@@ -7,10 +7,14 @@ class Status(Enum):
     """How planning ended; each value says what it means and what to try."""
 
     SOLVED = "the judge verified the motion"
-    START_IN_COLLISION = "the start is in collision: move it, or allow that contact"
+    START_IN_COLLISION = (
+        "the start is in collision, or nearer to something than is required: move it, or allow that"
+    )
     START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
     START_BREAKS_CONSTRAINT = "the start breaks a path constraint: widen it, or start elsewhere"
-    GOAL_IN_COLLISION = "the goal is in collision: move it, or allow that contact"
+    GOAL_IN_COLLISION = (
+        "the goal is in collision, or nearer to something than is required: move it, or allow that"
+    )
     GOAL_OUT_OF_LIMITS = "the goal is outside a joint limit: choose another"
     GOAL_BREAKS_CONSTRAINT = "the goal breaks a path constraint: widen it, or choose another goal"
     NO_INVERSE_KINEMATICS = (

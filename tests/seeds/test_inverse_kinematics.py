@@ -72,7 +72,7 @@ def test_what_blocks_is_named(scene: to.Scene) -> None:
     scene = scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement(where.translation))
     _, found = search(scene, to.frame_placement("tip", where, rotation_tolerance=np.inf))
     assert not found.free and found.colliding > 0
-    assert found.blocking is not None and "block" in found.blocking[:2] and found.blocking[2] > 0.0
+    assert found.blocking is not None and "block" in found.blocking[:2] and found.blocking[2] < 0.0
 
 
 def test_out_of_reach_says_by_how_much(scene: to.Scene) -> None:

@@ -77,7 +77,7 @@ def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
     query = on_curve.query
     goal: Floats | None = None
     if found.reached >= on_curve.required.until:
-        touched = query.near(found.positions[-1:], np.zeros(len(query.reduced.pairs.margin)))
+        touched = query.near(found.positions[-1:], query.reduced.pairs.required)
         goal = found.positions[-1] if len(touched.distance) == 0 else None
     return tapered_margins(query, max(len(found.stations), 2), goal, found.reached / CAUTIOUS)
 
@@ -87,7 +87,8 @@ def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
     margin = on_curve.reduced.pairs.margin - CLEARANCE_TOLERANCE
     contacts = on_curve.query.near(starts, margin)
     np.minimum.at(margin, contacts.pair, contacts.distance - CLEARANCE_TOLERANCE)
-    return margin
+    required = on_curve.reduced.pairs.required
+    return np.where(required > 0.0, np.maximum(margin, required), margin)
 
 
 def _first_blocked(
@@ -96,7 +97,9 @@ def _first_blocked(
     contacts = on_curve.query.near(positions, on_curve.reduced.pairs.margin)
     asked = margin(contacts.pair, places[contacts.sample])
     short = asked - contacts.distance
-    bad = np.flatnonzero(short > CLEARANCE_TOLERANCE)
+    required = on_curve.reduced.pairs.required[contacts.pair]
+    undercut = (required > 0.0) & (contacts.distance < np.minimum(required, asked))
+    bad = np.flatnonzero((short > CLEARANCE_TOLERANCE) | undercut)
     if len(bad) == 0:
         return None
     sample = int(contacts.sample[bad].min())

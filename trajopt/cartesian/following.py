@@ -149,7 +149,7 @@ class _Following:
                 0.0,
                 reasons.collisions(seen),
                 pair=(worst.first, worst.second),
-                amount=-worst.distance,
+                amount=worst.required - worst.distance,
             )
         start = reduced.start_positions[None]
         position, turn = on_curve.off(start, np.zeros(1))

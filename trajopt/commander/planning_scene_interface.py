@@ -29,6 +29,7 @@ from trajopt.commander.shape_msgs.msg import Plane, SolidPrimitive
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import ObjectNotFound
+from trajopt.model.clearances import Clearances
 from trajopt.model.mesh_file import load_mesh
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
@@ -299,13 +300,19 @@ def _emptied(scene: Scene) -> Scene:
     return scene
 
 
+def _empty(scene: Scene) -> Scene:
+    """Return a scene with the robot only, and with what is to be kept from everything."""
+    everywhere = Clearances(scene.clearances.everywhere)
+    return Scene(scene.robot, margin=scene.margin, clearances=everywhere)
+
+
 def _with_object(node: Node, scene: Scene, reading: Reading) -> Scene:
     return apply_object(read_object(node, reading), scene, reading)
 
 
 def _with_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
     if not node["is_diff"].flag():
-        scene = Scene(scene.robot, margin=scene.margin)
+        scene = _empty(scene)
     for element in node["world"]["collision_objects"].elements():
         scene = _with_object(element, scene, reading)
     for element in node["robot_state"]["attached_collision_objects"].elements():

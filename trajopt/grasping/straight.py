@@ -87,7 +87,7 @@ def follow(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> Follow
             return Followed(now, f"no configuration {way}")
         if np.abs(after - now).max() > JUMP:
             return Followed(now, f"the arm would have to change its posture {way}")
-        contacts = query.near(after[None], np.zeros(len(reduced.pairs.margin)))
+        contacts = query.near(after[None], reduced.pairs.required)
         if len(contacts.distance):
             deepest = int(np.argmin(contacts.distance))
             first, second = reduced.owners(int(contacts.pair[deepest]))

@@ -27,6 +27,8 @@ def clear(query: Query, positions: Floats, margin: Floats) -> Bools:
 def pair_margins(reduced: ReducedModel, margin: float | None) -> Floats:
     """Return the clearance of each pair: the scene's own when None, else the same for all, shape (p,) [m].
 
+    It is never less than what is required of the pair.
+
     Raises:
         ShapeError: If the margin is negative or not finite.
     """
@@ -34,4 +36,4 @@ def pair_margins(reduced: ReducedModel, margin: float | None) -> Floats:
         return reduced.pairs.margin
     if number("margin", margin) < 0.0:
         raise ShapeError("margin", f"is negative: {margin:g} m")
-    return np.full(len(reduced.pairs.margin), margin)
+    return np.maximum(margin, reduced.pairs.required)

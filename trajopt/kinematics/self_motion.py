@@ -90,7 +90,7 @@ def self_motion(
     ahead, closed = sweep.march(begin, onward)
     behind = [] if closed else sweep.march(begin, -onward)[0]
     line = np.array([*reversed(behind), begin, *ahead])
-    free = clear(query, line, np.zeros(len(reduced.pairs.margin)))
+    free = clear(query, line, reduced.pairs.required)
     return SelfMotion(readonly(line), free, len(behind), closed)
 
 

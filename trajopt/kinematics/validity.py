@@ -40,15 +40,14 @@ class Validity(Value):
     def too_near(self) -> PairDistance | None:
         """The nearest pair, if it is apart by less than the margin."""
         nearest = self.examination.smallest
-        return nearest if nearest is not None and 0.0 < nearest.distance < self.margin else None
+        if nearest is None or nearest in self.examination.collisions:
+            return None
+        return nearest if nearest.distance < self.margin else None
 
     @property
     def reasons(self) -> tuple[str, ...]:
         """A sentence for each thing that is wrong: pairs and depth, joints and limits, requirements."""
-        found = [
-            f"{pair.first} is {-1000.0 * pair.distance:.1f} mm inside {pair.second}"
-            for pair in self.examination.collisions
-        ]
+        found = [pair.words for pair in self.examination.collisions]
         near = self.too_near
         if near is not None:
             found.append(

@@ -5,6 +5,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import permutations
 
+from trajopt.arrays import number
+from trajopt.errors import ModelError, ShapeError
+from trajopt.shown import shown
 from trajopt.values import Value
 
 
@@ -78,6 +81,14 @@ class ContactAllowance:
     depth: float
     first: float
     last: float
+
+    def __post_init__(self) -> None:
+        """Refuse negative numbers, and an allowance for no time at all."""
+        for label, value in (("depth", self.depth), ("first", self.first), ("last", self.last)):
+            if number(label, value) < 0.0:
+                raise ShapeError(label, f"is negative: {value:g}")
+        if self.first == 0.0 and self.last == 0.0:
+            raise ModelError(f"allowance {shown(self.name)}: say for how long, `first` or `last` seconds")
 
     @property
     def pair(self) -> frozenset[str]:

@@ -76,7 +76,7 @@ def _arranged(scene: Scene, robot: ReducedRobot) -> Arrangement:
     for item in scene.objects.values():
         bodies.extend(_anchored(item, anchors[item.frame]).bodies)
     objects = tuple(item.contact_traits for item in scene.objects.values())
-    key = (objects, scene.allowed, scene.margin, scene.pair_margins, scene.allowances)
+    key = (objects, scene.allowed, scene.margin, scene.pair_margins, scene.clearances, scene.allowances)
     return Arrangement(
         anchors,
         tuple(bodies),
@@ -95,4 +95,6 @@ def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
 
 def _rules(scene: Scene) -> ContactRules:
     touched = {name: item.touch_links for name, item in scene.objects.items() if item.touch_links}
-    return ContactRules(scene.allowed, touched, scene.margin, scene.pair_margins, scene.allowances)
+    return ContactRules(
+        scene.allowed, touched, scene.margin, scene.pair_margins, scene.clearances, scene.allowances
+    )

@@ -12,6 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.model.clearances import ROOM, Clearances
 from trajopt.model.fixed_body import FixedBody
 
 
@@ -22,7 +23,8 @@ class BodyPairs:
     Attributes:
         first: Index of the first body of each pair, shape (p,), read-only.
         second: Index of the second, larger than the first, shape (p,), read-only.
-        margin: Clearance to keep, shape (p,) [m], read-only.
+        margin: Clearance that the optimiser aims at, more than is required, shape (p,) [m], read-only.
+        required: Clearance that is required, shape (p,) [m], read-only.
         allowances: Allowances of meant contact, each with the index of its pair.
         immobile: Owner pairs with a link or a carried object in them that cannot move against each
             other and are left out.
@@ -31,6 +33,7 @@ class BodyPairs:
     first: Ints
     second: Ints
     margin: Floats
+    required: Floats
     allowances: tuple[tuple[int, ContactAllowance], ...]
     immobile: frozenset[frozenset[str]]
 
@@ -42,8 +45,9 @@ class ContactRules:
     Attributes:
         allowed: Pairs that may touch.
         touch_links: Links that may touch an object, by object; those without any may be left out.
-        margin: Clearance to keep [m].
-        pair_margins: Clearance of single pairs, where it differs [m].
+        margin: Clearance that the optimiser keeps where it can [m].
+        pair_margins: The same of single pairs, where it differs [m].
+        clearances: What is required.
         allowances: Contacts that are meant, for a time.
     """
 
@@ -51,6 +55,7 @@ class ContactRules:
     touch_links: Mapping[str, frozenset[str]]
     margin: float
     pair_margins: Mapping[frozenset[str], float]
+    clearances: Clearances
     allowances: tuple[ContactAllowance, ...]
 
 
@@ -73,7 +78,14 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
     one = rows[at]
     first, second = np.minimum(one, other), np.maximum(one, other)
     order = np.argsort(second * len(bodies) + first)
-    margin = owners.margin(rules)[own[at], part[other]][order]
+    required, margin = (
+        owners.values(*given)[own[at], part[other]][order]
+        for given in (
+            (rules.clearances.everywhere, rules.clearances.pairs),
+            (rules.margin, rules.pair_margins),
+        )
+    )
+    margin = np.where(required > 0.0, np.maximum(margin, required + ROOM), margin)
     first, second = first[order], second[order]
     for array in (first, second):
         array.flags.writeable = False
@@ -81,6 +93,7 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
         first,
         second,
         readonly(margin),
+        readonly(required),
         owners.allowances(rules.allowances, part[first], part[second]),
         owners.immobile(),
     )
@@ -109,13 +122,13 @@ class _Owners:
         self.fixed: Bools = joint[self._of_row][:, None] == joint
         self.excused = self._excused(rules)
 
-    def margin(self, rules: ContactRules) -> Floats:
-        """Return the clearance that owners must keep, shape (rows, o) [m]."""
-        margin = np.full(self.excused.shape, rules.margin)
-        for pair, value in rules.pair_margins.items():
+    def values(self, every: float, single: Mapping[frozenset[str], float]) -> Floats:
+        """Return a value of any two owners that differs for single pairs, shape (rows, o)."""
+        values = np.full(self.excused.shape, every)
+        for pair, value in single.items():
             for one, other in permutations(pair, 2):
-                self._enter(margin, one, other, value)
-        return margin
+                self._enter(values, one, other, value)
+        return values
 
     def allowances(
         self, allowances: tuple[ContactAllowance, ...], first: Ints, second: Ints

@@ -4,27 +4,22 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from trajopt.arrays import Floats, floats, number
-from trajopt.errors import (
-    DuplicateObject,
-    FrameNotFound,
-    ModelError,
-    ObjectNotFound,
-    ShapeError,
-)
+from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, ObjectNotFound, ShapeError
 from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.bodies import CollisionBody
+from trajopt.model.clearances import Clearances
 from trajopt.model.kinematics import link_placement
 from trajopt.model.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import FrameAttachment, Robot
-from trajopt.model.scene_object import Part, SceneObject, covered_parts
+from trajopt.model.scene_object import Part, SceneObject, checked_mass, covered_parts
 from trajopt.model.shapes import Shape
 from trajopt.shown import shown
 from trajopt.values import Value
 
 DEFAULT_MARGIN = 0.01
-"""Clearance that the optimiser keeps from everything, unless told otherwise [m]."""
+"""Clearance that the optimiser aims at from everything, unless told otherwise [m]."""
 
 ROBOTS_OWN = AllowedCollisions()
 """Stands for the pairs that the robot's description disables, where no other matrix is given."""
@@ -38,8 +33,9 @@ class Scene(Value):
         robot: The robot.
         objects: Objects by id.
         allowed: Pairs that may touch; starts with the robot's disabled pairs.
-        margin: Clearance that the optimiser keeps from everything [m].
-        pair_margins: Clearance of single pairs of links and objects, where it differs [m].
+        margin: Clearance that the optimiser keeps from everything where it can [m].
+        pair_margins: The same of single pairs of links and objects, where it differs [m].
+        clearances: Clearance that is required: no motion is verified that undercuts it.
         allowances: Contacts that are meant, for a time.
     """
 
@@ -48,6 +44,7 @@ class Scene(Value):
     allowed: AllowedCollisions = ROBOTS_OWN
     margin: float = DEFAULT_MARGIN
     pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
+    clearances: Clearances = field(default_factory=Clearances)
     allowances: tuple[ContactAllowance, ...] = ()
 
     def __post_init__(self) -> None:
@@ -93,7 +90,7 @@ class Scene(Value):
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
         links = self._links(touch_links)
-        added = SceneObject(name, parts, placement or IDENTITY, frame, links, notes, _mass(name, mass))
+        added = SceneObject(name, parts, placement or IDENTITY, frame, links, notes, checked_mass(name, mass))
         return replace(self, objects={**self.objects, name: added})
 
     def remove(self, name: str) -> "Scene":
@@ -112,6 +109,7 @@ class Scene(Value):
             objects={key: item for key, item in self.objects.items() if key != name},
             allowed=self.allowed.without(name),
             pair_margins={pair: m for pair, m in self.pair_margins.items() if name not in pair},
+            clearances=self.clearances.without(name),
             allowances=tuple(item for item in self.allowances if name not in item.pair),
         )
 
@@ -168,7 +166,7 @@ class Scene(Value):
             assert at is not None
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
         links = self._links(touch_links) | {holder.link} | item.touch_links
-        weight = item.mass if mass is None else _mass(name, mass)
+        weight = item.mass if mass is None else checked_mass(name, mass)
         return self._with(replace(item, placement=where, frame=link, touch_links=links, mass=weight))
 
     def detach(self, name: str, *, at: Floats) -> "Scene":
@@ -181,8 +179,8 @@ class Scene(Value):
         item = self.object(name)
         if self.holder(name).link == WORLD:
             raise ModelError(f"object {shown(name)} is not attached to a link")
-        where = self.placement_of(name, at)
-        return self._with(replace(item, placement=where, frame=WORLD, touch_links=frozenset[str]()))
+        where, nothing = self.placement_of(name, at), frozenset[str]()
+        return self._with(replace(item, placement=where, frame=WORLD, touch_links=nothing))
 
     def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> "Scene":
         """Let two things touch, or one touch anything (`b` None); `allowed=False` forbids again.
@@ -198,22 +196,29 @@ class Scene(Value):
         )
         return replace(self, allowed=matrix)
 
+    def with_clearance(self, value: float, a: str | None = None, b: str | None = None) -> "Scene":
+        """Require a clearance: of everything from everything, or between two named things [m].
+
+        The judge proves it, and refuses a start or goal that is nearer. Links nearer by build need their own.
+
+        Raises:
+            ShapeError: If the clearance is negative or not finite.
+            FrameNotFound: If a name is neither link nor object.
+            ModelError: If only one name is given.
+        """
+        return replace(self, clearances=self.clearances.having(value, self._pair("with_clearance", a, b)))
+
     def with_margin(self, margin: float, a: str | None = None, b: str | None = None) -> "Scene":
-        """Set the clearance to keep: from everything, or between two named things [m].
+        """Set the margin: what the optimiser keeps where it can, but the judge does not ask for [m].
 
         Raises:
             ShapeError: If the margin is negative or not finite.
             FrameNotFound: If a name is neither link nor object.
             ModelError: If only one name is given.
         """
-        value = replace(self, margin=margin).margin
-        if a is None and b is None:
-            return replace(self, margin=value)
-        if a is None or b is None:
-            raise ModelError("with_margin: name both things or none")
-        self._check_owner(a)
-        self._check_owner(b)
-        return replace(self, pair_margins={**self.pair_margins, frozenset((a, b)): value})
+        pair, every = self._pair("with_margin", a, b), replace(self, margin=margin)
+        single = self.pair_margins if pair is None else {**self.pair_margins, pair: every.margin}
+        return every if pair is None else replace(self, pair_margins=single)
 
     def allow_contact(
         self, name: str, a: str, b: str, *, depth: float = 1e-3, first: float = 0.0, last: float = 0.0
@@ -235,11 +240,6 @@ class Scene(Value):
         """
         self._check_owner(a)
         self._check_owner(b)
-        for label, value in (("depth", depth), ("first", first), ("last", last)):
-            if number(label, value) < 0.0:
-                raise ShapeError(label, f"is negative: {value:g}")
-        if first == 0.0 and last == 0.0:
-            raise ModelError(f"allowance {shown(name)}: say for how long, `first` or `last` seconds")
         allowance = ContactAllowance(name, a, b, depth, first, last)
         return replace(self, allowances=(*self.allowances, allowance))
 
@@ -287,16 +287,12 @@ class Scene(Value):
 
     def object_bodies(self) -> tuple[CollisionBody, ...]:
         """Return the collision bodies of all objects, each fixed to a link or the world."""
-        bodies: list[CollisionBody] = []
-        for item in self.objects.values():
-            holder = self.holder(item.name)
-            for count, (shape, where) in enumerate(item.parts):
-                bodies.append(
-                    CollisionBody(
-                        f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape
-                    )
-                )
-        return tuple(bodies)
+        return tuple(
+            CollisionBody(f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape)
+            for item in self.objects.values()
+            for holder in (self.holder(item.name),)
+            for count, (shape, where) in enumerate(item.parts)
+        )
 
     def may_touch(self, a: str, b: str) -> bool:
         """Say whether two links or objects are excused from keeping apart."""
@@ -306,36 +302,40 @@ class Scene(Value):
         return self.allowed.allowed(a, b)
 
     def margin_of(self, a: str, b: str) -> float:
-        """Return the clearance that two links or objects must keep [m]."""
-        return self.pair_margins.get(frozenset((a, b)), self.margin)
+        """Return the clearance that the optimiser aims at, a little above what is required at least [m]."""
+        return self.clearances.aim(self.pair_margins.get(frozenset((a, b)), self.margin), a, b)
 
     def __repr__(self) -> str:
-        """Say the robot, the objects and the margin."""
-        names = ", ".join(self.objects) or "no objects"
-        return f"Scene({self.robot.name!r}, {names}; margin {self.margin * 1000:g} mm)"
+        """Say the robot, the objects and what is kept from them."""
+        return f"Scene({self.robot.name!r}, {', '.join(self.objects) or 'no objects'}; {self.distances})"
+
+    @property
+    def distances(self) -> str:
+        """What is kept between things, in words."""
+        return self.clearances.beside(self.margin, self.pair_margins)
 
     def _with(self, item: SceneObject) -> "Scene":
         return replace(self, objects={**self.objects, item.name: item})
 
     def _check_frame(self, name: str) -> None:
-        robot = self.robot
-        if name != WORLD and name not in self.objects and name not in robot.frame_names:
-            raise FrameNotFound("frame", name, (WORLD, *robot.frame_names, *self.objects))
+        if name != WORLD and name not in self.objects and name not in self.robot.frame_names:
+            raise FrameNotFound("frame", name, (WORLD, *self.robot.frame_names, *self.objects))
 
     def _check_owner(self, name: str) -> None:
         if name not in self.objects and name not in self.robot.links:
             raise FrameNotFound("link or object", name, (*self.robot.links, *self.objects))
 
+    def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
+        if a is None or b is None:
+            if a is not b:
+                raise ModelError(f"{caller}: name both things or none")
+            return None
+        self._check_owner(a)
+        self._check_owner(b)
+        return frozenset((a, b))
+
     def _links(self, names: Iterable[str]) -> frozenset[str]:
         links = frozenset(names)
-        for link in links:
-            if link not in self.robot.links:
-                raise FrameNotFound("touch link", link, self.robot.links)
+        for link in sorted(links.difference(self.robot.links)):
+            raise FrameNotFound("touch link", link, self.robot.links)
         return links
-
-
-def _mass(name: str, mass: float) -> float:
-    checked = number(f"mass of {name}", mass)
-    if checked < 0.0:
-        raise ShapeError(f"mass of {name}", f"is negative: {checked:g} kg")
-    return checked

@@ -7,8 +7,8 @@ from typing import cast
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
-from trajopt.errors import ModelError
+from trajopt.arrays import Floats, number, readonly
+from trajopt.errors import ModelError, ShapeError
 from trajopt.model.fixed_body import Anchor, FixedBody
 from trajopt.model.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.mesh_file import Mesh
@@ -131,3 +131,15 @@ def _is_part(item: object) -> bool:
     """Say whether something is a shape with its placement: callers may have no type checks."""
     pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
     return len(pair) == 2 and isinstance(pair[0], Shape)
+
+
+def checked_mass(name: str, mass: float) -> float:
+    """Return the mass of an object [kg].
+
+    Raises:
+        ShapeError: If it is negative or not finite.
+    """
+    checked = number(f"mass of {name}", mass)
+    if checked < 0.0:
+        raise ShapeError(f"mass of {name}", f"is negative: {checked:g} kg")
+    return checked

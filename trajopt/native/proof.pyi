@@ -37,6 +37,7 @@ class Proof:
         translation: Floats,
         first: Ints,
         second: Ints,
+        required: Floats,
         listed: Bools,
         error: float,
         /,

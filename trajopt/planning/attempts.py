@@ -67,13 +67,13 @@ class Attempts:
         return result if result.verified or found.otherwise is None else self._made(found.otherwise)
 
     def as_it_is(self, seed: Floats) -> Result | None:
-        """Time and judge a first guess itself; None if something touches at its knots.
+        """Time and judge a first guess itself; None if something is too near at its knots.
 
         Raises:
             Stopped: If the budget ends before.
         """
         reduced, counts = self.problem.reduced, Counts()
-        touching = query_of(reduced, counts).near(seed, 0.0 * reduced.pairs.margin)
+        touching = query_of(reduced, counts).near(seed, reduced.pairs.required)
         self.meter.count_work(counts)
         self.meter.check()
         return None if len(touching.pair) else self._timed(Path(reduced.joint_names, seed))

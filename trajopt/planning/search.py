@@ -96,7 +96,7 @@ class Search:
         with self.meter.stage("proof"):
             cut = closed_cut(portfolio.attempts.problem)
         if cut is not None:
-            portfolio.nearest = replace(stuck, status=Status.WALLED_IN, message=walled_in(cut))
+            portfolio.nearest = replace(stuck, status=Status.WALLED_IN, message=walled_in(stuck.problem, cut))
         return cut is not None
 
     def _round_of(self, portfolio: Portfolio, number: int) -> list[Candidate]:

@@ -2,10 +2,12 @@
 
 A joint that starts on one side of a value and must end on the other has to pass it. If every
 configuration with the joint at that value is in collision, whatever all other joints do, nothing passes.
+A pair that must keep a clearance c collides, in this sense, where it is nearer than c.
 The cut is covered by boxes of configurations. At the middle of each some pair of convex bodies is in
 penetration by a depth p; no point of either moves farther than delta while the joints stay in the box; and
 bodies whose Minkowski difference holds a ball of radius p around the origin still meet after their points
-have moved by less than p. So delta < p closes a box, else it is halved; a middle that is free opens the cut.
+have moved by less than p, and are nearer than c after less than p + c. So delta < p + c closes a box, where p
+is minus the distance of bodies apart; else it is halved, and a middle that is free opens the cut.
 Nothing but this is taken for a proof: a cut that stays undecided proves nothing.
 Related: Schwarzer, Saha, Latombe, IEEE T-RO 2005 (the same bound, for clearance).
 """
@@ -37,7 +39,7 @@ class ClosedCut:
     Attributes:
         joint: The joint.
         position: The value [rad | m].
-        pairs: Links and objects whose contact closes the cut, most frequent first.
+        pairs: Links and objects whose contact, or required clearance, closes the cut, most frequent first.
         boxes: Boxes of configurations that were looked at.
     """
 
@@ -97,7 +99,8 @@ class _Cover:
     def __init__(self, reduced: ReducedModel) -> None:
         self._reduced, self._query = reduced, query_of(reduced)
         self._levers = _pair_levers(reduced)
-        self._reach = np.where(np.isfinite(self._levers).all(axis=1), 0.0, -np.inf)
+        self._required = reduced.pairs.required
+        self._reach = np.where(np.isfinite(self._levers).all(axis=1), self._required, -np.inf)
         self._left = MOST_BOXES
 
     def close(self, joint: int, value: float) -> ClosedCut | None:
@@ -114,7 +117,7 @@ class _Cover:
             self._left -= len(middle)
             contacts = self._query.near(middle, self._reach)
             travel = np.einsum("mn,mn->m", self._levers[contacts.pair], half[contacts.sample])
-            spare = -contacts.distance - ACCURACY - travel
+            spare = self._required[contacts.pair] - contacts.distance - ACCURACY - travel
             order = np.argsort(-spare, kind="stable")
             samples, first = np.unique(contacts.sample[order], return_index=True)
             if len(samples) < len(middle):

@@ -31,9 +31,10 @@ class GoalCandidates(Value):
     """What the search found.
 
     Attributes:
-        free: Configurations that hold the goal and touch nothing, nearest to the start first.
-        blocked: Those that hold the goal but collide, nearest to the start first.
-        blocking: The pair of owners that blocks the nearest colliding one, and its depth [m].
+        free: Configurations that hold the goal and keep what is required, nearest to the start first.
+        blocked: Those that hold the goal but collide or come too near, nearest to the start first.
+        blocking: The pair of owners that blocks the nearest of these, and their distance [m].
+        required: Clearance that is required of that pair [m].
         nearest: The configuration of the smallest violation, shape (n,) [rad | m].
         nearest_miss: Smallest violation of the goal where none holds it [m and rad].
     """
@@ -43,6 +44,7 @@ class GoalCandidates(Value):
     blocking: tuple[str, str, float] | None
     nearest: Floats
     nearest_miss: float
+    required: float = 0.0
 
     @property
     def colliding(self) -> int:
@@ -96,11 +98,14 @@ def goal_candidates(
         if (depth == 0.0).any():
             break
     collides = depth > 0.0
-    blocking: tuple[str, str, float] | None = None
+    blocking, least = None, 0.0
     if collides.any():
         nearest = int(np.argmax(collides))
-        blocking = (*reduced.owners(int(pair[nearest])), float(depth[nearest]))
-    return GoalCandidates(tuple(found[~collides]), tuple(found[collides]), blocking, closest, nearest_miss)
+        least = float(reduced.pairs.required[pair[nearest]])
+        blocking = (*reduced.owners(int(pair[nearest])), least - float(depth[nearest]))
+    return GoalCandidates(
+        tuple(found[~collides]), tuple(found[collides]), blocking, closest, nearest_miss, least
+    )
 
 
 def random_starts(reduced: ReducedModel, rng: np.random.Generator, count: int) -> Floats:
@@ -144,16 +149,20 @@ def _distinct(found: Floats) -> Floats:
 
 
 def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
-    """Return the depth of the deepest contact that is not meant [m] (0: none) and its pair; both (k,)."""
+    """Return by how much a pair is too near where that is not meant [m] (0: not), and its pair; both (k,).
+
+    Without required clearance that is the depth of the deepest contact.
+    """
     pairs = query.reduced.pairs
-    meant = np.zeros(len(pairs.margin))
+    least = pairs.required.copy()
     for pair, allowance in pairs.allowances:
         if allowance.last > 0.0:
-            meant[pair] = max(meant[pair], allowance.depth)
-    contacts = query.near(found, np.zeros(len(pairs.margin)))
+            least[pair] = min(least[pair], 0.0, -allowance.depth)
+    contacts = query.near(found, pairs.required)
     depth, worst = np.zeros(len(found)), np.zeros(len(found), dtype=np.int64)
-    for place in np.flatnonzero(contacts.distance < -meant[contacts.pair]):
+    lack = pairs.required[contacts.pair] - contacts.distance
+    for place in np.flatnonzero(contacts.distance < least[contacts.pair]):
         sample = contacts.sample[place]
-        if -contacts.distance[place] > depth[sample]:
-            depth[sample], worst[sample] = -contacts.distance[place], contacts.pair[place]
+        if lack[place] > depth[sample]:
+            depth[sample], worst[sample] = lack[place], contacts.pair[place]
     return depth, worst

@@ -17,7 +17,7 @@ SHORTENED = 20_000
 STEP = 0.03
 """Between two configurations that are looked at no body moves farther [m]."""
 KEPT = 0.5
-"""Part of each pair's margin that is kept."""
+"""Part of each pair's margin that is kept, above what is required."""
 TURN = np.pi
 """No joint is searched farther beyond its start and goal, whatever its limits [rad | m]."""
 RANGE = 1.0
@@ -105,7 +105,8 @@ class _Free:
         self._query, self._check, self._scale = query, check, scale
         self._stopped: Exception | None = None
         self._asked, self._asked_at = 0, checked
-        self._reach = KEPT * query.reduced.pairs.margin
+        pairs = query.reduced.pairs
+        self._reach = pairs.required + KEPT * (pairs.margin - pairs.required)
         # As the tree will see them: scaled and back.
         contacts = query.near(self.scaled(ends) * scale, self._reach)
         np.minimum.at(self._reach, contacts.pair, contacts.distance - SURE)

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.clearances import how_near
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, query_of
@@ -66,14 +67,14 @@ def choose_waypoints(
     for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
         fixed = fixed_positions(wanted, reduced)
         if fixed is not None:
-            contacts = query.near(fixed[None, :], np.zeros(len(reduced.pairs.margin)))
+            required = reduced.pairs.required
+            contacts = query.near(fixed[None, :], required)
             if len(contacts.distance):
-                worst = int(np.argmin(contacts.distance))
-                first, second = reduced.owners(int(contacts.pair[worst]))
-                depth = -1000.0 * float(contacts.distance[worst])
-                return WaypointChoice(
-                    tuple(found), f"at waypoint {number} {first} is {depth:.1f} mm inside {second}"
-                )
+                lack = required[contacts.pair] - contacts.distance
+                worst = int(contacts.pair[np.argmax(lack)])
+                least = float(required[worst])
+                near = how_near(*reduced.owners(worst), least - float(lack.max()), least)
+                return WaypointChoice(tuple(found), f"at waypoint {number} {near}")
             last = fixed
         else:
             seen = goal_candidates(reduced, (*wanted, *also), rng=rng, counts=counts, check=check)

@@ -1,4 +1,4 @@
-"""The clearance that the program demands along the motion.
+"""The clearance that the program demands along the motion: never less than is required.
 
 Near a fixed start or goal that is nearer to something than the margin, the margin tapers to what is
 there: otherwise no motion could hold it. Where contact is meant, it is allowed for a time.
@@ -47,6 +47,9 @@ class TaperedMargins:
             self.at_start[pair] + (full - self.at_start[pair]) * since,
             self.at_end[pair] + (full - self.at_end[pair]) * until,
         )
+        # After a contact that is meant the margin grows, but what is required holds at once.
+        required = self.pairs.required[pair]
+        margin = np.where(required > 0.0, np.maximum(margin, required), margin)
         contact = (place <= self.contact_until[pair]) | (place >= self.contact_from[pair])
         return np.where(contact, -self.depth[pair], margin)
 

@@ -58,6 +58,7 @@ class PairClearance:
     Attributes:
         first: One link or object.
         second: The other.
+        required: Clearance that was required [m].
         proven: Lower bound over all time at which contact is not accepted [m]; None if unproven.
         measured: Smallest measured clearance at such times, negative in penetration [m].
         time: When that was measured [s].
@@ -65,6 +66,7 @@ class PairClearance:
 
     first: str
     second: str
+    required: float
     proven: float | None
     measured: float
     time: float
@@ -111,7 +113,8 @@ class Certificate:
             the smallest measured one. Infinite where no pair has to keep apart.
         pairs: Pairs that came near each other, nearest first.
         unproven: First interval and pair without proof of clearance, if there is one.
-        margin: Smallest and largest clearance that the optimiser was asked to keep [m].
+        required: Smallest and largest clearance that was required, and is proven of a verified motion [m].
+        margin: Smallest and largest clearance that the optimiser aimed at, which is not judged [m].
         counts: What the judgement cost.
         notes: What a reader has to know beside.
     """
@@ -120,6 +123,7 @@ class Certificate:
     clearance: float
     pairs: tuple[PairClearance, ...]
     unproven: Unproven | None
+    required: tuple[float, float]
     margin: tuple[float, float]
     counts: Counts
     notes: tuple[str, ...]
@@ -191,7 +195,7 @@ def _remarks(certificate: Certificate) -> list[str]:
             proof = "not proven" if pair.proven is None else f"proven {1000 * pair.proven:.1f}"
             lines.append(
                 f"  {pair.first} - {pair.second}: measured {1000 * pair.measured:.1f} "
-                f"at {pair.time:.3f} s, {proof}"
+                f"at {pair.time:.3f} s, {proof}, required {1000 * pair.required:g}"
             )
     counts = certificate.counts
     lines.append(f"cost: {counts.distances} distances, {counts.kinematics} configurations")

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.arrays import Ints
 from trajopt.model.allowed_collisions import ContactAllowance
 from trajopt.verify.certificate import Check, Evidence, PairClearance, Unproven
 from trajopt.verify.clearance_record import Contact, Findings, Tally
@@ -22,7 +23,8 @@ class ClearanceFinding:
     """What the search for a proof of clearance has found.
 
     Attributes:
-        checks: One for clearance, and one for every allowance of meant contact.
+        checks: One for every clearance that is required of some pair, the smallest first, and one for every
+            allowance of meant contact. Where the search ended early, those that it found broken or unproven.
         clearance: Proven lower bound, or the smallest measured if there is none [m].
         pairs: Pairs that came near each other, nearest first.
         unproven: First interval without proof, if there is one.
@@ -42,23 +44,34 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
         distances: Workspace for the distances of its bodies.
         search: What the search for a proof has found.
     """
-    contacts = _followed(motion, search, distances)
-    proven = not contacts and search.gap is None
+    required = motion.reduced.pairs.required
+    levels = [np.flatnonzero(required == level) for level in np.unique(required)]
+    contacts = [_followed(motion, search, distances, pairs) for pairs in levels]
+    proven = not any(contacts) and search.gap is None
     unproven = None
     if search.gap is not None:
         first, second = distances.owners(search.gap.pair)
         unproven = Unproven(first=first, second=second, begin=search.gap.begin, end=search.gap.end)
     bound = float(search.free.proven.min(initial=np.inf)) if proven else search.free.best()
-    checks = (
-        _clearance_check(search, distances, bound, contacts, unproven),
-        *_contact_checks(motion, search, proven=proven),
-    )
+    rows: list[Check] = []
+    for pairs, broken in zip(levels, contacts, strict=True):
+        if broken:
+            rows.append(_broken_check(distances, broken[0], float(required[broken[0].pair])))
+        elif search.gap is not None and not any(contacts) and search.gap.pair in pairs:
+            assert unproven is not None
+            rows.append(_unproven_check(search, distances, pairs, unproven))
+        elif proven:
+            rows.append(_proven_check(search, distances, pairs, alone=len(levels) == 1))
+    if not levels:
+        rows.append(_check("", None, 0.0, None, Evidence.PROVEN, "no pair of bodies has to keep apart"))
+    checks = (*rows, *_contact_checks(motion, search, proven=proven))
     return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven)
 
 
-def _followed(motion: Motion, search: Findings, distances: PairDistances) -> tuple[Contact, ...]:
-    """Follow contacts to where they are deepest, and make sure of the depth of the first returned."""
-    found = [_deepest(motion, search, distances, contact) for contact in search.deepest()[:_FOLLOWED]]
+def _followed(motion: Motion, search: Findings, distances: PairDistances, pairs: Ints) -> tuple[Contact, ...]:
+    """Follow contacts of some pairs to where they are deepest, and make sure of the first returned."""
+    mine = [contact for contact in search.deepest() if contact.pair in pairs]
+    found = [_deepest(motion, search, distances, contact) for contact in mine[:_FOLLOWED]]
     for contact in found:
         search.correct(contact)
     sure: set[int] = set()
@@ -70,7 +83,8 @@ def _followed(motion: Motion, search: Findings, distances: PairDistances) -> tup
         sure.add(worst.pair)
         poses = motion.poses(np.array([worst.time]))
         depth = distances.search_depths(poses, np.zeros(1, dtype=np.int64), np.array([worst.pair]))[0]
-        found[0] = Contact(worst.pair, worst.time, min(max(worst.distance, float(depth)), 0.0))
+        most = 0.0 if search.excused(worst) else float(motion.reduced.pairs.required[worst.pair])
+        found[0] = Contact(worst.pair, worst.time, min(max(worst.distance, float(depth)), most))
         search.correct(found[0])
     return tuple(found)
 
@@ -92,53 +106,68 @@ def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact
     return best
 
 
-def _clearance_check(
-    search: Findings,
-    distances: PairDistances,
-    bound: float,
-    contacts: tuple[Contact, ...],
-    unproven: Unproven | None,
-) -> Check:
-    """State the clearance of the tightest pair."""
-    if not len(distances.first):
-        return _check("", None, None, Evidence.PROVEN, "no pair of bodies has to keep apart")
-    tightest = int(search.free.measured.argmin())
-    time: float | None = float(search.free.time[tightest])
-    if not np.isfinite(search.free.measured[tightest]):
-        tightest, time = int(search.free.proven.argmin()), None
-    if contacts:
-        contact = contacts[0]
-        name = distances.pair_name(contact.pair)
-        words = f"{name} are {-1000 * contact.distance:.2f} mm into each other at {contact.time:.3f} s"
-        return _check(name, contact.distance, contact.time, Evidence.SAMPLED, words)
-    name = distances.pair_name(tightest)
-    if unproven is not None:
+def _broken_check(distances: PairDistances, contact: Contact, required: float) -> Check:
+    """State the pair that is deepest in contact, or nearest though it must keep a clearance."""
+    name = distances.pair_name(contact.pair)
+    if contact.distance > 0.0:
         words = (
-            f"no proof that {unproven.first} and {unproven.second} keep apart "
-            f"from {unproven.begin:.5f} to {unproven.end:.5f} s"
+            f"{name} come within {1000 * contact.distance:.2f} mm of each other at {contact.time:.3f} s, "
+            f"{1000 * required:g} mm are required"
         )
-        return _check(name, bound, time, Evidence.UNPROVEN, words)
+    else:
+        words = f"{name} are {-1000 * contact.distance:.2f} mm into each other at {contact.time:.3f} s"
+    return _check(name, contact.distance, required, contact.time, Evidence.SAMPLED, words)
+
+
+def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unproven: Unproven) -> Check:
+    """State where there is no proof, with the smallest distance measured."""
+    tightest, time = _tightest(search, pairs)
+    required = float(search.windows.required[tightest])
+    words = (
+        f"no proof that {unproven.first} and {unproven.second} keep {_apart(required)} "
+        f"from {unproven.begin:.5f} to {unproven.end:.5f} s"
+    )
+    value = float(search.free.measured[tightest])
+    return _check(distances.pair_name(tightest), value, required, time, Evidence.UNPROVEN, words)
+
+
+def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, alone: bool) -> Check:
+    """State the clearance of the tightest of the pairs that must keep as far apart."""
+    tightest, time = _tightest(search, pairs)
+    required, bound = float(search.windows.required[tightest]), float(search.free.proven[pairs].min())
     if not np.isfinite(bound):
-        return _check("", None, None, Evidence.PROVEN, "contact is accepted all the time")
-    words = f"every pair keeps at least {1000 * bound:.2f} mm apart at all times"
-    return _check(name, bound, time, Evidence.PROVEN, words)
+        return _check("", None, required, None, Evidence.PROVEN, "contact is accepted all the time")
+    which = "every pair" if alone else f"every pair of which {1000 * required:g} mm are required"
+    words = f"{which} keeps at least {1000 * bound:.2f} mm apart at all times"
+    if alone and required > 0.0:
+        words += f", {1000 * required:g} mm are required"
+    return _check(distances.pair_name(tightest), bound, required, time, Evidence.PROVEN, words)
+
+
+def _tightest(search: Findings, pairs: Ints) -> tuple[int, float | None]:
+    """Return the nearest of some pairs, and when it was measured [s] if it was."""
+    measured = search.free.measured[pairs]
+    tightest = int(pairs[measured.argmin()])
+    if np.isfinite(search.free.measured[tightest]):
+        return tightest, float(search.free.time[tightest])
+    return int(pairs[search.free.proven[pairs].argmin()]), None
+
+
+def _apart(required: float) -> str:
+    return f"{1000 * required:g} mm apart" if required > 0.0 else "apart"
 
 
 def _check(
-    subject: str,
-    value: float | None,
-    time: float | None,
-    evidence: Evidence,
-    detail: str,
+    subject: str, value: float | None, required: float, time: float | None, evidence: Evidence, detail: str
 ) -> Check:
     return Check(
         name="clearance",
         subject=subject,
         value=value,
-        bound=0.0,
+        bound=required,
         unit="m",
         time=time,
-        slack=value,
+        slack=None if value is None else value - required,
         evidence=evidence,
         holds=evidence is Evidence.PROVEN,
         detail=detail,
@@ -192,6 +221,7 @@ def _pairs(
             PairClearance(
                 first=first,
                 second=second,
+                required=float(search.windows.required[pair]),
                 proven=float(tally.proven[code == code[pair]].min()) if proven else None,
                 measured=float(tally.measured[pair]),
                 time=float(tally.time[pair]),

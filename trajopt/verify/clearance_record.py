@@ -27,7 +27,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Contact:
-    """A measured contact that is not accepted.
+    """A measured contact that is not accepted, or a pair nearer than is required.
 
     Attributes:
         pair: The pair.
@@ -92,7 +92,7 @@ class Findings:
     Attributes:
         free: What is known of the pairs at times when they must keep apart.
         accepted: The same for times when their contact is accepted.
-        contacts: Contacts found that are not accepted.
+        contacts: Contacts found that are not accepted, and pairs nearer than is required.
         gap: First interval without proof, if the search was given up.
         windows: When contact is accepted.
     """

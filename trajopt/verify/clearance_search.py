@@ -42,6 +42,8 @@ class ClearanceSearch:
         self._travel = PairTravel(motion.kinematics, distances)
         self._windows = Windows(motion.reduced.pairs, motion.duration)
         self._count = len(distances.first)
+        self._required = motion.reduced.pairs.required
+        self._levels, self._level = np.unique(self._required, return_inverse=True)
         self.free, self.accepted = Tally.empty(self._count), Tally.empty(self._count)
         self.contacts: list[Contact] = []
         self.gap: Gap | None = None
@@ -64,7 +66,7 @@ class ClearanceSearch:
         poses = self._motion.poses(times)
         cell = np.repeat(np.arange(len(times)), self._count)
         pair = np.tile(np.arange(self._count), len(times))
-        near = self._distances.apart(self._travel.centres(poses), cell, pair) <= 0.0
+        near = self._distances.apart(self._travel.centres(poses), cell, pair) <= self._required[pair]
         cell, pair = cell[near], pair[near]
         distance = self._distances.measure(poses, cell, pair)
         self._judge(pair, self._doubted(poses, cell, pair, times[cell], distance), times[cell])
@@ -124,10 +126,15 @@ class ClearanceSearch:
         return distance
 
     def _target(self, time: Floats, pair: Ints) -> Floats:
-        """Return what bounds must exceed: the floor, or near the smallest distance measured; (i,) [m]."""
-        best = self.free.best()
-        near = max(best - self._options.resolution, _NEAR_ENOUGH * best) if np.isfinite(best) else np.inf
-        wanted = max(min(near, self._options.far), 0.0)
+        """Return what bounds must exceed: the floor, or near the smallest distance measured; (i,) [m].
+
+        It is the smallest distance of the pairs that must keep as far apart.
+        """
+        best = np.full(len(self._levels), np.inf)
+        np.minimum.at(best, self._level, self.free.measured)
+        least = self._levels
+        near = np.maximum(best - self._options.resolution, least + _NEAR_ENOUGH * (best - least))
+        wanted = np.maximum(np.minimum(near, least + self._options.far), least)[self._level[pair]]
         return np.where(self._windows.accept(time, pair), self._windows.floor(time, pair), wanted)
 
     def _note(self, pair: Ints, distance: Floats, time: Floats) -> None:

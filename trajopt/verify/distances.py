@@ -137,7 +137,8 @@ class Distances(PairDistances):
         lower = self.apart(self.centres(poses), cell, np.arange(count))
         order = np.argsort(lower, kind="stable")
         for some in (order[:_FIRST_MEASURED], order[_FIRST_MEASURED:]):
-            near = some[lower[some] <= max(float(measured[self.strict].min(initial=np.inf)), 0.0)]
+            nearest = float(measured[self.strict].min(initial=np.inf))
+            near = some[lower[some] <= np.maximum(nearest, self.reduced.pairs.required[some])]
             measured[near] = self.measure(poses, cell[near], near)
         return measured
 

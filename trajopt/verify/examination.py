@@ -8,6 +8,7 @@ from itertools import chain
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, floats
+from trajopt.model.clearances import how_near
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.trajectory import Trajectory
@@ -35,11 +36,18 @@ class PairDistance:
         first: One link or object.
         second: The other.
         distance: Signed distance, negative in penetration [m].
+        required: Clearance that is required of them [m].
     """
 
     first: str
     second: str
     distance: float
+    required: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """Say how near they are, and how far apart they should be."""
+        return how_near(self.first, self.second, self.distance, self.required)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +81,7 @@ class Examination:
     """What is wrong with a configuration.
 
     Attributes:
-        collisions: Pairs in contact that is not accepted, deepest first.
+        collisions: Pairs in contact that is not accepted, or nearer than is required, the worst first.
         out_of_limits: Joints of the group, and those that mimic them, beyond their position limits, farthest
             first.
         smallest: The nearest pair whose contact is not accepted; None if no pair keeps apart.
@@ -113,15 +121,18 @@ def examine_with(
     place = floats("positions", positions, (len(reduced.joint_names),))
     measured = distances.nearest(kinematics.poses(place[None]))
     judged = np.isfinite(measured) & ~_excused(reduced, measured, moment)
-    nearest: dict[tuple[str, str], float] = {}
+    required = reduced.pairs.required
+    nearest: dict[tuple[str, str], PairDistance] = {}
     for pair in np.flatnonzero(judged)[np.argsort(measured[judged])].tolist():
-        nearest.setdefault(distances.owners(pair), float(measured[pair]))
-    pairs = [
-        PairDistance(first=first, second=second, distance=distance)
-        for (first, second), distance in nearest.items()
-    ]
+        first, second = owners = distances.owners(pair)
+        distance, least = float(measured[pair]), float(required[pair])
+        nearest.setdefault(
+            owners, PairDistance(first=first, second=second, distance=distance, required=least)
+        )
+    pairs = list(nearest.values())
+    broken = [pair for pair in pairs if pair.distance <= pair.required]
     return Examination(
-        collisions=tuple(pair for pair in pairs if pair.distance <= 0.0),
+        collisions=tuple(sorted(broken, key=lambda pair: pair.distance - pair.required)),
         out_of_limits=_out_of_limits(reduced, place, excess),
         smallest=pairs[0] if pairs else None,
     )

@@ -118,13 +118,13 @@ class Judge:
         for tool in tool_speeds:
             checks += tool_speed_checks(motion, tool)
         found = judge_clearance(motion, distances, own.search(motion))
-        margin = reduced.pairs.margin
         return Certificate(
             checks=(*found.checks, *checks),
             clearance=found.clearance,
             pairs=found.pairs,
             unproven=found.unproven,
-            margin=(float(margin.min()), float(margin.max())) if len(margin) else (0.0, 0.0),
+            required=_range(reduced.pairs.required),
+            margin=_range(reduced.pairs.margin),
             counts=Counts(
                 distances=distances.calls - before[0],
                 kinematics=kinematics.calls - before[1],
@@ -155,6 +155,11 @@ class Judge:
         """
         kinematics = self._workspace.kinematics
         return requirements_with(kinematics, positions, requirements, options=self._options)
+
+
+def _range(values: Floats) -> tuple[float, float]:
+    """Return the smallest and the largest of some values, zeros of none."""
+    return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
 
 
 def _on_the_way(

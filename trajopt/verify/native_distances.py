@@ -37,6 +37,7 @@ class NativeDistances(PairDistances):
             np.array([body.placement.translation for body in bodies]),
             self.first,
             self.second,
+            self.reduced.pairs.required,
             ~self.strict,
             error,
         )

@@ -12,12 +12,14 @@ class Windows:
     Where several allowances name one pair the longest window counts, with the smallest depth.
 
     Attributes:
+        required: Clearance that pairs must keep outside of them, shape (p,) [m].
         edges: Times at which a window opens or closes, inside the motion [s].
     """
 
     def __init__(self, pairs: BodyPairs, duration: float) -> None:
         """Lay the allowances out for a motion of a duration [s]."""
         count = len(pairs.first)
+        self.required = pairs.required
         self._until: Floats = np.full(count, -np.inf)
         self._from: Floats = np.full(count, np.inf)
         self._first_depth: Floats = np.full(count, np.inf)
@@ -49,7 +51,7 @@ class Windows:
         return (time <= self._until[pair]) | (time >= self._from[pair])
 
     def floor(self, time: Floats, pair: Ints) -> Floats:
-        """Return what distances of pairs must exceed at times: zero, or minus the accepted depth.
+        """Return what distances of pairs must exceed at times: what is required, or minus the accepted depth.
 
         Args:
             time: Shape (i,) [s].
@@ -61,4 +63,4 @@ class Windows:
         first = np.where(time <= self._until[pair], self._first_depth[pair], np.inf)
         last = np.where(time >= self._from[pair], self._last_depth[pair], np.inf)
         depth = np.minimum(first, last)
-        return np.where(np.isfinite(depth), -depth, 0.0)
+        return np.where(np.isfinite(depth), -depth, self.required[pair])

@@ -5,8 +5,12 @@
 
 namespace proof {
 
-Bodies::Bodies(Arm given, std::vector<Body> all, const int64_t* first, const int64_t* second, size_t count)
-    : arm(std::move(given)), bodies(std::move(all)), numbers_(bodies.size() * arm.joints.size(), -1) {
+Bodies::Bodies(Arm given, std::vector<Body> all, const int64_t* first, const int64_t* second, const double* required,
+               size_t count)
+    : arm(std::move(given)), bodies(std::move(all)), levels(required, required + count),
+      numbers_(bodies.size() * arm.joints.size(), -1) {
+  std::sort(levels.begin(), levels.end());
+  levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
   pairs.reserve(count);
   for (size_t i = 0; i < count; ++i) {
     Pair pair{};
@@ -19,6 +23,8 @@ Bodies::Bodies(Arm given, std::vector<Body> all, const int64_t* first, const int
     pair.frame = first_plane ? one.joint : second_plane ? other.joint : arm.shared(one.joint, other.joint);
     pair.first_seen = traveller(pair.first, pair.frame);
     pair.second_seen = traveller(pair.second, pair.frame);
+    pair.required = required[i];
+    pair.level = int(std::lower_bound(levels.begin(), levels.end(), required[i]) - levels.begin());
     pairs.push_back(pair);
   }
 }

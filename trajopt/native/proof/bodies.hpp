@@ -31,6 +31,8 @@ struct Pair {
   int frame;                     // Joint in whose frame both are looked at: innermost that carries both, or a plane's.
   int first_seen, second_seen;   // Travellers.
   bool planar, meshed;
+  double required;               // Clearance [m].
+  int level;                     // Its number among all that are required.
 };
 
 struct Bodies {
@@ -38,9 +40,11 @@ struct Bodies {
   std::vector<Body> bodies;
   std::vector<Pair> pairs;
   std::vector<Traveller> travellers;
+  std::vector<double> levels;  // Clearances that are required of some pair, the smallest first [m].
   size_t moving = 0;  // Travellers that do move.
 
-  Bodies(Arm arm, std::vector<Body> bodies, const int64_t* first, const int64_t* second, size_t count);
+  Bodies(Arm arm, std::vector<Body> bodies, const int64_t* first, const int64_t* second,
+         const double* required, size_t count);
 
   const Form& form(int body) const { return *bodies[body].form; }
 

@@ -27,18 +27,17 @@ double Windows::floor(double time, int pair) const {
   return std::isfinite(depth) ? -depth : 0.0;
 }
 
-Tally::Tally(size_t count) : proven(count, infinite), measured(count, infinite), time(count, 0.0), best(infinite) {}
+Tally::Tally(size_t count) : proven(count, infinite), measured(count, infinite), time(count, 0.0) {}
 
 void Tally::note(int pair, double distance, double when) {
   if (distance < measured[pair]) measured[pair] = distance, time[pair] = when;
-  best = std::min(best, distance);
 }
 
 ClearanceSearch::ClearanceSearch(const Bodies& bodies, const Candidates& candidates, Meter& meter,
                                  const Motion& motion, const Windows& windows, const Options& options)
     : free(bodies.pairs.size()), accepted(bodies.pairs.size()), bodies_(bodies), candidates_(candidates),
-      meter_(meter), motion_(motion), windows_(windows), options_(options), far_(options.far), beyond_(infinite),
-      tight_time_(bodies.pairs.size(), 0.0), before_(meter.calls) {}
+      meter_(meter), motion_(motion), windows_(windows), options_(options), far_(options.far),
+      best_(bodies.levels.size(), infinite), beyond_(infinite), tight_time_(bodies.pairs.size(), 0.0), before_(meter.calls) {}
 
 void ClearanceSearch::run() {
   if (bodies_.pairs.empty()) return;
@@ -65,19 +64,23 @@ void ClearanceSearch::search() {
 
 // If nothing comes near, look as far as the nearest is at the ends, and forget what was proven for less.
 bool ClearanceSearch::nothing_near() {
-  if (free.best <= far_) return false;
+  for (size_t level = 0; level < best_.size(); ++level) {
+    if (best_[level] <= bodies_.levels[level] + far_) return false;
+  }
   const std::vector<char> strict(bodies_.pairs.size(), 1);
   for (const double time : {0.0, motion_.duration()}) {
     const auto end = at(time);
     const std::vector<double> measured = measure_nearest(bodies_, candidates_, meter_, *end, strict);
     for (size_t pair = 0; pair < measured.size(); ++pair) {
       if (std::isfinite(measured[pair]) && !windows_.accept(time, int(pair))) {
-        free.note(int(pair), measured[pair], time);
+        note_free(int(pair), measured[pair], time);
       }
     }
   }
-  if (!std::isfinite(free.best)) return false;
-  far_ = std::max(far_, free.best);
+  double nearest = infinite;
+  for (size_t level = 0; level < best_.size(); ++level) nearest = std::min(nearest, best_[level] - bodies_.levels[level]);
+  if (!std::isfinite(nearest)) return false;
+  far_ = std::max(far_, nearest);
   beyond_ = infinite;
   std::fill(free.proven.begin(), free.proven.end(), infinite);
   std::fill(accepted.proven.begin(), accepted.proven.end(), infinite);
@@ -92,39 +95,58 @@ std::shared_ptr<Snapshot> ClearanceSearch::at(double time) {
 void ClearanceSearch::look(Snapshot& at, bool only_contacts) {
   for (const int pair : candidates_.listed()) consider(pair, at, only_contacts);
   for (const int mover : candidates_.movers()) {
-    const double limit = only_contacts ? 0.0 : std::clamp(free.best, 0.0, far_);
+    double limit = bodies_.levels.back();
+    for (size_t level = 0; level < best_.size() && !only_contacts; ++level) limit = std::max(limit, nearest(int(level)));
     candidates_.visit(mover, at.centre(mover), bodies_.form(mover).radius + limit,
                       [&](int pair) { consider(pair, at, only_contacts); });
   }
 }
 
-// Measure a pair if it touches or, unless only contacts count, comes nearer than all before.
+// The nearest that pairs of a level have come, within the bounds in which it is of interest [m].
+double ClearanceSearch::nearest(int level) const {
+  const double least = bodies_.levels[level];
+  return std::clamp(best_[level], least, least + far_);
+}
+
+// Measure a pair if it is too near or, unless only that counts, comes nearer than all of its level before.
 void ClearanceSearch::consider(int pair, Snapshot& at, bool only_contacts) {
-  const bool contact = only_contacts || windows_.accept(at.time, pair);
-  const double limit = contact ? 0.0 : std::clamp(free.best, 0.0, far_);
+  const bool accept = windows_.accept(at.time, pair);
+  const double limit = accept ? 0.0 : only_contacts ? required(pair) : nearest(bodies_.pairs[pair].level);
   if (!bodies_.pairs[pair].planar && sphere_gap(bodies_, at, bodies_.pairs[pair]) > limit + options_.error) return;
   const Measured found = meter_.measure(pair, at, std::max(limit, options_.error));
   if (found.exact) judge(pair, at.time, doubted(pair, at, found.distance));
 }
 
 void ClearanceSearch::judge(int pair, double time, double distance) {
-  (windows_.accept(time, pair) ? accepted : free).note(pair, distance, time);
-  if (distance <= windows_.floor(time, pair)) contacts.push_back({pair, time, distance});
+  if (windows_.accept(time, pair)) accepted.note(pair, distance, time);
+  else note_free(pair, distance, time);
+  if (distance <= floor(time, pair)) contacts.push_back({pair, time, distance});
+}
+
+void ClearanceSearch::note_free(int pair, double distance, double time) {
+  free.note(pair, distance, time);
+  double& best = best_[bodies_.pairs[pair].level];
+  best = std::min(best, distance);
+}
+
+// What the distance must exceed: the clearance that is required, or minus the accepted depth [m].
+double ClearanceSearch::floor(double time, int pair) const {
+  return windows_.accept(time, pair) ? windows_.floor(time, pair) : required(pair);
 }
 
 // Measure again, by search, what is deeper than the contact that is accepted then.
 double ClearanceSearch::doubted(int pair, Snapshot& at, double distance) {
-  const double floor = windows_.floor(at.time, pair);
-  if (floor >= 0.0 || distance > floor) return distance;
+  const double least = floor(at.time, pair);
+  if (least >= 0.0 || distance > least) return distance;
   return std::max(distance, meter_.search_depth(pair, at));
 }
 
 // What bounds must exceed: the floor, or near the smallest distance measured [m].
 double ClearanceSearch::target(double time, int pair) const {
   if (windows_.accept(time, pair)) return windows_.floor(time, pair);
-  const double best = free.best;
-  const double near = std::isfinite(best) ? std::max(best - options_.resolution, near_enough * best) : infinite;
-  return std::max(std::min(near, far_), 0.0);
+  const double least = required(pair), best = best_[bodies_.pairs[pair].level];
+  const double near = std::max(best - options_.resolution, least + near_enough * (best - least));
+  return std::max(std::min(near, least + far_), least);
 }
 
 std::vector<ClearanceSearch::Cell> ClearanceSearch::first_cells() {
@@ -149,10 +171,11 @@ void ClearanceSearch::list_near(Cell& cell, Reach& here) {
   for (const int mover : candidates_.movers()) {
     // Obstacles are looked at in the world, in which the travel of a mover is the same for all.
     const double off = travel(bodies_.seen_from(mover, 0), here).from_middle;
-    const double radius = bodies_.form(mover).radius + off + far_;
+    const double farthest = bodies_.levels.back() + far_;
+    const double radius = bodies_.form(mover).radius + off + farthest;
     const double nearest = candidates_.visit(mover, here.middle->centre(mover), radius,
                                              [&](int pair) { cell.pairs.push_back(pair); });
-    beyond_ = std::min(beyond_, nearest - (radius - far_) - options_.error);
+    beyond_ = std::min(beyond_, nearest - (radius - farthest) - options_.error);
   }
 }
 
@@ -246,26 +269,27 @@ ClearanceSearch::Reach ClearanceSearch::reach(const Cell& cell) {
 
 // Measure, here and there, every pair whose bound says that it may have come near.
 void ClearanceSearch::measure_near_pairs() {
-  int nearest = -1;
+  std::vector<int> tightest(bodies_.levels.size(), -1);
   for (int pair = 0; pair < int(bodies_.pairs.size()); ++pair) {
-    if (free.proven[pair] <= options_.far) {
+    if (free.proven[pair] <= required(pair) + options_.far) {
       measure_free(pair, *at(tight_time_[pair]));
       for (const auto& sample : samples_) measure_free(pair, *sample);
     }
-    if (std::isfinite(free.measured[pair]) && (nearest < 0 || free.measured[pair] < free.measured[nearest])) {
-      nearest = pair;
-    }
+    int& first = tightest[bodies_.pairs[pair].level];
+    if (std::isfinite(free.measured[pair]) && (first < 0 || free.measured[pair] < free.measured[first])) first = pair;
   }
-  if (nearest >= 0 && free.best <= options_.far) sharpen(nearest);
+  for (const int pair : tightest) {
+    if (pair >= 0 && free.measured[pair] <= required(pair) + options_.far) sharpen(pair);
+  }
 }
 
-// Take note of a pair's distance if it is the smallest of all so far.
+// Take note of a pair's distance if it is its smallest so far.
 void ClearanceSearch::measure_free(int pair, Snapshot& at) {
-  const double within = std::min(free.measured[pair], options_.far);
+  const double within = std::min(free.measured[pair], required(pair) + options_.far);
   if (windows_.accept(at.time, pair)) return;
   if (!bodies_.pairs[pair].planar && sphere_gap(bodies_, at, bodies_.pairs[pair]) > within) return;
   const Measured found = meter_.measure(pair, at, within);
-  if (found.exact) free.note(pair, found.distance, at.time);
+  if (found.exact) note_free(pair, found.distance, at.time);
 }
 
 // Look around the smallest distance of a pair for a smaller one.

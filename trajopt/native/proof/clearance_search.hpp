@@ -32,14 +32,13 @@ struct Windows {
     const Window& window = windows[number[pair]];
     return time <= window.until || time >= window.from;
   }
-  // What the distance must exceed: zero, or minus the accepted depth [m].
+  // What the distance must exceed while contact is accepted: minus the accepted depth, or else zero [m].
   double floor(double time, int pair) const;
 };
 
 // Smallest distance proven and measured of every pair [m], and when it was measured [s].
 struct Tally {
   std::vector<double> proven, measured, time;
-  double best;
 
   explicit Tally(size_t count);
   void note(int pair, double distance, double when);
@@ -90,7 +89,8 @@ class ClearanceSearch {
   const Motion& motion_;
   const Windows& windows_;
   const Options& options_;
-  double far_;                     // Clearance beyond which nothing is looked at more closely [m].
+  double far_;                     // Clearance above the required one beyond which nothing is looked at closely [m].
+  std::vector<double> best_;       // Smallest free distance measured of the pairs of each level [m].
   double beyond_;                  // Lower bound of the distances of all pairs that were never listed [m].
   std::vector<double> tight_time_; // When each pair's proven bound is smallest [s].
   std::vector<std::shared_ptr<Snapshot>> samples_;  // Even over the motion.
@@ -100,6 +100,10 @@ class ClearanceSearch {
   void look(Snapshot& at, bool only_contacts);
   void consider(int pair, Snapshot& at, bool only_contacts);
   void judge(int pair, double time, double distance);
+  void note_free(int pair, double distance, double time);
+  double floor(double time, int pair) const;
+  double nearest(int level) const;
+  double required(int pair) const { return bodies_.pairs[pair].required; }
   double doubted(int pair, Snapshot& at, double distance);
   double target(double time, int pair) const;
   std::vector<Cell> first_cells();

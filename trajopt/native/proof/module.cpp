@@ -124,8 +124,10 @@ nb::tuple largest(const Numbers& times, const Numbers& coefficients, double sign
 class Proof {
  public:
   Proof(const Arm& arm, const std::vector<std::shared_ptr<Form>>& forms, const Counts& joint, const Numbers& rotation,
-        const Numbers& translation, const Counts& first, const Counts& second, const Flags& listed, double error)
-      : bodies_(arm, placed(forms, joint, rotation, translation), first.data(), second.data(), first.shape(0)),
+        const Numbers& translation, const Counts& first, const Counts& second, const Numbers& required,
+        const Flags& listed, double error)
+      : bodies_(arm, placed(forms, joint, rotation, translation), first.data(), second.data(), required.data(),
+                first.shape(0)),
         candidates_(bodies_, std::vector<char>(listed.data(), listed.data() + listed.size())),
         meter_(bodies_, error) {}
 
@@ -262,7 +264,7 @@ NB_MODULE(proof, m) {
   m.def("arm", &make_arm);
   nb::class_<Proof>(m, "Proof")
       .def(nb::init<const Arm&, const std::vector<std::shared_ptr<Form>>&, const Counts&, const Numbers&,
-                    const Numbers&, const Counts&, const Counts&, const Flags&, double>())
+                    const Numbers&, const Counts&, const Counts&, const Numbers&, const Flags&, double>())
       .def_prop_ro("calls", &Proof::calls)
       .def("measure", &Proof::measure)
       .def("measure_hulls", &Proof::measure_hulls)

@@ -16,6 +16,7 @@ std::vector<double> measure_nearest(const Bodies& bodies, const Candidates& cand
                                     const std::vector<char>& strict) {
   std::vector<double> measured(bodies.pairs.size(), infinite);
   double best = infinite;
+  const double farthest = bodies.levels.empty() ? 0.0 : bodies.levels.back();
   auto consider = [&](int number, double within) {
     const Pair& pair = bodies.pairs[number];
     if (measured[number] < infinite) return;
@@ -27,11 +28,12 @@ std::vector<double> measure_nearest(const Bodies& bodies, const Candidates& cand
   };
   // Look farther and farther until the nearest is found.
   for (double radius = first_radius;; radius = radius < last_radius ? growth * radius : infinite) {
-    auto within = [&] { return std::max(std::min(best, radius), 0.0) + 1e-9; };
-    for (const int pair : candidates.listed()) consider(pair, within());
+    // Up to what a pair must keep, or to the nearest so far.
+    auto within = [&](double required) { return std::max(std::min(best, radius), required) + 1e-9; };
+    for (const int pair : candidates.listed()) consider(pair, within(bodies.pairs[pair].required));
     for (const int mover : candidates.movers()) {
-      candidates.visit(mover, at.centre(mover), bodies.form(mover).radius + within(),
-                       [&](int pair) { consider(pair, within()); });
+      candidates.visit(mover, at.centre(mover), bodies.form(mover).radius + within(farthest),
+                       [&](int pair) { consider(pair, within(bodies.pairs[pair].required)); });
     }
     if (best <= radius || radius == infinite) break;
   }

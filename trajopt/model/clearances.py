@@ -1,0 +1,67 @@
+"""Required clearance: how far apart things must stay, proven, as against the margin that is wished for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from trajopt.arrays import number
+from trajopt.errors import ShapeError
+
+ROOM = 5e-3
+"""The optimiser aims at so much more than is required: samples, tolerances and timing take a part [m]."""
+
+PAIRS_DIFFER = " (single pairs differ)"
+"""Said of what is not the same for all pairs."""
+
+
+def how_near(first: str, second: str, distance: float, required: float) -> str:
+    """Say that two things are inside each other, or nearer than is required [m]."""
+    if distance <= 0.0:
+        return f"{first} is {max(-distance, 0.0) * 1000:.1f} mm inside {second}"
+    return f"{first} is {distance * 1000:.1f} mm from {second}, {required * 1000:g} mm are required"
+
+
+@dataclass(frozen=True)
+class Clearances:
+    """The clearance that is required between links and objects; none unless told otherwise.
+
+    Attributes:
+        everywhere: Between any two [m].
+        pairs: Between single pairs, where it differs [m].
+    """
+
+    everywhere: float = 0.0
+    pairs: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
+
+    def __post_init__(self) -> None:
+        """Refuse what is no clearance."""
+        for value in (self.everywhere, *self.pairs.values()):
+            if number("required clearance", value) < 0.0:
+                raise ShapeError("required clearance", f"is negative: {value:g} m")
+
+    def of(self, a: str, b: str) -> float:
+        """Return the clearance that is required between two links or objects [m]."""
+        return self.pairs.get(frozenset((a, b)), self.everywhere)
+
+    def aim(self, margin: float, a: str, b: str) -> float:
+        """Return what the optimiser aims at with a margin: a little above what is required, at least [m]."""
+        required = self.of(a, b)
+        return max(margin, required + ROOM) if required > 0.0 else margin
+
+    def having(self, value: float, pair: frozenset[str] | None) -> "Clearances":
+        """Return these with another clearance everywhere, or between two things [m].
+
+        Raises:
+            ShapeError: If it is negative or not finite.
+        """
+        if pair is None:
+            return replace(self, everywhere=value)
+        return replace(self, pairs={**self.pairs, pair: value})
+
+    def without(self, name: str) -> "Clearances":
+        """Return these without what is said of single pairs of a name."""
+        return replace(self, pairs={pair: value for pair, value in self.pairs.items() if name not in pair})
+
+    def beside(self, margin: float, pair_margins: Mapping[frozenset[str], float]) -> str:
+        """Say what is required everywhere, and the margin [m] beside it; and whether pairs differ."""
+        clearance = f"clearance {1000 * self.everywhere:g} mm required" + PAIRS_DIFFER * bool(self.pairs)
+        return f"{clearance}, margin {1000 * margin:g} mm" + PAIRS_DIFFER * bool(pair_margins)
