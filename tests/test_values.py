@@ -14,6 +14,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from functools import cache, cached_property
+from multiprocessing import get_context
+from multiprocessing.context import BaseContext
 from pathlib import Path
 from typing import Any
 
@@ -188,6 +190,7 @@ KNOWN: dict[Any, Any] = {
     to.methods.Outcome: lambda: to.methods.Outcome(solved().path, solved().solve),
     MarginRule: lambda: to.load,  # any function
     to.solvers.Solver: to.solvers.Sqp,
+    BaseContext: lambda: get_context("spawn"),
     np.random.Generator: lambda: np.random.default_rng(1),
 }
 """What is no plain data, and Robot, Trajectory and the reduced model, whose fields depend on each other."""

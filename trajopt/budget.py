@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from multiprocessing import get_all_start_methods
+from multiprocessing.context import BaseContext
 
 from trajopt.arrays import number
 from trajopt.errors import ProblemError
@@ -42,6 +42,10 @@ class Budget:
             shortest in time.
         clock: What tells the time [s]: the wall's; `time.process_time` for benchmarks. By any other clock
             than the wall's planning ends after `wall_seconds` too.
+        processes: What starts workers, such as `multiprocessing.get_context("spawn")`; when None, what Python
+            starts processes by, but no fork where there are several threads. Workers that are not forked
+            take a second to begin, are sent problem, method and clock by pickle, and in a script need
+            `if __name__ == "__main__":`.
     """
 
     seconds: float | None = None
@@ -50,6 +54,7 @@ class Budget:
     workers: int = 1
     improve: bool = False
     clock: Callable[[], float] = time.monotonic
+    processes: BaseContext | None = None
 
     def __post_init__(self) -> None:
         """Refuse what bounds nothing.
@@ -70,8 +75,8 @@ class Budget:
             raise ProblemError(f"clock is a function that tells the time, is {shown(self.clock)}")
         if self.improve and not self.bounded:
             raise ProblemError("a budget that improves needs seconds, work or tries to end it")
-        if self.workers > 1 and "fork" not in get_all_start_methods():
-            raise ProblemError("a budget of several workers needs processes that fork; here there are none")
+        if self.processes is not None:
+            one_of("processes", self.processes, BaseContext)
 
     @property
     def wall_seconds(self) -> float | None:

@@ -4,7 +4,8 @@ import os
 import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from threading import Event
+from multiprocessing import get_context
+from threading import Event, Thread
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
 from trajopt.budget import Stop
 from trajopt.methods import Knots, Outcome, Program
+from trajopt.planning.workers import start_context
 from trajopt.query import Counts
 from trajopt.seeds import SeedKind
 from trajopt.solvers import Iteration
@@ -34,6 +36,34 @@ def test_the_answer_is_the_same_with_any_number_of_workers(arm: to.Robot, inner_
     _same(alone, several)
     assert len(alone.tries) > 2
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
+
+
+def test_the_answer_is_the_same_from_spawned_workers(arm: to.Robot) -> None:
+    alone = to.plan(wall(arm), rng=np.random.default_rng(3))
+    budget = to.Budget(workers=2, processes=get_context("spawn"))
+    several = to.plan(wall(arm), rng=np.random.default_rng(3), budget=budget)
+    _same(alone, several)
+    assert len(alone.tries) > 2
+    assert alone.counts["qp_solves"] == several.counts["qp_solves"]
+
+
+def test_what_cannot_be_sent_is_refused(arm: to.Robot) -> None:
+    budget = to.Budget(workers=2, seconds=100.0, clock=lambda: 0.0, processes=get_context("spawn"))
+    with pytest.raises(to.TrajoptError, match="must be picklable"):
+        to.plan(wall(arm), budget=budget)
+
+
+def test_several_threads_are_not_forked() -> None:
+    chosen = get_context("spawn")
+    assert start_context(chosen) is chosen
+    done = Event()
+    other = Thread(target=done.wait)
+    other.start()
+    try:
+        assert start_context(None).get_start_method() != "fork"
+    finally:
+        done.set()
+        other.join()
 
 
 def test_so_is_an_improved_one(arm: to.Robot) -> None:
@@ -65,6 +95,7 @@ class Elsewhere:
     """A method that does something else in any process but the one of the test."""
 
     deed: Callable[[], None]
+    home: int = HERE
     name = "elsewhere"
 
     def objection(self, problem: to.Problem) -> str:
@@ -73,13 +104,14 @@ class Elsewhere:
     def program(
         self, problem: to.Problem, seed: np.ndarray, waypoint_knots: Sequence[int] = ()
     ) -> "ElsewhereProgram":
-        return ElsewhereProgram(Knots().program(problem, seed, waypoint_knots), self.deed)
+        return ElsewhereProgram(Knots().program(problem, seed, waypoint_knots), self.deed, self.home)
 
 
 @dataclass(frozen=True)
 class ElsewhereProgram:
     inner: Program
     deed: Callable[[], None]
+    home: int
 
     @property
     def scale(self) -> np.ndarray:
@@ -90,7 +122,7 @@ class ElsewhereProgram:
         return self.inner.counts
 
     def solve(self, seed: np.ndarray, *, progress: Callable[[Iteration], None] | None = None) -> Outcome:
-        if os.getpid() != HERE:
+        if os.getpid() != self.home:
             self.deed()
         return self.inner.solve(seed, progress=progress)
 

@@ -117,13 +117,20 @@ class Meter:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
 
-    def elsewhere(self, used: float) -> "Meter":
-        """Return a meter for another process: nothing counted yet, as much used up as here.
+    @property
+    def so_far(self) -> tuple[int, float, float]:
+        """What another process has to know: the work done, the time used by budget's and wall's clock [s]."""
+        return self.work, self.used, monotonic() - self._wall_begin
+
+    @staticmethod
+    def elsewhere(budget: Budget, so_far: tuple[int, float, float]) -> "Meter":
+        """Return a meter for another process: nothing counted yet, as much used up as there.
 
         Args:
-            used: Time used when the process was started [s]; its own clock may begin anew.
+            budget: What may be used.
+            so_far: What was used when the process was sent for; its own clocks may begin anew.
         """
-        other = Meter(self.budget, self.cancel)
-        other._before, other._begin = self.work, self.budget.clock() - used
-        other._wall_begin = self._wall_begin
+        other = Meter(budget)
+        other._before, used, wall = so_far
+        other._begin, other._wall_begin = budget.clock() - used, monotonic() - wall
         return other

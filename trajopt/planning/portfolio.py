@@ -24,9 +24,9 @@ from trajopt.seeds import (
     Around,
     Blocked,
     Bumps,
-    Check,
     Guess,
     NoGuess,
+    Ready,
     Route,
     SampledPaths,
     SeedKind,
@@ -39,6 +39,7 @@ from trajopt.solvers import SolveResult
 from trajopt.status import Status
 from trajopt.terms import Acceleration, Clearance, Jerk, Velocity
 from trajopt.transcription import fixed_goal
+from trajopt.values import Value
 
 NEAR_BRANCHES = 3
 """Goal configurations that are planned to before lines are bent, nearest first."""
@@ -57,7 +58,7 @@ CLOSE_BEND = 0.15
 
 
 @dataclass(eq=False)
-class Way:
+class Way(Value):
     """One end that a motion may have, and what was written for it so far.
 
     Attributes:
@@ -197,40 +198,12 @@ class Portfolio:
             case _:
                 return [replace(item, briefly=True) for item in islice(self._bent, BENT_ROUND)]
 
-    def run(self, candidate: Candidate) -> Done:
-        """Make a first guess; optimise, time and judge it.
-
-        Raises:
-            Stopped: If the budget ends before.
-        """
-        attempts, counts = self.attempts, Counts()
-        try:
-            with attempts.meter.stage("seed"):
-                seed = candidate.guess(counts, lambda: attempts.meter.check(counts))
-        except (NoGuess, MissingExtra) as reason:
-            return Done(attempts.result(Status.NO_FIRST_GUESS, str(reason)), ())
-        finally:
-            attempts.meter.count_work(counts)
-        result = attempts.optimised(candidate.way.program, seed, briefly=candidate.briefly)
-        if attempts.meter.budget.improve:
-            plain = attempts.as_it_is(seed)
-            if plain is not None and plain.cost < result.cost:
-                result = plain
-        blocked = () if result.solve is None or result.solve.feasible else _blocked(result.solve)
-        return Done(result, blocked)
-
     def learn(self, candidate: Candidate, done: Done) -> None:
         """Note what became of a candidate."""
         if candidate.kind is candidate.way.kind:
             candidate.way.blocked = done.blocked
         if candidate.briefly and not done.result.verified and done.result.path is not None:
-            knots = done.result.path.knots
-
-            def left_off(counts: Counts, check: Check) -> Floats:
-                del counts, check
-                return knots
-
-            again = replace(candidate, guess=left_off, briefly=False)
+            again = replace(candidate, guess=Ready(done.result.path.knots), briefly=False)
             self._seen.append((_rank(done.result), again))
         if not done.result.verified and (self.nearest is None or _rank(done.result) < _rank(self.nearest)):
             self.nearest = done.result
@@ -279,6 +252,35 @@ class Portfolio:
     def _from(self, source: Source, way: Way) -> Iterator[Candidate]:
         for guess in source.guesses(way.route, way.blocked, self.rng):
             yield Candidate(self, way, source.kind, guess)
+
+
+def tried(attempts: Attempts, way: Way, guess: Guess, briefly: bool) -> Done:
+    """Make a first guess; optimise, time and judge it.
+
+    Args:
+        attempts: At the problem.
+        way: Where it leads.
+        guess: Makes it.
+        briefly: Whether it is only looked at.
+
+    Raises:
+        Stopped: If the budget ends before.
+    """
+    counts = Counts()
+    try:
+        with attempts.meter.stage("seed"):
+            seed = guess(counts, lambda: attempts.meter.check(counts))
+    except (NoGuess, MissingExtra) as reason:
+        return Done(attempts.result(Status.NO_FIRST_GUESS, str(reason)), ())
+    finally:
+        attempts.meter.count_work(counts)
+    result = attempts.optimised(way.program, seed, briefly=briefly)
+    if attempts.meter.budget.improve:
+        plain = attempts.as_it_is(seed)
+        if plain is not None and plain.cost < result.cost:
+            result = plain
+    blocked = () if result.solve is None or result.solve.feasible else _blocked(result.solve)
+    return Done(result, blocked)
 
 
 ROUNDS = 14

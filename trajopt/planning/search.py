@@ -6,7 +6,7 @@ from itertools import count
 
 from trajopt.budget import Stop
 from trajopt.planning.meter import Meter, Stopped
-from trajopt.planning.portfolio import ROUNDS, Candidate, Done, Portfolio
+from trajopt.planning.portfolio import ROUNDS, Candidate, Done, Portfolio, tried
 from trajopt.planning.workers import tried_in_processes
 from trajopt.problem import Problem
 from trajopt.proofs import closed_cut
@@ -108,7 +108,7 @@ class Search:
         workers = self.meter.budget.workers
         if number > 0 and min(workers, len(candidates)) > 1:
             return tried_in_processes(candidates, workers, self.meter)
-        return ((candidate, candidate.owner.run(candidate)) for candidate in candidates)
+        return ((item, tried(item.owner.attempts, item.way, item.guess, item.briefly)) for item in candidates)
 
     def _take(self, candidate: Candidate, done: Done) -> None:
         """Note what became of a candidate; keep it if it is better than the best so far."""
@@ -127,9 +127,9 @@ class Search:
             for portfolio in self.portfolios
         }
         known = {name: failure for name, failure in failures.items() if failure is not None}
-        tried = [item for item in self.portfolios if item.nearest is not None]
-        if tried:
-            first = known[min(tried, key=lambda portfolio: portfolio.travel).goal_name]
+        looked_at = [item for item in self.portfolios if item.nearest is not None]
+        if looked_at:
+            first = known[min(looked_at, key=lambda portfolio: portfolio.travel).goal_name]
         elif known:
             first = next(iter(known.values()))
         else:

@@ -1,22 +1,29 @@
 """Workers: candidates of one round tried in several processes, and told in their order.
 
-The processes are forked when a round begins and end with it: a problem holds native objects that no
-pickle can carry, and a fork of this process takes 4 ms. What comes back is a result without its problem.
+The processes begin with a round and end with it. Where processes are forked, that takes 4 ms; where they are
+spawned, they are sent problem, method and first guesses, and take about a second to begin: the answer is the
+same. What comes back is a result without its problem.
 """
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
+from multiprocessing import get_all_start_methods, get_context, get_start_method
 from multiprocessing.connection import Connection, wait
+from multiprocessing.context import BaseContext, DefaultContext
 from multiprocessing.process import BaseProcess
+from pickle import PicklingError
 from signal import SIG_IGN, SIGINT, signal
+from threading import active_count
 from typing import cast
 
-from trajopt.budget import Stop
+from trajopt.budget import Budget, Stop
+from trajopt.errors import ProblemError
+from trajopt.planning.attempts import Attempts
 from trajopt.planning.meter import Meter, Stopped
-from trajopt.planning.portfolio import Candidate, Done
+from trajopt.planning.portfolio import Candidate, Done, Way, tried
 from trajopt.problem import Problem
+from trajopt.seeds import Guess
 from trajopt.status import Status
 
 POLL = 0.005
@@ -50,10 +57,11 @@ def tried_in_processes(
     Raises:
         Stopped: If the budget ends; whoever ends the iteration ends the processes.
     """
-    running = [_start(candidates, share, min(workers, len(candidates)), meter) for share in range(workers)]
-    running = [worker for worker in running if worker is not None]
+    running: list[_Worker] = []
     ready: dict[int, Answer] = {}
     try:
+        for share in range(min(workers, len(candidates))):
+            running.append(_start(candidates, share, min(workers, len(candidates)), meter))
         for number, candidate in enumerate(candidates):
             while number not in ready:
                 meter.check()
@@ -75,15 +83,21 @@ def tried_in_processes(
             worker.answers.close()
 
 
-def _start(candidates: Sequence[Candidate], share: int, shares: int, meter: Meter) -> _Worker | None:
-    numbers = list(range(share, len(candidates), shares)) if share < shares else []
-    if not numbers:
-        return None
-    context = get_context("fork")
+def _start(candidates: Sequence[Candidate], share: int, shares: int, meter: Meter) -> _Worker:
+    numbers = list(range(share, len(candidates), shares))
+    context = start_context(meter.budget.processes)
     answers, send = context.Pipe(duplex=False)
     mine = [candidates[number] for number in numbers]
-    process = context.Process(target=_work, args=(mine, meter, meter.used, send), daemon=True)
-    process.start()
+    pieces = [_Piece(item.owner.attempts.problem, item.way, item.guess, item.briefly) for item in mine]
+    work = (pieces, replace(meter.budget, processes=None), meter.so_far, send)
+    process = context.Process(target=_work, args=work, daemon=True)
+    try:
+        process.start()
+    except (PicklingError, AttributeError, TypeError) as error:
+        raise ProblemError(
+            "workers that are not forked are sent problem, method and clock, which must be picklable "
+            f"(no lambda, no function within another): {error}"
+        ) from error
     send.close()
     return _Worker(process, answers, numbers)
 
@@ -108,15 +122,38 @@ def _died(candidate: Candidate, message: str) -> Done:
     return Done(replace(result, counts={}, cpu_seconds={}), ())
 
 
-def _work(candidates: Sequence[Candidate], meter: Meter, used: float, send: Connection) -> None:
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """What a worker is told of a candidate: data that any process can be sent."""
+
+    problem: Problem
+    way: Way
+    guess: Guess
+    briefly: bool
+
+
+def start_context(chosen: BaseContext | None) -> DefaultContext:
+    """Return what starts workers: the one chosen, or the default where that can be trusted.
+
+    A fork copies one thread only, with the locks that others hold: where there are several, processes are
+    spawned.
+    """
+    if chosen is not None:
+        return cast(DefaultContext, chosen)
+    usual = get_start_method(allow_none=True) or get_all_start_methods()[0]
+    return cast(DefaultContext, get_context("spawn" if usual == "fork" and active_count() > 1 else usual))
+
+
+def _work(
+    pieces: Sequence[_Piece], budget: Budget, so_far: tuple[int, float, float], send: Connection
+) -> None:
     """Try candidates one after the other; this is the other process."""
     signal(SIGINT, SIG_IGN)  # The one who waits is interrupted, and ends this.
-    for candidate in candidates:
-        attempts = candidate.owner.attempts
-        attempts.meter = meter.elsewhere(used)
+    for piece in pieces:
+        meter = Meter.elsewhere(budget, so_far)
         answer: Answer
         try:
-            done = candidate.owner.run(candidate)
+            done = tried(Attempts(piece.problem, meter), piece.way, piece.guess, piece.briefly)
             answer = replace(done, result=replace(done.result, problem=cast(Problem, None)))
         except Stopped as stopped:
             answer = stopped.stop
@@ -126,7 +163,8 @@ def _work(candidates: Sequence[Candidate], meter: Meter, used: float, send: Conn
             send.send(answer)
         if not isinstance(answer, Done):
             return
-        used = attempts.meter.used
+        _, *used = meter.so_far
+        so_far = (so_far[0], used[0], used[1])
 
 
 def _at_home(candidate: Candidate, done: Done) -> Done:
