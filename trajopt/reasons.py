@@ -5,6 +5,7 @@ from enum import Enum
 
 import numpy as np
 
+from trajopt.model.accepted import EXCESS
 from trajopt.model.clearances import how_near
 from trajopt.model.limits import LimitKind
 from trajopt.model.requirements import JointPositions, Requirement
@@ -128,7 +129,7 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
             place = limits.joint_names.index(joint)
             lower, upper = float(limits.lower[place]), float(limits.upper[place])
             excess = max(wanted - goal.below[joint] - upper, lower - wanted - goal.above[joint])
-            if excess > 0.0:
+            if excess > EXCESS * max(1.0, abs(upper if wanted > upper else lower)):
                 words = f"{joint} at {wanted:.4f} is outside [{lower:.4f}, {upper:.4f}]"
                 words += limits.because(joint, LimitKind.UPPER if wanted > upper else LimitKind.LOWER)
                 kind = BlockKind.JOINT_LIMIT
@@ -140,7 +141,7 @@ def unreachable(clash: tuple[Requirement, ...], nearest_miss: float) -> str:
     """Say what no configuration holds: one requirement, or several that exclude each other."""
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
-        return f"each alone can be held, but no configuration was found for {each} together"
+        return f"no configuration was found that holds {each} together, though any one fewer can be held"
     return f"the nearest of the configurations tried misses the goal by {nearest_miss:.3g} (m, rad)"
 
 
@@ -150,7 +151,12 @@ def no_goal_configuration(found: GoalCandidates) -> str:
         return unreachable((), found.nearest_miss)
     how = "collide" if found.required == 0.0 else "collide or come too near to something"
     nearest = how_near(*found.blocking, found.required)
-    return f"all {found.colliding} configurations that reach the goal {how}; in the nearest, {nearest}"
+    return f"all {found.colliding} configurations found that reach the goal {how}; in the nearest, {nearest}"
+
+
+def nowhere_within(message: str) -> str:
+    """Add to what is wrong in the middle of a joint goal that nothing better was found in all of it."""
+    return f"{message}; that is in the middle, and nothing better was found within the goal's tolerance"
 
 
 def stuck(problem: Problem, solved: SolveResult) -> str:

@@ -11,7 +11,7 @@ from trajopt.native import native_cores
 from trajopt.problem import Problem
 from trajopt.retime import Retimed
 from trajopt.solvers import SolveResult
-from trajopt.status import Status
+from trajopt.status import Certainty, Status
 from trajopt.trajectory import Path, Trajectory
 from trajopt.tries import Try
 from trajopt.verify import Certificate
@@ -58,6 +58,8 @@ class Result:
         won: Of a motion: the try that it came from, the last one or, with a budget that improves, the
             one of least cost.
         stopped: What ended planning before it was done; None if nothing did.
+        certainty: How well the status is known, from where it was shown; of a goal set that failed, proven
+            only if the failure of every goal is.
     """
 
     problem: Problem
@@ -75,6 +77,7 @@ class Result:
     tries: tuple[Try, ...] = ()
     won: Try | None = None
     stopped: Stop | None = None
+    certainty: Certainty = Certainty.EVIDENCE
 
     @property
     def verified(self) -> bool:
@@ -115,6 +118,7 @@ class Result:
             "status": self.status.name,
             "verified": self.verified,
             "message": self.reason,
+            "certainty": self.certainty.name,
             "name": self.problem.name,
             "goal_name": self.goal_name,
             **motion,

@@ -1,4 +1,4 @@
-"""Status: how planning ended, and what to try."""
+"""Status: how planning ended, and what to try; certainty: how well that is known."""
 
 from enum import Enum
 
@@ -13,15 +13,19 @@ class Status(Enum):
     START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
     START_BREAKS_CONSTRAINT = "the start breaks a path constraint: widen it, or start elsewhere"
     GOAL_IN_COLLISION = (
-        "the goal is in collision, or nearer to something than is required: move it, or allow that"
+        "no configuration found at the goal is free: all are in collision, or nearer to something than is "
+        "required: move it, or allow that"
     )
     GOAL_OUT_OF_LIMITS = "the goal is outside a joint limit: choose another"
-    GOAL_BREAKS_CONSTRAINT = "the goal breaks a path constraint: widen it, or choose another goal"
+    GOAL_BREAKS_CONSTRAINT = (
+        "no configuration found at the goal holds the path constraints: widen them, or choose another goal"
+    )
     NO_INVERSE_KINEMATICS = (
         "no configuration found that reaches the goal: move it nearer or widen its tolerance"
     )
     CONFLICTING_CONSTRAINTS = (
-        "goal and path constraints exclude each other, though each alone can be held: widen one of them"
+        "no configuration found holds all goals and path constraints together, though any one fewer can be "
+        "held: widen one of them"
     )
     NO_WAYPOINT = "no configuration found for a waypoint: move it or widen its tolerance"
     STUCK = (
@@ -37,6 +41,13 @@ class Status(Enum):
     METHOD_CANNOT = "the method cannot do what is asked: choose another"
     NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
     NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"
+
+
+class Certainty(Enum):
+    """How well a verdict is known."""
+
+    PROVEN = "proven"
+    EVIDENCE = "evidence, no proof"
 
 
 UNASKABLE = (

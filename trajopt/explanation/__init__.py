@@ -2,9 +2,9 @@
 
 from trajopt.explanation.change import Change as Change
 from trajopt.explanation.explain import explain as explain
-from trajopt.explanation.explanation import Certainty as Certainty
 from trajopt.explanation.explanation import Explanation as Explanation
 from trajopt.explanation.nearest import NearestFree as NearestFree
 from trajopt.explanation.prices import Price as Price
 from trajopt.explanation.remedies import Remedy as Remedy
 from trajopt.explanation.widening import widenings as widenings
+from trajopt.status import Certainty as Certainty

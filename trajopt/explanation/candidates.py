@@ -25,9 +25,9 @@ from trajopt.query import query_of
 from trajopt.reasons import Block, BlockKind
 from trajopt.result import Status
 from trajopt.terms import constrain
+from trajopt.terms.joint_positions import fixed_positions
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
-from trajopt.transcription import fixed_goal
 
 AT_THE_START = {Status.START_IN_COLLISION, Status.START_OUT_OF_LIMITS, Status.START_BREAKS_CONSTRAINT}
 AT_THE_GOAL = {
@@ -51,7 +51,7 @@ def candidates(known: Explanation) -> Iterator[Change]:
     if known.status in AT_THE_START:
         yield from _at_the_start(known)
     elif known.status in AT_THE_GOAL:
-        goal = fixed_goal(problem)
+        goal = fixed_positions(problem.goals, problem.reduced)
         yield from (_at_a_searched_goal(known) if goal is None else _at_a_fixed_goal(known, goal))
     elif known.status is Status.NO_WAYPOINT:
         for stop, wanted in enumerate(problem.waypoint_requirements, start=1):
@@ -73,7 +73,7 @@ def _at_the_start(known: Explanation) -> Iterator[Change]:
 
 def _at_a_fixed_goal(known: Explanation, goal: Floats) -> Iterator[Change]:
     if known.nearest_free is not None:
-        yield moved_joint_goal(known.problem, goal, known.nearest_free.moved)
+        yield moved_joint_goal(known.problem, known.nearest_free.moved)
     if known.status is Status.GOAL_BREAKS_CONSTRAINT:
         yield from _broken(known.problem, goal, always_at_end(known.problem))
 

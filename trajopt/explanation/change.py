@@ -1,6 +1,6 @@
 """Change: one thing about a problem that can be different by an amount, and the problem that results."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.explanation.asked import with_requirement
 from trajopt.model.placement import Placement
-from trajopt.model.requirements import FramePlacement, JointPositions, joint_positions
+from trajopt.model.requirements import FramePlacement, JointPositions, Requirement
 from trajopt.problem import Problem
 
 
@@ -51,16 +51,16 @@ def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first
     )
 
 
-def moved_joint_goal(problem: Problem, goal: Floats, moved: Floats) -> Change:
-    """Return the change that moves a goal of all joints along a direction in joint space, shape (n,)."""
+def moved_joint_goal(problem: Problem, moved: Floats) -> Change:
+    """Return the change that moves a goal of all joints along a direction in joint space, shape (n,).
+
+    Its tolerances stay as they are, and so do goals of other kinds.
+    """
     names, most = problem.reduced.joint_names, float(np.abs(moved).max())
 
     def apply(amount: float) -> Problem:
-        # Other goals that fix no joint stay as they are.
-        positions = goal + moved * (amount / most)
-        new = joint_positions(dict(zip(names, positions.tolist(), strict=True)))
-        others = [item for item in problem.goals if not isinstance(item, JointPositions)]
-        return replace(problem, goal=(new, *others))
+        shift = dict(zip(names, (moved * (amount / most)).tolist(), strict=True))
+        return replace(problem, goal=[_shifted(item, shift) for item in problem.goals])
 
     return Change(
         what="goal",
@@ -70,6 +70,13 @@ def moved_joint_goal(problem: Problem, goal: Floats, moved: Floats) -> Change:
         words=lambda amount: f"move the goal: {_joints(names, moved * (amount / most))}",
         apply=apply,
     )
+
+
+def _shifted(item: Requirement, shift: Mapping[str, float]) -> Requirement:
+    if not isinstance(item, JointPositions):
+        return item
+    positions = {joint: value + shift.get(joint, 0.0) for joint, value in item.positions.items()}
+    return replace(item, positions=positions)
 
 
 def moved_start(problem: Problem, moved: Floats) -> Change:

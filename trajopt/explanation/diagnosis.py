@@ -2,26 +2,28 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.explanation.asked import always_at_end
 from trajopt.explanation.conflict import conflict_at_goal
-from trajopt.explanation.explanation import Certainty, Explanation
+from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed, nearest_free
-from trajopt.explanation.standing_torque import overloaded
+from trajopt.explanation.standing_torque import largest_change, overloaded
 from trajopt.model.limits import LimitKind
 from trajopt.model.reduced import ReducedModel
-from trajopt.proofs import exclusion, out_of_reach
 from trajopt.query import Counts
 from trajopt.reasons import Block, BlockKind, blocks_of, blocks_on_the_way, joint_goal_beyond_limits
-from trajopt.result import Result, Status
+from trajopt.result import Result
 from trajopt.seeds import conflicting
-from trajopt.transcription import fixed_goal
+from trajopt.status import Certainty, Status
+from trajopt.terms.joint_positions import fixed_positions, joint_box
+from trajopt.transcription import goal_centre
 from trajopt.verify import Certificate, Moment, examine
 
+AT_THE_MIDDLE = (Status.GOAL_IN_COLLISION, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_BREAKS_CONSTRAINT)
+"""What the middle of a goal of all joints is refused for."""
 PRESSED = 1e-3
 """A joint this near to its limit presses against it [rad | m]."""
 
@@ -31,12 +33,13 @@ def diagnose(result: Result) -> Explanation:
     return _BY_STATUS.get(result.status, _of_the_way)(result)
 
 
-def _plain(result: Result, certainty: Certainty, grounds: str) -> Explanation:
+def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> Explanation:
+    """Say how planning ended; as certain as where that was shown, unless it is shown here."""
     return Explanation(
         problem=result.problem,
         status=result.status,
         reason=result.reason,
-        certainty=certainty,
+        certainty=result.certainty if certainty is None else certainty,
         grounds=grounds,
         path=result.path,
         tries=result.tries,
@@ -44,11 +47,11 @@ def _plain(result: Result, certainty: Certainty, grounds: str) -> Explanation:
 
 
 def _solved(result: Result) -> Explanation:
-    return _plain(result, Certainty.PROVEN, "the judge recomputed everything from the motion alone")
+    return _plain(result, "the judge recomputed everything from the motion alone")
 
 
 def _cannot(result: Result) -> Explanation:
-    return _plain(result, Certainty.PROVEN, "the method was asked before anything began")
+    return _plain(result, "the method was asked before anything began")
 
 
 def _start(result: Result) -> Explanation:
@@ -56,13 +59,14 @@ def _start(result: Result) -> Explanation:
 
 
 def _goal(result: Result) -> Explanation:
-    goal = fixed_goal(result.problem)
-    if goal is not None:
+    problem = result.problem
+    goal = fixed_positions(problem.goals, problem.reduced)
+    beyond = joint_goal_beyond_limits(problem)
+    if goal is not None and (beyond or result.status in AT_THE_MIDDLE):
         return _end(result, goal, Moment.END)
-    beyond = joint_goal_beyond_limits(result.problem)
     if beyond:
         grounds = "no position within the limits is within the goal's tolerance"
-        return _with(_plain(result, Certainty.PROVEN, grounds), blocks=beyond)
+        return _with(_plain(result, grounds), blocks=beyond)
     return _searched_goal(result)
 
 
@@ -73,8 +77,12 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
     if not blocks:
         kind, words = BlockKind.REQUIREMENT, result.message
         blocks = (Block(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
+    proven = result.certainty is Certainty.PROVEN
+    whole = "it was measured at that very configuration"
+    if moment is Moment.END and proven:
+        whole += ", and nothing within the goal's tolerance can differ enough"
     return _with(
-        _plain(result, Certainty.PROVEN, "it was measured at that very configuration"),
+        _plain(result, whole if proven else f"{result.message}; other configurations may be free"),
         blocks=blocks,
         configuration=positions,
         nearest=nearest_free(problem, positions, moment),
@@ -86,8 +94,6 @@ def _searched_goal(result: Result) -> Explanation:
     problem, reduced = result.problem, result.problem.reduced
     always = always_at_end(problem)
     wanted = (*problem.goals, *always)
-    proofs = [words for each in wanted if (words := out_of_reach(each, reduced))]
-    proofs += [words for pair in combinations(wanted, 2) if (words := exclusion(*pair, reduced))]
     touching = least_missed(problem, problem.goals, hard=always, clear=False)
     free = least_missed(problem, problem.goals, hard=always)
     blocks: tuple[Block, ...] = ()
@@ -101,9 +107,10 @@ def _searched_goal(result: Result) -> Explanation:
     else:
         clash = conflicting(reduced, wanted, rng=np.random.default_rng(0), counts=Counts())
         conflict = tuple(str(item) for item in clash)
-    grounds = "; ".join(proofs) or f"{result.message}; other configurations may exist"
+    proven = result.certainty is Certainty.PROVEN
+    grounds = result.message if proven else f"{result.message}; other configurations may exist"
     return _with(
-        _plain(result, Certainty.PROVEN if proofs else Certainty.EVIDENCE, grounds),
+        _plain(result, grounds),
         blocks=blocks,
         conflict=conflict if len(conflict) > 1 else (),
         configuration=None if touching is None else touching.positions,
@@ -132,9 +139,7 @@ def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tup
 
 def _walled_in(result: Result) -> Explanation:
     grounds = f"{result.message}: boxes that cover all such configurations were closed one by one"
-    return _with(
-        _plain(result, Certainty.PROVEN, grounds), blocks=_way_blocks(result), configuration=_worst(result)
-    )
+    return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
 
 
 def _of_the_way(result: Result) -> Explanation:
@@ -148,9 +153,7 @@ def _of_the_way(result: Result) -> Explanation:
     grounds = f"of {len(result.tries)} first guesses none led to a plan: {stopped} were blocked"
     if not result.tries:
         grounds = result.message
-    return _with(
-        _plain(result, Certainty.EVIDENCE, grounds), blocks=_way_blocks(result), configuration=_worst(result)
-    )
+    return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
 
 
 def _way_blocks(result: Result) -> tuple[Block, ...]:
@@ -172,12 +175,15 @@ def _worst(result: Result) -> Floats | None:
 
 def _timing(result: Result) -> Explanation:
     """Explain a path that no timing cures: a proof where the start or a goal of joints cannot be held."""
-    problem, goal = result.problem, fixed_goal(result.problem)
-    for positions, name in ((problem.reduced.start_positions, "start"), (goal, "goal")):
+    problem = result.problem
+    start, goal = problem.reduced.start_positions, goal_centre(problem)
+    lower, upper = joint_box(problem.goals, problem.reduced)
+    room = np.maximum(upper - lower, 0.0)  # more than half of it: the middle may lie at its edge
+    for positions, name, moved in ((start, "start", 0.0 * start), (goal, "goal", room)):
         blocks = () if positions is None else overloaded(problem, positions)
-        if blocks:
+        if blocks and blocks[0].amount > largest_change(problem, moved):
             grounds = f"the {name} itself cannot be held at rest: {blocks[0].words}"
-            plain = _plain(result, Certainty.PROVEN, grounds)
+            plain = _plain(result, grounds, Certainty.PROVEN)
             return _with(plain, blocks=blocks, configuration=positions)
     if result.path is None:
         return _of_the_way(result)
@@ -187,7 +193,7 @@ def _timing(result: Result) -> Explanation:
         default=((), None),
     )
     grounds = f"{result.message} on every path found, of {len(result.tries)} first guesses"
-    return _with(_plain(result, Certainty.EVIDENCE, grounds), blocks=worst[0], configuration=worst[1])
+    return _with(_plain(result, grounds), blocks=worst[0], configuration=worst[1])
 
 
 def _refused(result: Result) -> Explanation:
@@ -210,7 +216,7 @@ def _refused(result: Result) -> Explanation:
     if blocks and blocks[0].place is not None and result.trajectory is not None:
         at = result.trajectory(blocks[0].place * result.trajectory.duration)
     grounds = f"the judge refused the motion that came nearest, of {len(result.tries)} first guesses"
-    return _with(_plain(result, Certainty.EVIDENCE, grounds), blocks=blocks, configuration=at)
+    return _with(_plain(result, grounds), blocks=blocks, configuration=at)
 
 
 def _with(

@@ -37,4 +37,5 @@ def _of_a_goal_set(result: Result, plan_again: bool, plan: Callable[[Problem], R
     """Explain a set of goals by the goal that was tried first: the nearest of those not refused."""
     name, nearest = next(iter(result.alternatives.items()))
     alone = explain(nearest, plan_again=plan_again, plan=plan)
-    return replace(alone, reason=result.reason, grounds=f"of the goal {name!r}, {alone.grounds}")
+    grounds = f"of the goal {name!r}, {alone.grounds}"
+    return replace(alone, reason=result.reason, grounds=grounds, certainty=result.certainty)

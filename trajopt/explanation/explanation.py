@@ -1,7 +1,6 @@
 """Explanation: how planning ended and why, how that is known, and what would change it."""
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 
@@ -11,20 +10,13 @@ from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
 from trajopt.problem import Problem
 from trajopt.reasons import Block
-from trajopt.result import Status
+from trajopt.status import Certainty, Status
 from trajopt.trajectory import Path
 from trajopt.tries import Try
 from trajopt.values import Value
 
 NAMED = 4
 """Things in the way that are named; the others are counted."""
-
-
-class Certainty(Enum):
-    """How well a verdict is known."""
-
-    PROVEN = "proven"
-    EVIDENCE = "evidence, no proof"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -84,7 +76,8 @@ class Explanation(Value):
         """Say it in plain words, a line for each part."""
         lines = [self.reason, f"This is {self.certainty.value}: {self.grounds}."]
         if self.conflict:
-            lines.append("Not all of these can be held together; any one fewer could:")
+            found = "can be held" if self.certainty is Certainty.PROVEN else "was found to hold"
+            lines.append(f"Nothing {found} all of these together; any one fewer can be held:")
             lines += [f"  {item}" for item in self.conflict]
         if self.blocks:
             lines.append("In the way:")

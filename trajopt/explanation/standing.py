@@ -12,7 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import Requirement
+from trajopt.model.requirements import Requirement, together
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
 from trajopt.query import Query
 from trajopt.solvers import Sqp
@@ -79,7 +79,7 @@ class _StandingNlp:
     def __init__(self, asked: Standing, query: Query) -> None:
         reduced, limits = asked.reduced, asked.reduced.limits
         self._asked, self._query = asked, query
-        self._hard = [item for need in asked.hard for item in constrain(need, reduced, WHOLE)]
+        self._hard = [item for need in together(asked.hard) for item in constrain(need, reduced, WHOLE)]
         if asked.clear:
             self._hard.append(
                 constraint(Clearance(reduced), lower=0.0, upper=np.inf, tolerance=CLEARANCE_TOLERANCE)

@@ -7,6 +7,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.payload import loaded_model
 from trajopt.problem import Problem
+from trajopt.proofs.chain import Chain
 from trajopt.query.dynamics import dynamics_of
 from trajopt.reasons import Block, BlockKind
 
@@ -37,3 +38,25 @@ def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:
         for joint in map(int, np.argsort(-excess))
         if excess[joint] > 0.0
     )
+
+
+def largest_change(problem: Problem, half: Floats) -> float:
+    """Bound how much what it takes to hold still differs near a configuration, for any joint [Nm | N].
+
+    A joint that turns by an angle changes the torque of another by no more than the angle times all weight
+    times its largest lever.
+
+    Args:
+        problem: The problem; gives the load.
+        half: How far each of the group's joints may be from where it was looked at, shape (n,) [rad | m].
+    """
+    reduced, chain = problem.reduced, Chain(problem.reduced)
+    model = loaded_model(reduced)
+    weight = float(np.linalg.norm(model.gravity.linear))
+    levers = (
+        model.inertias[joint].mass
+        * max(1.0, chain.longest(chain.joints(joint)[0], joint, model.inertias[joint].lever))
+        for joint in range(1, model.njoints)
+    )
+    moved = np.abs(reduced.mimic_matrix)
+    return float(weight * sum(levers) * moved.sum(axis=0).max() * (moved @ half).sum())

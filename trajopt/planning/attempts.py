@@ -13,7 +13,7 @@ from trajopt.query import Counts, query_of
 from trajopt.result import Result
 from trajopt.retime import Retimed, RetimeFailure
 from trajopt.solvers import Iteration
-from trajopt.status import Status
+from trajopt.status import Certainty, Status
 from trajopt.timing import timed as time_path
 from trajopt.trajectory import Path, Trajectory
 from trajopt.verify import Certificate, Judge
@@ -88,6 +88,7 @@ class Attempts:
         trajectory: Trajectory | None = None,
         timed: Retimed | None = None,
         certificate: Certificate | None = None,
+        certainty: Certainty = Certainty.EVIDENCE,
     ) -> Result:
         """Return a result with what has been counted so far."""
         return Result(
@@ -101,6 +102,7 @@ class Attempts:
             certificate=certificate,
             counts=dict(self.meter.counts),
             cpu_seconds=dict(self.meter.seconds),
+            certainty=certainty,
         )
 
     def _solved(self, program: Program, seed: Floats, briefly: bool) -> Outcome:
@@ -151,6 +153,7 @@ class Attempts:
             trajectory=trajectory,
             timed=timed,
             certificate=certificate,
+            certainty=Certainty.PROVEN if certificate.verified else Certainty.EVIDENCE,
         )
 
 

@@ -1,21 +1,27 @@
 """Ends of a motion: whether it can begin and end where it is asked to, and at which configurations."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
 from trajopt import reasons
 from trajopt.arrays import Floats
+from trajopt.model.accepted import EXCESS
+from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.planning.attempts import Attempts
+from trajopt.proofs import box_breaks, box_collides, exclusion, out_of_reach
 from trajopt.query import Counts, query_of
 from trajopt.result import Result
-from trajopt.seeds import choose_waypoints, conflicting, goal_candidates
-from trajopt.status import Status
+from trajopt.seeds import MANY_STARTS, STARTS, GoalCandidates, choose_waypoints, conflicting, goal_candidates
+from trajopt.status import Certainty, Status
 from trajopt.terms import constrain
+from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
-from trajopt.transcription import fixed_goal
+from trajopt.transcription import fixed_goal, goal_centre
 from trajopt.verify import Examination, Moment
 
 
@@ -35,42 +41,118 @@ class Ends:
         refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
         broken = self._broken(self._start, 0)
         if refusal is None and broken:
-            return self.attempts.result(Status.START_BREAKS_CONSTRAINT, broken)
-        return refusal
+            refusal = self.attempts.result(Status.START_BREAKS_CONSTRAINT, broken)
+        return None if refusal is None else replace(refusal, certainty=Certainty.PROVEN)
 
     def goals(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
-        """Return goal configurations, nearest first, or why there is none."""
+        """Return goal configurations, or why there is none.
+
+        Of goals of all joints their middle comes first, others within their tolerances only where these
+        leave room or the middle will not do; all others come nearest first.
+        """
         attempts, problem = self.attempts, self.attempts.problem
-        goal = fixed_goal(problem)
-        if goal is not None:
-            seen = attempts.judge.examine(goal, moment=Moment.END)
-            refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
-            broken = self._broken(goal, self._last_stop)
-            if refusal is None and broken:
-                refusal = attempts.result(Status.GOAL_BREAKS_CONSTRAINT, broken)
-            return (goal,) if refusal is None else refusal
-        beyond = reasons.joint_goal_beyond_limits(problem)
-        if beyond:
-            return attempts.result(Status.GOAL_OUT_OF_LIMITS, "; ".join(block.words for block in beyond))
+        impossible = self._joint_goals_impossible()
+        if impossible is not None:
+            return impossible
+        middle = goal_centre(problem)
+        refusal = None if middle is None else self._middle_refused(middle)
+        if middle is not None and refusal is None and fixed_goal(problem) is not None:
+            return (middle,)
+        if refusal is not None and refusal.certainty is Certainty.PROVEN:
+            return refusal
+        first = () if middle is None or refusal is not None else (middle,)
         counts = Counts()
-        wanted = (*problem.goals, *problem.requirements_at(self._last_stop))
         try:
-            found = goal_candidates(
-                problem.reduced,
-                wanted,
-                rng=rng,
-                counts=counts,
-                check=lambda: attempts.meter.check(counts),
-            )
+            found = self._candidates(rng, counts)
+            if found.free or first:
+                return (*first, *found.free)
+            if refusal is not None:
+                return replace(refusal, message=reasons.nowhere_within(refusal.message))
+            if found.blocking is not None:
+                return attempts.result(Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found))
+            return self._out_of_reach(rng, counts, found)
         finally:
             attempts.meter.count_work(counts)
-        if found.free:
-            return found.free
-        if found.blocking is not None:
-            return attempts.result(Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found))
-        clash = conflicting(problem.reduced, wanted, rng=rng, counts=counts)
+
+    def _candidates(self, rng: np.random.Generator, counts: Counts) -> GoalCandidates:
+        """Search goal configurations, thoroughly before it is said without a proof that there is none."""
+        attempts = self.attempts
+
+        def search(starts: int) -> GoalCandidates:
+            return goal_candidates(
+                attempts.problem.reduced,
+                self._wanted,
+                rng=rng,
+                counts=counts,
+                starts=starts,
+                check=lambda: attempts.meter.check(counts),
+            )
+
+        found = search(STARTS)
+        nothing = not found.free and found.blocking is None
+        return search(MANY_STARTS) if nothing and not self._proofs else found
+
+    def _out_of_reach(self, rng: np.random.Generator, counts: Counts, found: GoalCandidates) -> Result:
+        """Say that no configuration was found that holds what is wanted at the end, or that there is none."""
+        attempts = self.attempts
+        if self._proofs:
+            status, words = self._proofs[0]
+            return attempts.result(status, words, certainty=Certainty.PROVEN)
+        clash = conflicting(attempts.problem.reduced, self._wanted, rng=rng, counts=counts)
         status = Status.CONFLICTING_CONSTRAINTS if len(clash) > 1 else Status.NO_INVERSE_KINEMATICS
         return attempts.result(status, reasons.unreachable(clash, found.nearest_miss))
+
+    @cached_property
+    def _proofs(self) -> tuple[tuple[Status, str], ...]:
+        """Proofs that nothing holds what is wanted at the end."""
+        reduced = self.attempts.problem.reduced
+        far = (out_of_reach(item, reduced) for item in self._wanted)
+        clash = (
+            f"{first} and {second} exclude each other: {words}"
+            for first, second in combinations(self._wanted, 2)
+            if (words := exclusion(first, second, reduced))
+        )
+        return (
+            *((Status.NO_INVERSE_KINEMATICS, words) for words in far if words),
+            *((Status.CONFLICTING_CONSTRAINTS, words) for words in clash),
+        )
+
+    def _joint_goals_impossible(self) -> Result | None:
+        """Refuse goals of joints that leave a joint nowhere to be."""
+        result, problem = self.attempts.result, self.attempts.problem
+        beyond = reasons.joint_goal_beyond_limits(problem)
+        if beyond:
+            words = "; ".join(block.words for block in beyond)
+            asked = fixed_positions(problem.goals, problem.reduced)
+            if asked is not None:
+                seen = self.attempts.judge.examine(asked, moment=Moment.END)
+                words = reasons.out_of_limits(seen) or words
+            return result(Status.GOAL_OUT_OF_LIMITS, words, certainty=Certainty.PROVEN)
+        joints = [item for item in problem.goals if isinstance(item, JointPositions)]
+        for first, second in combinations(joints, 2):
+            words = exclusion(first, second, problem.reduced)
+            if words:
+                words = f"{first} and {second} exclude each other: {words}"
+                return result(Status.CONFLICTING_CONSTRAINTS, words, certainty=Certainty.PROVEN)
+        return None
+
+    def _middle_refused(self, middle: Floats) -> Result | None:
+        """Refuse the middle of a goal of all joints; proven where no part of the goal will do either."""
+        problem = self.attempts.problem
+        lower, upper = joint_box(problem.goals, problem.reduced)
+        seen = self.attempts.judge.examine(middle, moment=Moment.END)
+        broken = self._broken(middle, self._last_stop)
+        refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
+        if refusal is None and broken:
+            refusal = self.attempts.result(Status.GOAL_BREAKS_CONSTRAINT, broken)
+        if refusal is None:
+            return None
+        everywhere = not (lower < upper).any() or (
+            box_collides(problem.reduced, lower, upper)
+            if seen.collisions
+            else any(box_breaks(item, problem.reduced, lower, upper) for item in self._always)
+        )
+        return replace(refusal, certainty=Certainty.PROVEN if everywhere else Certainty.EVIDENCE)
 
     def waypoints(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
         """Return a configuration for each waypoint, or why one has none."""
@@ -96,6 +178,16 @@ class Ends:
     def _last_stop(self) -> int:
         return 1 + len(self.attempts.problem.waypoint_names)
 
+    @property
+    def _always(self) -> tuple[Requirement, ...]:
+        """What holds on the way up to the end."""
+        return self.attempts.problem.requirements_at(self._last_stop)
+
+    @property
+    def _wanted(self) -> tuple[Requirement, ...]:
+        """What must hold at the end."""
+        return (*self.attempts.problem.goals, *self._always)
+
     def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:
         if seen.out_of_limits:
             return self.attempts.result(limits, reasons.out_of_limits(seen))
@@ -109,7 +201,7 @@ class Ends:
         motion = Motion.standing(positions, query_of(problem.reduced))
         for required in problem.requirements_at(stop):
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):
-                excess = item.excess(motion)
+                excess = replace(item, tolerance=max(item.tolerance, EXCESS)).excess(motion)
                 if excess > 0.0:
                     return f"{required} is exceeded by {excess:.3g}"
         return ""

@@ -36,7 +36,7 @@ from trajopt.seeds import (
     line_through,
 )
 from trajopt.solvers import SolveResult
-from trajopt.status import Status
+from trajopt.status import Certainty, Status
 from trajopt.terms import Acceleration, Clearance, Jerk, Velocity
 from trajopt.transcription import fixed_goal
 from trajopt.values import Value
@@ -145,7 +145,8 @@ class Portfolio:
         problem, meter, ends = self.attempts.problem, self.attempts.meter, Ends(self.attempts)
         objection = self.method.objection(problem)
         if objection:
-            return self.attempts.result(Status.METHOD_CANNOT, f"{self.method.name}: {objection}")
+            words = f"{self.method.name}: {objection}"
+            return self.attempts.result(Status.METHOD_CANNOT, words, certainty=Certainty.PROVEN)
         with meter.stage("examine"):
             refusal = ends.start()
         if refusal is not None:
@@ -215,11 +216,14 @@ class Portfolio:
         only then the nearest with the freedom to choose another: that is harder to solve.
         """
         problem, reduced = self.attempts.problem, self.attempts.problem.reduced
-        chosen = fixed_goal(problem) is None and _end_is_free(problem)
+        pinned = fixed_goal(problem)
+        free = pinned is None
+        chosen = free and _end_is_free(problem)
         for number, stops in enumerate(goals):
             kind = SeedKind.BRANCH if number else SeedKind.STRAIGHT
             line = line_through(reduced, (reduced.start_positions, *stops), problem.knots)
-            asked = _ending_at(problem, stops[-1]) if chosen else problem
+            there = free or np.array_equal(stops[-1], pinned)
+            asked = problem if there and not chosen else _ending_at(problem, stops[-1])
             yield Way(kind, asked, line, self.method)
             if chosen and number == min(NEAR_BRANCHES, len(goals)) - 1:
                 nearest = line_through(reduced, (reduced.start_positions, *goals[0]), problem.knots)

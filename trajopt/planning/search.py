@@ -12,7 +12,7 @@ from trajopt.problem import Problem
 from trajopt.proofs import closed_cut
 from trajopt.reasons import blocks_on_the_way, walled_in
 from trajopt.result import Result
-from trajopt.status import Status
+from trajopt.status import Certainty, Status
 from trajopt.tries import Try
 
 BEFORE_PROOF = 1
@@ -96,7 +96,10 @@ class Search:
         with self.meter.stage("proof"):
             cut = closed_cut(portfolio.attempts.problem)
         if cut is not None:
-            portfolio.nearest = replace(stuck, status=Status.WALLED_IN, message=walled_in(stuck.problem, cut))
+            message = walled_in(stuck.problem, cut)
+            portfolio.nearest = replace(
+                stuck, status=Status.WALLED_IN, message=message, certainty=Certainty.PROVEN
+            )
         return cut is not None
 
     def _round_of(self, portfolio: Portfolio, number: int) -> list[Candidate]:
@@ -138,11 +141,20 @@ class Search:
             message = "; ".join(f"{name}: {failure.reason}" for name, failure in known.items())
             nearest_first = sorted(known, key=lambda name: known[name] is not first)
             alternatives = {name: known[name] for name in nearest_first}
-            first = replace(first, problem=self.problem, message=message, alternatives=alternatives)
+            proven = len(known) == len(failures) and all(
+                failure.certainty is Certainty.PROVEN for failure in known.values()
+            )
+            first = replace(
+                first,
+                problem=self.problem,
+                message=message,
+                alternatives=alternatives,
+                certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE,
+            )
         if stopped is None:
             return first
         message = first.message if self.problem.alternatives or not known else f"so far: {first.reason}"
-        return replace(first, status=ENDED[stopped], message=message)
+        return replace(first, status=ENDED[stopped], message=message, certainty=Certainty.EVIDENCE)
 
     def _complete(self, result: Result) -> Result:
         """Add what planning did in all."""

@@ -59,8 +59,26 @@ class Chain:
         if isinstance(fixed.shape, Plane) or fixed.joint == 0:
             return levers if fixed.joint == 0 else np.full_like(levers, np.inf)
         centre, radius = bounding_sphere(fixed.shape)
-        at = fixed.placement * centre
-        for joint in self.joints(fixed.joint):
-            arm = 1.0 if self._slides[joint - 1] else self.longest(joint, fixed.joint, at) + radius
-            levers += np.abs(reduced.mimic_matrix[joint - 1]) * arm
+        return self.point_levers(fixed.joint, fixed.placement * centre, radius)
+
+    def point_levers(self, carrier: int, point: Floats, radius: float = 0.0) -> Floats:
+        """Bound how far points of a ball move when a joint of the group does, shape (n,) [m/rad | 1].
+
+        Args:
+            carrier: The joint that carries the ball; 0 for the world.
+            point: Its centre in the joint's frame, shape (3,) [m].
+            radius: Its radius [m].
+        """
+        levers = np.zeros(len(self._reduced.joint_names))
+        for joint in self.joints(carrier):
+            arm = 1.0 if self._slides[joint - 1] else self.longest(joint, carrier, point) + radius
+            levers += np.abs(self._reduced.mimic_matrix[joint - 1]) * arm
         return levers
+
+    def turns(self, carrier: int) -> Floats:
+        """Bound how far what a joint carries turns when a joint of the group moves, shape (n,) [rad/rad]."""
+        turns = np.zeros(len(self._reduced.joint_names))
+        for joint in self.joints(carrier):
+            if not self._slides[joint - 1]:
+                turns += np.abs(self._reduced.mimic_matrix[joint - 1])
+        return turns

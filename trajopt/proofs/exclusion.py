@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.accepted import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
     AxisAlignment,
@@ -70,7 +71,7 @@ def _joints(first: JointPositions, second: JointPositions) -> str:
             first.positions[joint] - first.below[joint] - second.positions[joint] - second.above[joint],
             second.positions[joint] - second.below[joint] - first.positions[joint] - first.above[joint],
         )
-        if apart > ACCURACY:
+        if apart > 2.0 * EXCESS:  # the judge accepts as much of each
             return f"the two positions of {joint} are {apart:.4g} farther apart than their tolerances allow"
     return ""
 
@@ -84,12 +85,12 @@ def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> s
         held = _direction(one, reduced)
         if isinstance(other, AxisAlignment):
             also = _direction(other, reduced)
-            between = _angle(held.axis, also.axis)
-            wanted = _angle(held.direction, also.direction)
-            excess = abs(between - wanted) - held.cone - also.cone
+            have = between(held.axis, also.axis)
+            wanted = between(held.direction, also.direction)
+            excess = abs(have - wanted) - held.cone - also.cone
         elif isinstance(other, FramePlacement):
             turn = _turn(other, reduced)
-            excess = _angle(turn @ held.axis, held.direction) - held.cone - _spread(other)
+            excess = between(turn @ held.axis, held.direction) - held.cone - largest_turn(other)
         else:
             continue
         if excess > ACCURACY:
@@ -100,7 +101,7 @@ def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> s
     if isinstance(first, FramePlacement) and isinstance(second, FramePlacement):
         apart = _turn(first, reduced).T @ _turn(second, reduced)
         angle = float(np.arccos(np.clip((np.trace(apart) - 1.0) / 2.0, -1.0, 1.0)))
-        excess = angle - _spread(first) - _spread(second)
+        excess = angle - largest_turn(first) - largest_turn(second)
         if excess > ACCURACY:
             return (
                 f"the rotations that they ask for are {np.degrees(excess):.1f} deg farther apart than "
@@ -129,7 +130,7 @@ def _outside(first: Requirement, second: Requirement, reduced: ReducedModel) -> 
     one = _place(first, reduced)
     carried = reduced.attachment(second.frame)[1] * second.offset
     base = reduced.attachment(second.reference)[1]
-    off = min(_distance(shape, (base * where).inverse() * one.centre) for shape, where in second.members)
+    off = min(distance(shape, (base * where).inverse() * one.centre) for shape, where in second.members)
     excess = off - one.radius - float(np.linalg.norm(one.point - carried))
     if excess > ACCURACY:
         return f"the place is {1000 * excess:.1f} mm farther outside of the region than its tolerance allows"
@@ -147,7 +148,7 @@ def _turn(required: FramePlacement, reduced: ReducedModel) -> Floats:
     return base.rotation @ required.placement.rotation @ frame.rotation.T
 
 
-def _spread(required: FramePlacement) -> float:
+def largest_turn(required: FramePlacement) -> float:
     """Return the largest angle by which the frame may be turned from its placement [rad]."""
     tolerance = required.rotation_tolerance
     if required.coordinates is RotationCoordinates.ROTATION_VECTOR:
@@ -164,11 +165,12 @@ def _place(required: FramePlacement, reduced: ReducedModel) -> _Place:
     )
 
 
-def _angle(a: Floats, b: Floats) -> float:
+def between(a: Floats, b: Floats) -> float:
+    """Return the angle between two vectors, shape (3,) each [rad]."""
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 
-def _distance(shape: Shape, point: Floats) -> float:
+def distance(shape: Shape, point: Floats) -> float:
     """Return the distance of a point from a shape, 0 inside [m]."""
     match shape:
         case Box():

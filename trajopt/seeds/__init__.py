@@ -3,6 +3,8 @@
 from trajopt.seeds.around import Around as Around
 from trajopt.seeds.bumps import Bumps as Bumps
 from trajopt.seeds.conflict import conflicting as conflicting
+from trajopt.seeds.inverse_kinematics import MANY_STARTS as MANY_STARTS
+from trajopt.seeds.inverse_kinematics import STARTS as STARTS
 from trajopt.seeds.inverse_kinematics import GoalCandidates as GoalCandidates
 from trajopt.seeds.inverse_kinematics import goal_candidates as goal_candidates
 from trajopt.seeds.kind import SeedKind as SeedKind

@@ -1,4 +1,4 @@
-"""Which requirements exclude each other: an irreducible set, by leaving out one after the other."""
+"""Which requirements seem to exclude each other: an irreducible set, by leaving out one after the other."""
 
 from collections.abc import Sequence
 
@@ -10,8 +10,8 @@ from trajopt.query import Counts, query_of
 from trajopt.seeds.inverse_kinematics import random_starts
 from trajopt.seeds.projection import Projection
 
-STARTS = 128
-"""Configurations that each subset is searched from."""
+STARTS = 1024
+"""Configurations that each subset is searched from: a set that can be held must not be called a conflict."""
 
 
 def conflicting(

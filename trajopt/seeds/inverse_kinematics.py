@@ -1,7 +1,7 @@
 """Goal configurations of goals that fix none: searched from many starts, the nearest first."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,10 +12,13 @@ from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, Query, query_of
 from trajopt.seeds.projection import Projection, turning_joints
 from trajopt.seeds.straight import nearest_turn
+from trajopt.terms.joint_positions import joint_box
 from trajopt.values import Value
 
 STARTS = 64
 """Configurations that the search starts from; twice as many cost a third more time."""
+MANY_STARTS = 1024
+"""The same before it is said that there is none: some goals are reached from one start in five hundred."""
 WAVES = 3
 """How often as many starts are drawn at most, while no solution is free."""
 PUSHES = 3
@@ -73,7 +76,9 @@ def goal_candidates(
     """
     query = query_of(reduced, counts)
     projection = Projection(reduced, goals, query)
-    begin = random_starts(reduced, rng, WAVES * starts)
+    box = joint_box(goals, reduced)
+    narrow = bool((box[1] - box[0] <= SAME).all())
+    begin = random_starts(reduced, rng, WAVES * starts, box)
     found = np.empty((0, begin.shape[1]))
     closest: Floats = reduced.start_positions
     nearest_miss = np.inf
@@ -93,7 +98,9 @@ def goal_candidates(
             nearest_miss = float(ended.violation[least])
             closest = ended.positions[least]
         new = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
-        found = _distinct(_by_travel(reduced, np.concatenate((found, new))))
+        found = _by_travel(reduced, np.concatenate((found, new)))
+        # Where all of the goal is one, a free part of it must not be dropped for one that collides.
+        found = found if narrow else _distinct(found)
         depth, pair = _deepest(query, found)
         if (depth == 0.0).any():
             break
@@ -103,14 +110,35 @@ def goal_candidates(
         nearest = int(np.argmax(collides))
         least = float(reduced.pairs.required[pair[nearest]])
         blocking = (*reduced.owners(int(pair[nearest])), least - float(depth[nearest]))
-    return GoalCandidates(
-        tuple(found[~collides]), tuple(found[collides]), blocking, closest, nearest_miss, least
-    )
+    free, blocked = (_distinct(found[chosen]) for chosen in (~collides, collides))
+    return GoalCandidates(tuple(free), tuple(blocked), blocking, closest, nearest_miss, least)
 
 
-def random_starts(reduced: ReducedModel, rng: np.random.Generator, count: int) -> Floats:
-    """Return the start configuration and others drawn evenly within the limits, shape (count, n)."""
-    begin = draw_positions(reduced.limits, count, rng=rng)
+def random_starts(
+    reduced: ReducedModel,
+    rng: np.random.Generator,
+    count: int,
+    box: tuple[Floats, Floats] | None = None,
+) -> Floats:
+    """Return the start configuration and others drawn evenly within the limits, shape (count, n).
+
+    Args:
+        reduced: The robot and its limits.
+        rng: Draws them.
+        count: How many.
+        box: Where joints must be, lower and upper bounds of shape (n,) [rad | m]: drawn from where it
+            leaves them room, or holds all of them narrowly.
+    """
+    limits = reduced.limits
+    if box is not None:
+        room, known = box[1] - box[0], np.isfinite(box[0]) & np.isfinite(box[1])
+        drawn = known & (room >= 0.0) & ((room > SAME) | bool((room <= SAME).all()))
+        lower, upper = (
+            np.where(drawn, side, limit)
+            for side, limit in zip(box, (limits.lower, limits.upper), strict=True)
+        )
+        limits = replace(limits, lower=lower, upper=upper)
+    begin = draw_positions(limits, count, rng=rng)
     begin[0] = reduced.start_positions
     return begin
 

@@ -12,7 +12,7 @@ import numpy as np
 from trajopt.arrays import Bools, Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import Requirement
+from trajopt.model.requirements import Requirement, together
 from trajopt.query import Query
 from trajopt.terms import Constraint, constrain
 from trajopt.terms.motion import Motion
@@ -128,7 +128,7 @@ class Projection:
         self._passes = (self._turn > 0.0) & (span > 2.0 * np.pi - GAP)
         self._asked = [
             _Asked.of(accepted, aim)
-            for goal in goals
+            for goal in together(goals)
             for accepted, aim in zip(
                 constrain(goal, reduced, WHOLE), constrain(goal, reduced, WHOLE, inset=AIM), strict=True
             )

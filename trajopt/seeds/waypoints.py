@@ -7,12 +7,14 @@ from itertools import pairwise
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.accepted import EXCESS
 from trajopt.model.clearances import how_near
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.query import Counts, query_of
-from trajopt.seeds.inverse_kinematics import goal_candidates
-from trajopt.terms.joint_positions import fixed_positions
+from trajopt.query import Counts, Query, query_of
+from trajopt.seeds.inverse_kinematics import MANY_STARTS, GoalCandidates, goal_candidates
+from trajopt.seeds.projection import Projection
+from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.values import Value
 
 
@@ -53,6 +55,8 @@ def choose_waypoints(
 ) -> WaypointChoice:
     """Choose a configuration for each waypoint: of those that touch nothing the nearest to the one before.
 
+    Where joints are asked for, the very positions are tried first, and then others within their tolerances.
+
     Args:
         reduced: The robot and its surroundings.
         waypoints: What must hold at each, in order.
@@ -65,27 +69,46 @@ def choose_waypoints(
     last = reduced.start_positions
     found: list[Floats] = []
     for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
-        fixed = fixed_positions(wanted, reduced)
-        if fixed is not None:
-            required = reduced.pairs.required
-            contacts = query.near(fixed[None, :], required)
-            if len(contacts.distance):
-                lack = required[contacts.pair] - contacts.distance
-                worst = int(contacts.pair[np.argmax(lack)])
-                least = float(required[worst])
-                near = how_near(*reduced.owners(worst), least - float(lack.max()), least)
-                return WaypointChoice(tuple(found), f"at waypoint {number} {near}")
-            last = fixed
+        middle = _middle(reduced, wanted, also, query)
+        if middle is not None:
+            last = middle
         else:
             seen = goal_candidates(reduced, (*wanted, *also), rng=rng, counts=counts, check=check)
-            if not seen.free:
-                why = f"misses it by {seen.nearest_miss:.3g} (m, rad)" if not seen.colliding else "collides"
-                return WaypointChoice(
-                    tuple(found), f"the nearest configuration tried for waypoint {number} {why}"
+            if not seen.free and not seen.colliding:
+                seen = goal_candidates(
+                    reduced, (*wanted, *also), rng=rng, counts=counts, starts=MANY_STARTS, check=check
                 )
+            if not seen.free:
+                return WaypointChoice(tuple(found), _why_none(number, seen))
             last = min(seen.free, key=lambda q, before=last: _effort(reduced, before, q))
         found.append(last)
     return WaypointChoice(tuple(found), "")
+
+
+def _middle(
+    reduced: ReducedModel, wanted: Sequence[Requirement], also: Sequence[Requirement], query: Query
+) -> Floats | None:
+    """Return the middle of what joint positions of all joints allow, if it holds all and touches nothing."""
+    asked = fixed_positions(wanted, reduced)
+    if asked is None:
+        return None
+    lower, upper = joint_box(wanted, reduced)
+    if (lower - upper > 2.0 * EXCESS).any():
+        return None
+    middle = np.where(lower <= upper, np.clip(asked, lower, upper), asked)
+    if len(query.near(middle[None], reduced.pairs.required).distance):
+        return None
+    return None if also and Projection(reduced, also, query).violation(middle[None])[0] > 0.0 else middle
+
+
+def _why_none(number: int, seen: GoalCandidates) -> str:
+    if seen.blocking is None:
+        miss = f"misses it by {seen.nearest_miss:.3g} (m, rad)"
+        return f"the nearest configuration tried for waypoint {number} {miss}"
+    nearest, how = how_near(*seen.blocking, seen.required), "collide"
+    if seen.required > 0.0:
+        how += " or come too near to something"
+    return f"all {seen.colliding} configurations found for waypoint {number} {how}; in the nearest, {nearest}"
 
 
 def line_through(reduced: ReducedModel, stops: Sequence[Floats], knots: int) -> WaypointLine:

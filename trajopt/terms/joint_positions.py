@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats, Ints
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import JointPositions, Requirement
+from trajopt.model.requirements import JointPositions, Requirement, together
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
@@ -59,16 +59,39 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
 def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> Floats | None:
     """Return the group's positions, shape (n,), if joint positions are all that is required and fix all.
 
+    Tolerances are not looked at; a joint that several fix is in the middle of what they share.
+
     Raises:
         ProblemError: If a joint outside the group is required to be where it is not.
     """
     positions = np.full(len(reduced.joint_names), np.nan)
-    for item in required:
+    for item in together(required):
         if not isinstance(item, JointPositions):
             return None
         places, names = group_places(item, reduced)
         positions[places] = [item.positions[name] for name in names]
     return None if np.isnan(positions).any() else positions
+
+
+def joint_box(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Floats, Floats]:
+    """Return where limits and all joint positions among what is required let the group's joints be.
+
+    Returns:
+        Lower and upper bounds, shape (n,) each [rad | m]; a lower one exceeds its upper one where nothing
+        is left.
+
+    Raises:
+        ProblemError: If a joint outside the group is required to be where it is not.
+    """
+    lower, upper = np.array(reduced.limits.lower), np.array(reduced.limits.upper)
+    for item in required:
+        if isinstance(item, JointPositions):
+            places, names = group_places(item, reduced)
+            least = [item.positions[name] - item.below[name] for name in names]
+            most = [item.positions[name] + item.above[name] for name in names]
+            lower[places] = np.maximum(lower[places], least)
+            upper[places] = np.minimum(upper[places], most)
+    return lower, upper
 
 
 @constrain.register

@@ -10,12 +10,12 @@ import numpy as np
 from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
-from trajopt.model.requirements import During, Requirement
+from trajopt.model.requirements import During, Requirement, together
 from trajopt.nlp import Linearisation
 from trajopt.problem import Asked, Problem
 from trajopt.query import Counts, Query, query_of
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
-from trajopt.terms.joint_positions import fixed_positions
+from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE
 from trajopt.trajectory import Path
@@ -25,6 +25,9 @@ from trajopt.transcription.sweep import COARSE_SAMPLES, swept_samples
 
 CLEARANCE_TOLERANCE = 1e-3
 """A margin counts as held when undercut by no more than this [m]."""
+WIDE = 0.025
+"""Joint goals that leave any joint more room than this are sets of configurations, as those of frames; in
+others a motion ends at the middle [rad | m]."""
 PRISMATIC_STEP = 0.5
 """A prismatic joint's ordinary step, as a share of its range."""
 
@@ -77,8 +80,24 @@ class KnotsNlp:
 
 
 def fixed_goal(problem: Problem) -> Floats | None:
-    """Return the group's positions at the goal, shape (n,), if the goals fix all of them."""
-    return fixed_positions(problem.goals, problem.reduced)
+    """Return the group's positions at the goal, shape (n,), if the goals fix all of them.
+
+    They do not where a tolerance leaves a joint room that matters: see `WIDE`.
+    """
+    centre = goal_centre(problem)
+    if centre is None:
+        return None
+    lower, upper = joint_box(problem.goals, problem.reduced)
+    return None if (upper - lower > WIDE).any() else centre
+
+
+def goal_centre(problem: Problem) -> Floats | None:
+    """Return the middle of goals of all joints, shape (n,), moved into the limits as far as they tolerate."""
+    asked = fixed_positions(problem.goals, problem.reduced)
+    if asked is None:
+        return None
+    lower, upper = joint_box(problem.goals, problem.reduced)
+    return np.where(lower <= upper, np.clip(asked, lower, upper), asked)
 
 
 def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float:
@@ -132,11 +151,11 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     for given in problem.constraints:
         items.extend(_written(given, problem, waypoint_knots))
     if goal is None:
-        for required in problem.goals:
+        for required in together(problem.goals):
             items.extend(constrain(required, reduced, END))
     for place, wanted in zip(waypoint_knots, problem.waypoint_requirements, strict=True):
         window = Window(place / (count - 1), place / (count - 1))
-        for required in wanted:
+        for required in together(wanted):
             items.extend(constrain(required, reduced, window))
     span = limits.upper - limits.lower
     prismatic = np.array(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from trajopt.errors import ProblemError
+from trajopt.model.accepted import EXCESS
 from trajopt.shown import shown
 
 
@@ -31,7 +32,7 @@ class VerifyOptions:
     smallest_interval: float = 1e-5
     most_distances: int = 1_000_000
     distance_error: float = 1e-6
-    excess: float = 1e-6
+    excess: float = EXCESS
     start_error: float = 1e-6
     rest_speed: float = 1e-6
     sample_step: float = 0.01

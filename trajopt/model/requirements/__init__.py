@@ -42,5 +42,6 @@ from trajopt.model.requirements.position_in_region import point_on_plane as poin
 from trajopt.model.requirements.position_in_region import position_in_region as position_in_region
 from trajopt.model.requirements.requirement import WORLD as WORLD
 from trajopt.model.requirements.requirement import Requirement as Requirement
+from trajopt.model.requirements.shared_joints import together as together
 from trajopt.model.requirements.singularity_distance import SingularityDistance as SingularityDistance
 from trajopt.model.requirements.singularity_distance import singularity_distance as singularity_distance
