@@ -15,11 +15,11 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from benchmarks.problems import past_pillar
+from trajopt.planning.seeds import straight_line
 from trajopt.query import query_of
 from trajopt.query.dynamics import dynamics_of
 from trajopt.query.plain import PlainQuery
 from trajopt.retime import retime
-from trajopt.seeds import straight_line
 from trajopt.solvers.choice import step_solver
 from trajopt.terms.motion import Motion
 from trajopt.transcription import fixed_goal, transcribe

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import trajopt as to
 from benchmarks.page import write_section
-from trajopt.benchmark import by_set, find_instances, run, summary
+from trajopt.benchmark.folders import by_set, find_instances, run, summary
 from trajopt.cli.bench import stage_table, table, winners
-from trajopt.store import write_json
+from trajopt.moveit.trajectory_files import write_json
 
 
 def main() -> None:

@@ -18,9 +18,9 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.benchmark import Instance, find_instances
+from trajopt.benchmark.folders import Instance, find_instances
 from trajopt.moveit import read_request, read_scene
-from trajopt.status import UNASKABLE
+from trajopt.planning.status import UNASKABLE
 from trajopt.transcription import fixed_goal
 
 FRAME = "panda_hand"

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import trajopt as to
 from benchmarks.page import write_section
+from trajopt.benchmark import Allowance, Question, Run, installed_questions, runs
+from trajopt.benchmark.comparison_files import file_questions
+from trajopt.benchmark.comparison_page import page as page_of
+from trajopt.benchmark.comparison_table import markdown
 from trajopt.cli.compare import read_runs
-from trajopt.comparison import Allowance, Question, Run, installed_questions, runs
-from trajopt.comparison.files import file_questions
-from trajopt.comparison.page import page as page_of
-from trajopt.comparison.table import markdown
 from trajopt.methods import METHODS, method_named
-from trajopt.store import write_json, write_text
+from trajopt.moveit.trajectory_files import write_json, write_text
 from trajopt.view.comparison_plots import comparison_figures
 
 ALLOWANCE = Allowance(attempts=20, cpu_seconds=10.0)

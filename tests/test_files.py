@@ -8,14 +8,14 @@ import pytest
 
 import trajopt as to
 from trajopt.errors import FileFormatError, TrajoptError
-from trajopt.files import read_json
+from trajopt.io.document import Node
+from trajopt.io.files import read_json
+from trajopt.io.yaml_files import MOST_ALIASED, read_yaml
 from trajopt.model.limits import read_joint_limits
 from trajopt.moveit import read_request, read_scene, read_trajectory
 from trajopt.moveit.collision_object import read_operation
-from trajopt.moveit.document import Node
 from trajopt.moveit.shapes import read_kind
 from trajopt.shown import LONGEST, shown
-from trajopt.yaml_files import MOST_ALIASED, read_yaml
 
 pytestmark = pytest.mark.timeout(60)
 

@@ -8,11 +8,11 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
-from trajopt.benchmark import Instance, find_instances, run, run_instance, summary
+from trajopt.benchmark.folders import Instance, find_instances, run, run_instance, summary
 from trajopt.model.shapes import Box, Convex, Cylinder, Shape, Sphere
 from trajopt.moveit import read_request, read_scene
+from trajopt.planning.status import UNASKABLE
 from trajopt.query.geometry import collision_geometry
-from trajopt.status import UNASKABLE
 
 SETS = (
     "bookshelf_small",

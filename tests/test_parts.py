@@ -8,7 +8,7 @@ from tests.test_requirement_plans import GOAL, START, TCP, tcp
 from trajopt.errors import ProblemError, ShapeError, WaypointNotFound
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import During, Requirement
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Certificate, Evidence, verify
 
 

@@ -18,9 +18,9 @@ from trajopt.query.dynamics import dynamics_of
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.verify import Evidence, VerifyOptions, When, check_requirement
-from trajopt.verify.joint_torques import inverse_dynamics
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion as TimedMotion
+from trajopt.verify.checks.joint_torques import inverse_dynamics
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion as TimedMotion
 
 
 def loaded(scene: to.Scene, frame: str, mass: float) -> to.Scene:

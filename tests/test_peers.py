@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from benchmarks.peers.export import Asked, write_problems
-from trajopt.benchmark import Instance
+from trajopt.benchmark.folders import Instance
 from trajopt.verify import Judge
 
 

@@ -10,8 +10,8 @@ from tests.robots_for_tests import odd_arm
 from trajopt.errors import PlanningFailed, ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
-from trajopt.result import Status
-from trajopt.seeds import SeedKind
+from trajopt.planning.result import Status
+from trajopt.planning.seeds import SeedKind
 from trajopt.terms import Window, constraint
 from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion

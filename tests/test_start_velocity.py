@@ -7,9 +7,9 @@ import pytest
 
 import trajopt as to
 from trajopt.errors import JointNotFound, ProblemError
-from trajopt.judgement import judge
 from trajopt.methods import method_named
 from trajopt.methods.free_duration import FreeDuration
+from trajopt.planning.judgement import judge
 
 JOINT = "shoulder_pan_joint"
 

@@ -34,10 +34,10 @@ from trajopt.grasping import gripper_of
 from trajopt.kinematics import inverse_kinematics, self_motion
 from trajopt.methods import method_named
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.symbolic import SymbolicKinematics
 from trajopt.terms import Cost, berth
 from trajopt.terms.clearance import MarginRule
 from trajopt.terms.expression import Expression
+from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 from trajopt.values import Value
 
 WORKSPACES = {

@@ -8,8 +8,8 @@ from tests.test_requirement_plans import GOAL, START, TCP, tcp
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Requirement
-from trajopt.seeds import line_through
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.seeds import line_through
 from trajopt.transcription import transcribe
 from trajopt.verify import Check, Evidence, verify
 

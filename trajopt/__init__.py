@@ -1,20 +1,19 @@
 """Motion planning for robot arms by optimisation, with a proof of what was asked.
 
 The short way is here: a robot, a scene, a problem, `plan`. The steps that `plan` is made of are in
-`trajopt.seeds`, `trajopt.transcription`, `trajopt.solvers`, `trajopt.retime` and `trajopt.verify`;
-what comes after in `trajopt.simulate`, `trajopt.view`, `trajopt.moveit` and `trajopt.store`.
+`trajopt.planning`, `trajopt.transcription`, `trajopt.solvers`, `trajopt.retime` and `trajopt.verify`;
+what comes after in `trajopt.simulate`, `trajopt.view` and `trajopt.moveit`.
 """
 
-from trajopt.budget import Budget as Budget
-from trajopt.comparison import compare as compare
+from trajopt.benchmark import compare as compare
+from trajopt.benchmark import refused as refused
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
-from trajopt.judgement import judge as judge
 from trajopt.kinematics import goal_configurations as goal_configurations
-from trajopt.model.mesh_cover import MeshPolicy as MeshPolicy
-from trajopt.model.mesh_file import Mesh as Mesh
-from trajopt.model.mesh_file import load_mesh as load_mesh
+from trajopt.model.meshes.mesh_cover import MeshPolicy as MeshPolicy
+from trajopt.model.meshes.mesh_file import Mesh as Mesh
+from trajopt.model.meshes.mesh_file import load_mesh as load_mesh
 from trajopt.model.placement import Placement as Placement
 from trajopt.model.placement import placement as placement
 from trajopt.model.requirements import Requirement as Requirement
@@ -47,14 +46,15 @@ from trajopt.model.shapes import Sphere as Sphere
 from trajopt.model.shapes import convex as convex
 from trajopt.model.tool_speed import ToolSpeed as ToolSpeed
 from trajopt.model.tool_speed import tool_speed as tool_speed
-from trajopt.plan import plan as plan
+from trajopt.model.trajectory import Path as Path
+from trajopt.model.trajectory import Trajectory as Trajectory
+from trajopt.planning.budget import Budget as Budget
+from trajopt.planning.judgement import judge as judge
+from trajopt.planning.plan import plan as plan
+from trajopt.planning.result import Plan as Plan
+from trajopt.planning.result import Result as Result
+from trajopt.planning.result import Status as Status
 from trajopt.problem import Problem as Problem
 from trajopt.problem import named_problem as named_problem
-from trajopt.result import Plan as Plan
-from trajopt.result import Result as Result
-from trajopt.result import Status as Status
-from trajopt.suite import refused as refused
-from trajopt.trajectory import Path as Path
-from trajopt.trajectory import Trajectory as Trajectory
 from trajopt.verify import Moment as Moment
 from trajopt.verify import examine as examine

@@ -11,12 +11,12 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 import trajopt as to
-from trajopt.benchmark import Instance
+from trajopt.benchmark.folders import Instance
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions
 from trajopt.model.shapes import Convex, Shape
 from trajopt.moveit import read_request, read_scene
-from trajopt.store import write_json
+from trajopt.moveit.trajectory_files import write_json
 from trajopt.verify import Judge, Moment
 
 DRAKE = "http://drake.mit.edu"

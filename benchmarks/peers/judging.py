@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.export import Asked
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Certificate, Judge, VerifyOptions
 
 ENDS_TOLERANCE = 2e-3

@@ -10,7 +10,7 @@ from trajopt.model import requirements
 from trajopt.model.requirements import Requirement
 from trajopt.terms.requirement import constrain
 from trajopt.verify import check_requirement
-from trajopt.verify.quantities import quantities
+from trajopt.verify.checks.quantities import quantities
 
 KINDS = [
     value
@@ -33,4 +33,4 @@ def test_term_and_check_are_registered_apart(kind: type) -> None:
     assert check is not check_requirement.dispatch(object), f"{kind.__name__} has no check"
     assert quantities.dispatch(kind) is not quantities.dispatch(object), f"{kind.__name__}: no waypoint"
     homes = [Path(inspect.getfile(function)).parent.name for function in (term, check)]
-    assert homes == ["terms", "verify"]
+    assert homes == ["terms", "checks"]

@@ -13,7 +13,7 @@ from trajopt.arrays import Floats
 from trajopt.cartesian import Curve, arc_about, arc_through, circle, joined, line, polyline, spline
 from trajopt.errors import ProblemError
 from trajopt.model.curve import TURN_LENGTH
-from trajopt.verify.curve_places import CurvePlaces
+from trajopt.verify.checks.curve_places import CurvePlaces
 
 MANY = settings(max_examples=25, deadline=None)
 

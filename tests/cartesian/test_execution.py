@@ -8,8 +8,8 @@ import pytest
 from tests.cartesian.test_follow import at, followed
 from trajopt.cartesian import execute, line
 from trajopt.errors import ProblemError
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate import SimulationOptions
-from trajopt.trajectory import Trajectory
 
 
 def test_a_good_motion_needs_no_closing_move() -> None:

@@ -23,7 +23,7 @@ from trajopt.cartesian import (
     spline,
 )
 from trajopt.model.requirements import FramePlacement
-from trajopt.store import read_trajectory, write_json
+from trajopt.moveit.trajectory_files import read_trajectory, write_json
 
 UR5_READY = {
     f"{name}_joint": value

@@ -2,7 +2,7 @@
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 
 class JumpingExecutor:

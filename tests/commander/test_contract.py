@@ -7,7 +7,7 @@ import pytest
 from trajopt.commander import MoveGroupCommander, PlanningSceneInterface, RobotCommander
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.commander.outcome import CODES
-from trajopt.result import Status
+from trajopt.planning.result import Status
 
 GROUP = """
 get_name() stop() get_active_joints() get_joints() get_variable_count()

@@ -9,8 +9,8 @@ import pytest
 import trajopt as to
 from tests.explanation.conftest import GOAL, START, tip_at
 from trajopt.explanation import Certainty, Explanation
-from trajopt.reasons import BlockKind
-from trajopt.result import Status
+from trajopt.infeasibility.reasons import BlockKind
+from trajopt.planning.result import Status
 from trajopt.verify import Moment
 
 

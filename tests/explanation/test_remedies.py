@@ -8,8 +8,8 @@ import trajopt as to
 from tests.explanation.conftest import GOAL, START, tip_at
 from trajopt.explanation import Change, Remedy
 from trajopt.explanation.remedies import smallest_changes
-from trajopt.judgement import judge
-from trajopt.result import Status
+from trajopt.planning.judgement import judge
+from trajopt.planning.result import Status
 
 
 def remedied(problem: to.Problem) -> dict[str, Remedy]:

@@ -23,7 +23,7 @@ from trajopt.grasping import (
     pick_and_place,
     place,
 )
-from trajopt.store import write_json
+from trajopt.moveit.trajectory_files import write_json
 
 from .conftest import drawn, on_table
 

@@ -12,9 +12,9 @@ from scipy.spatial import ConvexHull
 
 from tests.model.test_mesh_file import box, joined
 from trajopt.errors import ShapeError
-from trajopt.model import convex
-from trajopt.model.convex import THICKNESS, ConvexCover, CoverMethod, convex_pieces
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes import convex
+from trajopt.model.meshes.convex import THICKNESS, ConvexCover, CoverMethod, convex_pieces
+from trajopt.model.meshes.mesh_file import Mesh
 
 TOLERANCE = 0.01
 SEEN = 0.004

@@ -8,9 +8,9 @@ from scipy.spatial import ConvexHull
 
 from tests.model.test_robot import tetrahedron
 from trajopt.errors import MeshFileError
-from trajopt.model import mesh_cover
-from trajopt.model.mesh_cover import Cover, MeshPolicy, cover_file, cover_mesh
-from trajopt.model.mesh_file import Mesh, load_mesh
+from trajopt.model.meshes import mesh_cover
+from trajopt.model.meshes.mesh_cover import Cover, MeshPolicy, cover_file, cover_mesh
+from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.shapes import Convex
 
 SCALE = (0.1, 0.2, 0.3)
@@ -73,7 +73,7 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
 
 def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr("trajopt.model.convex._MOST_WORK", 1)
+    monkeypatch.setattr("trajopt.model.meshes.convex._MOST_WORK", 1)
     turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     ring = np.stack([np.cos(turn), np.sin(turn), np.zeros(24)], axis=1)
     low, high = np.array((0.0, 0.0, -0.05)), np.array((0.0, 0.0, 0.05))
@@ -98,6 +98,6 @@ def test_cutting_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch, 
             np.all(hull.equations[:, :3] @ corner + hull.equations[:, 3] <= 1e-9)
             for hull in (ConvexHull(shape.vertices) for shape in covers[0].shapes)
         ), "the surface stays covered"
-    monkeypatch.setattr("trajopt.model.convex._MOST_WORK", 10**10)
+    monkeypatch.setattr("trajopt.model.meshes.convex._MOST_WORK", 10**10)
     monkeypatch.setenv("TRAJOPT_CACHE_DIR", str(tmp_path / "anew"))
     assert "stand out" not in cover_mesh(mesh, MeshPolicy()).note

@@ -14,8 +14,8 @@ from trajopt.errors import MimicOutOfRange, ProblemError
 from trajopt.kinematics import random_configurations
 from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.mimic_limits import followed_limits
+from trajopt.model.trajectory import Trajectory
 from trajopt.model.urdf import Mimic
-from trajopt.trajectory import Trajectory
 from trajopt.verify import Certificate, Examination, examine, verify
 
 WIDE = 'lower="-3" upper="3" velocity="2" effort="500"'

@@ -17,7 +17,7 @@ from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
 from trajopt.model.shapes import Sphere
 from trajopt.verify import verify
-from trajopt.verify.kinematics import Kinematics
+from trajopt.verify.kernel.kinematics import Kinematics
 
 Stated = Mapping[str, tuple[str, float, float]]
 """Mimic joint -> the joint that it states, multiplier, offset."""

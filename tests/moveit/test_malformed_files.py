@@ -10,7 +10,7 @@ import yaml
 from trajopt import Robot, Scene
 from trajopt.errors import TrajoptError
 from trajopt.moveit import read_request, read_scene
-from trajopt.store import read_trajectory
+from trajopt.moveit.trajectory_files import read_trajectory
 
 SPHERE = "primitives: [{type: sphere, dimensions: [0.1]}]"
 

@@ -10,9 +10,9 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.budget import Stop
+from trajopt.planning.budget import Stop
 from trajopt.planning.meter import WORK
-from trajopt.status import Status
+from trajopt.planning.status import Status
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def test_work_is_an_exact_bound_and_repeats(arm: to.Robot) -> None:
 
 @pytest.mark.usefixtures("unproven")
 def test_tries_are_an_exact_bound(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("trajopt.seeds.sampled.find_spec", lambda name: None)  # searches are slow
+    monkeypatch.setattr("trajopt.planning.seeds.sampled.find_spec", lambda name: None)  # searches are slow
     alone = to.plan(wall(arm), budget=to.Budget(tries=1))
     assert alone.status is Status.STUCK and len(alone.tries) == 1
     assert to.plan(wall(arm), budget=to.Budget(tries=30)).verified

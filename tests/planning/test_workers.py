@@ -13,13 +13,13 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.budget import Stop
 from trajopt.methods import Knots, Outcome, Program
+from trajopt.planning.budget import Stop
+from trajopt.planning.seeds import SeedKind
+from trajopt.planning.status import Status
 from trajopt.planning.workers import start_context
 from trajopt.query import Counts
-from trajopt.seeds import SeedKind
 from trajopt.solvers import Iteration
-from trajopt.status import Status
 
 HERE = os.getpid()
 

@@ -2,7 +2,7 @@
 
 import trajopt as to
 from trajopt.methods import Knots
-from trajopt.seeds import Blocked, Route, line_through
+from trajopt.planning.seeds import Blocked, Route, line_through
 from trajopt.transcription import fixed_goal
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}

@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.query.compiled import CompiledQuery

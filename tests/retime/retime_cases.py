@@ -6,10 +6,10 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.retime.polyline import polyline
 from trajopt.retime.rounding import smooth
 from trajopt.retime.smooth import SmoothPath
-from trajopt.trajectory import Path, Trajectory
 
 
 def make_limits(

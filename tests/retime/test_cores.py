@@ -8,10 +8,10 @@ from scipy.optimize import minimize
 
 from tests.retime.retime_cases import make_limits, make_path
 from trajopt.arrays import Floats
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime import Retimed, barrier, cores, extremes, reachability, retime
 from trajopt.retime.program import Program, at, duration
 from trajopt.retime.stages import Rows, rooms, stages, stations
-from trajopt.trajectory import Trajectory
 
 needs_native = pytest.mark.skipif(not cores.NATIVE, reason="installed without native cores")
 

@@ -18,10 +18,10 @@ from tests.retime.retime_cases import (
 )
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, ToolLimits, retime
 from trajopt.retime.jerk_peaks import jerk_peaks
 from trajopt.retime.timing import Timing, time_path
-from trajopt.trajectory import Path, Trajectory
 
 
 def with_jerk(limits: JointLimits, jerk: float | Floats) -> JointLimits:

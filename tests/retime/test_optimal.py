@@ -7,9 +7,9 @@ from scipy.interpolate import CubicSpline
 from tests.retime.retime_cases import make_limits, make_path, smooth_path
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Path
 from trajopt.retime import Retimed, retime
 from trajopt.retime.smooth import SmoothPath
-from trajopt.trajectory import Path
 
 
 def duration(path: Path, limits: JointLimits) -> float:

@@ -17,9 +17,9 @@ from tests.retime.retime_cases import (
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Interpolation, Path
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
 from trajopt.retime.timing import Timing, time_path
-from trajopt.trajectory import Interpolation, Path
 
 
 def timed(path: Path, limits: JointLimits, options: RetimeOptions | None = None) -> Retimed:

@@ -5,9 +5,9 @@ from hypothesis import given, settings
 from tests.retime.retime_cases import make_limits, make_path, polylines, smooth_path
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Path
 from trajopt.retime.polyline import polyline
 from trajopt.retime.rounding import smooth
-from trajopt.trajectory import Path
 
 
 def test_a_straight_line_stays_straight_and_even() -> None:

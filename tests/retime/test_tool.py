@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from tests.retime.retime_cases import largest_use, make_limits, make_path, moments, polylines
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Path
 from trajopt.retime import Retimed, ToolLimits, retime
-from trajopt.trajectory import Path
 
 
 def chain_speeds(q: Floats, v: Floats) -> Floats:

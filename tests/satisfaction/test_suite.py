@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.judgement import judge
-from trajopt.suite import Definition, definitions, run
+from trajopt.benchmark import Definition, definitions, run
+from trajopt.planning.judgement import judge
 
 RANDOM = 10
 """Random instances of each problem that has some."""

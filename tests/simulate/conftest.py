@@ -12,7 +12,7 @@ from trajopt.errors import MissingExtra
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 MASS, LENGTH, INERTIA = 2.0, 0.4, 0.01
 

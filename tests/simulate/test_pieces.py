@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trajopt.arrays import readonly
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.simulate.pieces import CONE_TOLERANCE, pieces

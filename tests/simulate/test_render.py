@@ -19,10 +19,10 @@ from trajopt.model.robot import FrameAttachment, Robot
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cone, Plane, Sphere
 from trajopt.model.tool_frame import tool_frame
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate import CameraView, Layout, RenderingUnavailable, film, offscreen, render, simulate
 from trajopt.simulate.camera import FIELD_OF_VIEW, frame_points, visible_points
 from trajopt.simulate.stage import ATTACHED, WOOD, object_colours
-from trajopt.trajectory import Trajectory
 
 SIZE = {"width": 160, "height": 120}
 

@@ -10,14 +10,14 @@ import pytest
 from tests.simulate.conftest import INERTIA, LENGTH, MASS, reduced_all, smooth
 from trajopt.errors import ModelError, ShapeError
 from trajopt.model.bodies import MeshPolicy
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Sphere, convex
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate import SimulationOptions, simulate
-from trajopt.trajectory import Trajectory
 
 GRAVITY = 9.81
 Pendulum = Callable[..., Robot]

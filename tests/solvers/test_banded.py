@@ -12,7 +12,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Bools, Floats
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
-from trajopt.seeds import straight_line
+from trajopt.planning.seeds import straight_line
 from trajopt.solvers import Sqp
 from trajopt.solvers.banded import BandedStep, BandedSteps
 from trajopt.solvers.choice import ByStructure

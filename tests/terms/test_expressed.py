@@ -11,10 +11,10 @@ import trajopt as to
 from tests.terms.test_derivatives import FACTORIES, World, every_term, world
 from trajopt import terms
 from trajopt.model.shapes import Box, Cylinder, Plane, Sphere
-from trajopt.symbolic import SymbolicKinematics
-from trajopt.terms.expressed import expressed
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import Residual
+from trajopt.terms.symbolic.expressed import expressed
+from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 
 MEASURED = {
     terms.Berth,

@@ -11,11 +11,11 @@ from tests.robots_for_tests import odd_arm
 from trajopt.errors import FrameNotFound, ProblemError, ShapeError
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.query import query_of
-from trajopt.symbolic import SymbolicKinematics
 from trajopt.terms import constraint
 from trajopt.terms.expression import Expression
 from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
+from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 
 
 @pytest.fixture

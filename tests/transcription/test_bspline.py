@@ -10,8 +10,8 @@ from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.nlp import Linearisation, Nlp
+from trajopt.planning.seeds import straight_line
 from trajopt.query.dynamics import dynamics_of
-from trajopt.seeds import straight_line
 from trajopt.transcription import transcribe
 from trajopt.transcription.basis import SplineBasis, fitted
 from trajopt.transcription.bspline import BsplineNlp, Places, over_control_points

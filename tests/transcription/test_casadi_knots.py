@@ -9,13 +9,13 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
-from trajopt.seeds import straight_line
+from trajopt.planning.seeds import straight_line
 from trajopt.solvers.nlpsol import CasadiProgram
-from trajopt.symbolic import SymbolicKinematics
 from trajopt.terms import Cost, Jerk, Velocity, constraint, own, penalty
 from trajopt.terms.residual import Residual
+from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 from trajopt.transcription import KnotsNlp, transcribe
-from trajopt.transcription.casadi_knots import CasadiTranscription, by_stages, objection, plainly
+from trajopt.transcription.casadi.knots import CasadiTranscription, by_stages, objection, plainly
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {"pan": 1.0, "reach": 0.2, "elbow": 0.3, "wrist": 0.4}

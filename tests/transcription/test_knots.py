@@ -8,8 +8,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
+from trajopt.planning.seeds import straight_line
 from trajopt.query import query_of
-from trajopt.seeds import straight_line
 from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
 from trajopt.transcription.knots import shortest_duration
 from trajopt.transcription.margins import TaperedMargins

@@ -8,7 +8,7 @@ from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 INERTIA = """<inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>
 <inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>"""

@@ -13,17 +13,17 @@ from tests.verify.arms import joint, link, mixed_arm, quintic, reduced, robot, w
 from tests.verify.test_clearance import densest
 from tests.verify.test_distances import CLOUD, SOLIDS, cube_mesh
 from trajopt.model.bodies import MeshPolicy
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Plane, Shape, Sphere, convex
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Body, Certificate, Examination, Judge, VerifyOptions
-from trajopt.verify.body import INSTALLED
-from trajopt.verify.enclosure import inside
-from trajopt.verify.motion import Motion
-from trajopt.verify.workspace import Workspace, workspace
+from trajopt.verify.kernel.body import INSTALLED
+from trajopt.verify.kernel.enclosure import inside
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.workspace import Workspace, workspace
 
 if INSTALLED is not Body.NATIVE:
     pytest.skip("no native core is installed", allow_module_level=True)

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
 from trajopt.model.bodies import MeshPolicy
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Plane, Sphere, convex
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Evidence, VerifyOptions, verify
-from trajopt.verify.distances import Distances
-from trajopt.verify.kinematics import Kinematics
+from trajopt.verify.kernel.distances import Distances
+from trajopt.verify.kernel.kinematics import Kinematics
 
 SWEEP = [[-1.0, 0.0], [1.0, 0.0]]
 

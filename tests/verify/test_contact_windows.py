@@ -9,13 +9,13 @@ import pytest
 from tests.verify.arms import joint, link, quintic, reduced, robot
 from trajopt.model.allowed_collisions import ContactAllowance
 from trajopt.model.bodies import MeshPolicy
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Plane, Shape, convex
 from trajopt.verify import Certificate, Check, Evidence, Moment, examine, verify
-from trajopt.verify.windows import Windows
+from trajopt.verify.kernel.windows import Windows
 
 SUNK = 0.0004
 """How deep the part stands in the table at the start [m]."""

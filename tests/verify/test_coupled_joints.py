@@ -8,10 +8,10 @@ from tests.verify.arms import mixed_arm, quintic, reduced
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import coupled_joints
 from trajopt.model.scene import Scene
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
 
 
 def judged(model: ReducedModel, there: Trajectory, when: When, tolerance: float) -> Check:

@@ -15,14 +15,14 @@ from trajopt.arrays import Floats
 from trajopt.errors import ModelError
 from trajopt.model.bodies import MeshPolicy
 from trajopt.model.closed_surface import part_points
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.verify.distances import Distances
-from trajopt.verify.enclosure import inside
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.support import support
+from trajopt.verify.kernel.distances import Distances
+from trajopt.verify.kernel.enclosure import inside
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.support import support
 
 ERROR = 1e-6
 CLOUD = np.random.default_rng(3).normal(size=(30, 3)) * 0.08

@@ -13,14 +13,14 @@ from trajopt.arrays import Bools, Floats
 from trajopt.kinematics import validity
 from trajopt.model.bodies import MeshPolicy
 from trajopt.model.closed_surface import closed_surface
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Shape, Sphere, convex
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Body, Certificate, Check, Judge
-from trajopt.verify.body import INSTALLED
-from trajopt.verify.enclosure import inside
+from trajopt.verify.kernel.body import INSTALLED
+from trajopt.verify.kernel.enclosure import inside
 
 EXACT = MeshPolicy(exact=True)
 CORNERS = convex([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])

@@ -15,7 +15,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, verify
 
 

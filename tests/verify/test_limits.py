@@ -15,11 +15,11 @@ from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Evidence, VerifyOptions, verify
-from trajopt.verify.joint_torques import inverse_dynamics
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion
+from trajopt.verify.checks.joint_torques import inverse_dynamics
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
 
 
 @pytest.fixture

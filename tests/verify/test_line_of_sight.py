@@ -13,8 +13,8 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.query import query_of
 from trajopt.terms.motion import Motion
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion as TimedMotion
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion as TimedMotion
 
 
 @pytest.fixture

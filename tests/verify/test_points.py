@@ -24,10 +24,10 @@ from trajopt.model.requirements import (
 )
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cylinder, Plane, Sphere
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
 
 MANY = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 OFFSET = np.array((0.05, -0.02, 0.1))

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
-from trajopt.verify.polynomials import Polynomials
+from trajopt.verify.kernel.polynomials import Polynomials
 
 
 def random_polynomials(seed: int, degree: int) -> Polynomials:

@@ -24,11 +24,11 @@ from trajopt.model.requirements import (
 from trajopt.model.robot import FrameAttachment
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Sphere
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
-from trajopt.verify.frame_placement import euler_angles
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion
+from trajopt.verify.checks.frame_placement import euler_angles
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
 
 END = (0.9, 0.4)
 MANY = settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

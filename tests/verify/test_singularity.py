@@ -12,10 +12,10 @@ from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import singularity_distance
 from trajopt.model.scene import Scene
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
 
 MANY = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 OFFSET = np.array((0.1, 0.05, 0.0))

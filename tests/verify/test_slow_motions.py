@@ -7,11 +7,11 @@ import pytest
 
 import trajopt as to
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.verify.joint_torques import inverse_dynamics
-from trajopt.verify.moments import sampled_times, steps_in_pieces
-from trajopt.verify.motion import Motion
-from trajopt.verify.native_kinematics import NativeKinematics
-from trajopt.verify.options import VerifyOptions
+from trajopt.verify.checks.joint_torques import inverse_dynamics
+from trajopt.verify.kernel.moments import sampled_times, steps_in_pieces
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.native_kinematics import NativeKinematics
+from trajopt.verify.kernel.options import VerifyOptions
 
 pytestmark = pytest.mark.timeout(60)
 

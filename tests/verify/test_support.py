@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from tests.verify.arms import joint, link, reduced, robot
 from trajopt.arrays import Floats, Ints
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.verify.coal_geometry import CoalPairs
-from trajopt.verify.distances import Distances
-from trajopt.verify.kinematics import Kinematics, Poses
-from trajopt.verify.support import gap, largest_gap, support
+from trajopt.verify.kernel.coal_geometry import CoalPairs
+from trajopt.verify.kernel.distances import Distances
+from trajopt.verify.kernel.kinematics import Kinematics, Poses
+from trajopt.verify.kernel.support import gap, largest_gap, support
 
 CLOUD = np.random.default_rng(1).normal(size=(20, 3))
 SHAPES: tuple[Shape, ...] = (

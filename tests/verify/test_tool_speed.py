@@ -13,11 +13,11 @@ from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, verify
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion
-from trajopt.verify.point_motion import PointMotion
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.point_motion import PointMotion
 
 OFFSET = (0.1, -0.05, 0.2)
 

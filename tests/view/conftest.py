@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.shapes import Box, Cylinder
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 URDF = """<robot name="tiny">
   <link name="base">

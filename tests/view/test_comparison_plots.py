@@ -6,8 +6,8 @@ from dataclasses import replace
 import imageio.v3 as iio
 import numpy as np
 
-from tests.comparison.runs_for_tests import ALL, REFUSED
-from trajopt.comparison import Run
+from tests.benchmark.comparison.runs_for_tests import ALL, REFUSED
+from trajopt.benchmark import Run
 from trajopt.view.comparison_plots import comparison_figures
 from trajopt.view.palette import LINES
 

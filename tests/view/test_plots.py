@@ -6,7 +6,7 @@ import pytest
 
 import trajopt as to
 from trajopt.errors import FileFormatError, ShapeError
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.view import plot_motion
 from trajopt.view.clearance import PairKind
 from trajopt.view.palette import LINES

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, bounding_box, convex
 from trajopt.view.surface import SECTORS, surface
 

@@ -9,7 +9,7 @@ import pytest
 from trajopt.arrays import Floats
 from trajopt.errors import MissingExtra, ShapeError
 from trajopt.model.kinematics import link_placement
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.view import Viewer, view
 from trajopt.view.readout import clearance_html, joints_html
 

@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats
 from trajopt.errors import FileFormatError, ShapeError
+from trajopt.io.document import Node, read_document
 from trajopt.model.placement import Placement, placement
-from trajopt.moveit.document import Node, read_document
 
 POINT = ("x", "y", "z")
 QUATERNION = ("qx", "qy", "qz", "qw")

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt import reasons
 from trajopt.arrays import Floats, readonly
 from trajopt.cartesian.blocked import stop
 from trajopt.cartesian.dense import densified
@@ -20,14 +19,15 @@ from trajopt.cartesian.search import LEAST, Found, Search, beginning
 from trajopt.cartesian.starts import beginnings
 from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import Track
+from trajopt.infeasibility import reasons
 from trajopt.inputs import one_of
-from trajopt.judgement import judge
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Path
+from trajopt.planning.judgement import judge
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
 from trajopt.retime import Retimed, RetimeFailure
-from trajopt.trajectory import Path
 from trajopt.verify import Certificate, Judge, Moment
 
 DEFAULT_OPTIONS = FollowOptions()

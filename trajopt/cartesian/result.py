@@ -6,10 +6,10 @@ from enum import Enum
 
 from trajopt.errors import PlanningFailed
 from trajopt.model.requirements import FollowsCurve
+from trajopt.model.trajectory import Path, Trajectory
+from trajopt.planning.result import Plan
 from trajopt.problem import Problem
-from trajopt.result import Plan
 from trajopt.retime import Retimed
-from trajopt.trajectory import Path, Trajectory
 from trajopt.verify import Certificate
 
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.cartesian.on_curve import OnCurve
+from trajopt.kinematics.goal_candidates import goal_candidates
 from trajopt.model.requirements import Requirement, axis_alignment, frame_placement
 from trajopt.query import Counts
-from trajopt.seeds.inverse_kinematics import goal_candidates
 
 CONE = 1e-4
 """How well the axis of a free spin is aligned before Newton's method takes over [rad]."""

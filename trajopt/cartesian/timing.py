@@ -12,12 +12,12 @@ import numpy as np
 
 from trajopt.arrays import Floats, readonly
 from trajopt.cartesian.on_curve import OnCurve
+from trajopt.methods.timing import tool_limits
 from trajopt.model.payload import loaded_model
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
 from trajopt.query.dynamics import dynamics_of
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
-from trajopt.timing import tool_limits
-from trajopt.trajectory import Path, Trajectory
 
 BODIES = 0.1
 """The rest of the arm may leave its way ten times as far as the tool."""

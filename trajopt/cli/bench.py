@@ -8,7 +8,7 @@ from typing import Annotated, cast
 import typer
 from rich.progress import Progress
 
-from trajopt.benchmark import Record, by_set, find_instances, run, summary
+from trajopt.benchmark.folders import Record, by_set, find_instances, run, summary
 from trajopt.cli.options import (
     ExactOption,
     LimitsOption,
@@ -20,7 +20,7 @@ from trajopt.cli.options import (
     TimeBudgetOption,
     budget_of,
 )
-from trajopt.store import write_json
+from trajopt.moveit.trajectory_files import write_json
 
 DataOption = Annotated[
     Path, typer.Option("--data", help="Folder laid out as <set>/sceneNNNN.yaml, requestNNNN.yaml.")

@@ -18,8 +18,8 @@ from trajopt.cli.options import (
     SrdfOption,
     read_files,
 )
-from trajopt.judgement import judge
-from trajopt.store import read_trajectory
+from trajopt.moveit.trajectory_files import read_trajectory
+from trajopt.planning.judgement import judge
 
 TrajectoryArgument = Annotated[
     Path, typer.Argument(help="A plan's JSON, or a RobotTrajectory in JSON or YAML.")

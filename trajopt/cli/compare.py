@@ -9,23 +9,23 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from trajopt.cli.options import RobotSource
-from trajopt.comparison import (
-    STANDARD,
-    Allowance,
-    Question,
-    Run,
-    installed_questions,
-    runs,
+from trajopt.benchmark import STANDARD, Allowance, Question, Run, installed_questions, runs
+from trajopt.benchmark.comparison_files import file_questions
+from trajopt.benchmark.comparison_page import page
+from trajopt.benchmark.comparison_table import (
+    LEGEND,
+    RUN_HEAD,
+    SUMMARY_HEAD,
+    markdown,
+    run_cells,
+    summary_cells,
 )
-from trajopt.comparison.files import file_questions
-from trajopt.comparison.page import page
-from trajopt.comparison.summary import summaries
-from trajopt.comparison.table import LEGEND, RUN_HEAD, SUMMARY_HEAD, markdown, run_cells, summary_cells
+from trajopt.benchmark.summary import summaries
+from trajopt.cli.options import RobotSource
 from trajopt.errors import FileFormatError, MissingExtra
-from trajopt.files import read_json
+from trajopt.io.files import read_json
 from trajopt.methods import Method, method_named, method_names
-from trajopt.store import write_json, write_text
+from trajopt.moveit.trajectory_files import write_json, write_text
 from trajopt.view.comparison_plots import comparison_figures
 
 ProblemOption = Annotated[

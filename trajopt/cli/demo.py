@@ -11,11 +11,11 @@ from trajopt.cli.options import JsonOption
 from trajopt.cli.progress import ProgressLine, progress_line
 from trajopt.cli.report import report
 from trajopt.moveit import write_trajectory
-from trajopt.plan import plan
+from trajopt.moveit.trajectory_files import write_json
+from trajopt.planning.plan import plan
+from trajopt.planning.result import Plan
 from trajopt.problem import named_problem
-from trajopt.result import Plan
 from trajopt.simulate import Rollout, render, simulate
-from trajopt.store import write_json
 from trajopt.view.plots import plot_motion
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the files.")]

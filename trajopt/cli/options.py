@@ -9,11 +9,11 @@ from typing import Annotated, cast
 import typer
 from rich.console import Console
 
-from trajopt.budget import Budget
 from trajopt.errors import FileFormatError
-from trajopt.model.mesh_cover import MeshPolicy
+from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot, load
 from trajopt.moveit import RequestFile, SceneFile, read_request, read_scene
+from trajopt.planning.budget import Budget
 
 RobotOption = Annotated[
     str, typer.Option("--robot", help="Name of an installed robot (panda, ur5, ...) or a URDF file.")

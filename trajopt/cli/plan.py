@@ -23,8 +23,8 @@ from trajopt.cli.options import (
 )
 from trajopt.cli.progress import progress_line
 from trajopt.cli.report import report
-from trajopt.plan import plan as plan_problem
-from trajopt.store import write_json
+from trajopt.moveit.trajectory_files import write_json
+from trajopt.planning.plan import plan as plan_problem
 
 ExplainOption = Annotated[
     bool,

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import Progress as Bar
 from rich.status import Status as ConsoleStatus
 
-from trajopt.result import Result
+from trajopt.planning.result import Result
 from trajopt.solvers import Iteration
 
 DOING = {

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from trajopt.result import Result
+from trajopt.planning.result import Result
 
 
 def report(result: Result, notes: Sequence[str] = ()) -> str:

@@ -10,7 +10,7 @@ import typer
 from trajopt.cli.kinematics import SeedOption
 from trajopt.cli.options import JsonOption, PackageOption, RobotSource
 from trajopt.cli.progress import progress_bar
-from trajopt.moveit.document import write_text
+from trajopt.io.document import write_text
 from trajopt.srdf_assistant import Confidence, propose_srdf
 from trajopt.srdf_assistant.judged_pairs import samples_needed
 

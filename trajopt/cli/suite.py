@@ -6,10 +6,10 @@ from typing import Annotated
 import typer
 from rich.progress import Progress
 
+from trajopt.benchmark import Definition, Entry, definitions, page, run, table
+from trajopt.benchmark.suite_table import summary
 from trajopt.errors import ProblemNotFound
-from trajopt.store import write_json, write_text
-from trajopt.suite import Definition, Entry, definitions, page, run, table
-from trajopt.suite.table import summary
+from trajopt.moveit.trajectory_files import write_json, write_text
 
 JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every entry here.")]
 HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page to look at here.")]

@@ -15,9 +15,9 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.errors import FileFormatError
-from trajopt.files import read_json
+from trajopt.io.files import read_json
+from trajopt.moveit.trajectory_files import read_trajectory
 from trajopt.problem import Problem, named_problem
-from trajopt.store import read_trajectory
 from trajopt.view import view as open_viewer
 
 PlanArgument = Annotated[Path, typer.Argument(help="A plan's JSON, or any trajectory with --robot ...")]

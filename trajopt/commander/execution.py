@@ -9,7 +9,7 @@ from trajopt.commander.executor import Executor
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.commander.outcome import Outcome
 from trajopt.model.reduced import ReducedModel
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 START_TOLERANCE = 0.01
 """Where the robot stands, a trajectory must begin, within this for each joint [rad | m] (MoveIt's)."""

@@ -4,7 +4,7 @@ from typing import Protocol
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 
 class Executor(Protocol):

@@ -14,7 +14,7 @@ from trajopt.grasping import Handling
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.moveit.frames import world_names
-from trajopt.result import Result
+from trajopt.planning.result import Result
 
 
 class GroupBase:

@@ -8,8 +8,8 @@ from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import Constraints, TrajectoryConstraints
 from trajopt.commander.planning import reading_in
 from trajopt.errors import NameNotFound, ProblemError
+from trajopt.io.document import Node, read_document
 from trajopt.moveit.constraints import read_constraints
-from trajopt.moveit.document import Node, read_document
 from trajopt.shown import shown
 
 

@@ -28,8 +28,8 @@ from trajopt.commander.trajectories import trajectory_message, trajectory_of
 from trajopt.errors import ObjectNotFound, SolverNotFound
 from trajopt.model.reduced import reduce_model
 from trajopt.model.scene import Scene
-from trajopt.result import Result
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.result import Result
 
 
 @speaks_moveit

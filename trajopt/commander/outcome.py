@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
-from trajopt.result import Result, Status
+from trajopt.planning.result import Result, Status
 
 CODES = {
     Status.SOLVED: MoveItErrorCodes.SUCCESS,

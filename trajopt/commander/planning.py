@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.budget import Budget
 from trajopt.commander.documents import document_of
 from trajopt.commander.moveit_msgs.msg import MotionPlanRequest
 from trajopt.commander.settings import Settings
@@ -16,9 +15,10 @@ from trajopt.model.scene import Scene
 from trajopt.moveit.frames import Reading, world_names
 from trajopt.moveit.motion_plan_request import request_of
 from trajopt.moveit.planning_scene import SceneFile
-from trajopt.plan import plan
+from trajopt.planning.budget import Budget
+from trajopt.planning.plan import plan
+from trajopt.planning.result import Result, Status
 from trajopt.problem import Problem
-from trajopt.result import Result, Status
 
 SHORTEST = 1e-3
 """Planning time of the first attempt at least [s]."""

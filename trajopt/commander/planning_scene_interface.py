@@ -29,13 +29,13 @@ from trajopt.commander.shape_msgs.msg import Plane, SolidPrimitive
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import ObjectNotFound
+from trajopt.io.document import Node
 from trajopt.model.clearances import Clearances
-from trajopt.model.mesh_file import load_mesh
+from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.collision_matrix import apply_matrix
 from trajopt.moveit.collision_object import apply_object, read_object
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading
 from trajopt.moveit.planning_scene import with_padding
 

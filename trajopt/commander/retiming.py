@@ -1,13 +1,13 @@
 """Timing of a path that came from elsewhere."""
 
 from trajopt.commander.exception import MoveItCommanderException
+from trajopt.methods.timing import timed
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import joint_positions
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
 from trajopt.query import query_of
 from trajopt.retime import RetimeFailure
-from trajopt.timing import timed
-from trajopt.trajectory import Path, Trajectory
 
 ALGORITHMS = (
     "iterative_time_parameterization",

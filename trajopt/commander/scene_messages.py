@@ -14,7 +14,7 @@ from trajopt.commander.shape_msgs.msg import Mesh as MeshMessage
 from trajopt.commander.shape_msgs.msg import MeshTriangle, SolidPrimitive
 from trajopt.commander.shape_msgs.msg import Plane as PlaneMessage
 from trajopt.commander.std_msgs.msg import Header
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene

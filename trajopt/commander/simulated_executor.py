@@ -8,8 +8,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.trajectory import Interpolation, Trajectory
 from trajopt.simulate import Rollout, simulate
-from trajopt.trajectory import Interpolation, Trajectory
 
 BRAKING = 0.4
 """Time in which a stopped motion comes to rest [s]."""

@@ -5,8 +5,8 @@ from trajopt.commander.moveit_msgs.msg import RobotTrajectory
 from trajopt.commander.rospy import Duration
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
-from trajopt.trajectory import Trajectory
 
 
 def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotTrajectory:

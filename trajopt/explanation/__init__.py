@@ -7,4 +7,4 @@ from trajopt.explanation.nearest import NearestFree as NearestFree
 from trajopt.explanation.prices import Price as Price
 from trajopt.explanation.remedies import Remedy as Remedy
 from trajopt.explanation.widening import widenings as widenings
-from trajopt.status import Certainty as Certainty
+from trajopt.planning.status import Certainty as Certainty

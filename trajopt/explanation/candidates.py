@@ -19,11 +19,11 @@ from trajopt.explanation.change import (
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed
 from trajopt.explanation.widening import Widening, widenings
+from trajopt.infeasibility.reasons import Block, BlockKind
 from trajopt.model.requirements import WORLD, FramePlacement, Requirement
+from trajopt.planning.result import Status
 from trajopt.problem import Problem
 from trajopt.query import query_of
-from trajopt.reasons import Block, BlockKind
-from trajopt.result import Status
 from trajopt.terms import constrain
 from trajopt.terms.joint_positions import fixed_positions
 from trajopt.terms.motion import Motion

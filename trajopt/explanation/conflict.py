@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 from trajopt.explanation.asked import always_at_end
 from trajopt.explanation.nearest import least_missed
+from trajopt.infeasibility.reasons import Block, BlockKind
 from trajopt.model.requirements import Requirement
 from trajopt.problem import Problem
-from trajopt.reasons import Block, BlockKind
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ def conflict_at_goal(problem: Problem, blocks: Sequence[Block]) -> tuple[str, ..
     """Return what cannot be held together at the goal; whichever is left out, the rest can.
 
     Joint limits and the robot's clearance from itself always count. The deletion filter of
-    `trajopt.seeds.conflicting`, here with obstacles among what is left out.
+    `trajopt.planning.seeds.conflicting`, here with obstacles among what is left out.
 
     Args:
         problem: The problem; no free configuration was found that holds its goals.

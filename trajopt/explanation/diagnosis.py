@@ -11,13 +11,19 @@ from trajopt.explanation.conflict import conflict_at_goal
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed, nearest_free
 from trajopt.explanation.standing_torque import largest_change, overloaded
+from trajopt.infeasibility.conflict import conflicting
+from trajopt.infeasibility.reasons import (
+    Block,
+    BlockKind,
+    blocks_of,
+    blocks_on_the_way,
+    joint_goal_beyond_limits,
+)
 from trajopt.model.limits import LimitKind
 from trajopt.model.reduced import ReducedModel
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, Status
 from trajopt.query import Counts
-from trajopt.reasons import Block, BlockKind, blocks_of, blocks_on_the_way, joint_goal_beyond_limits
-from trajopt.result import Result
-from trajopt.seeds import conflicting
-from trajopt.status import Certainty, Status
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.transcription import goal_centre
 from trajopt.verify import Certificate, Moment, examine

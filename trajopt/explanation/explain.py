@@ -8,9 +8,9 @@ from trajopt.explanation.diagnosis import diagnose
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.prices import prices
 from trajopt.explanation.remedies import smallest_changes
-from trajopt.plan import plan as plan_problem
+from trajopt.planning.plan import plan as plan_problem
+from trajopt.planning.result import Result
 from trajopt.problem import Problem
-from trajopt.result import Result
 
 
 def explain(

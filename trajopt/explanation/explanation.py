@@ -8,11 +8,11 @@ from trajopt.arrays import Floats
 from trajopt.explanation.nearest import NearestFree
 from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
+from trajopt.infeasibility.reasons import Block
+from trajopt.model.trajectory import Path
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.tries import Try
 from trajopt.problem import Problem
-from trajopt.reasons import Block
-from trajopt.status import Certainty, Status
-from trajopt.trajectory import Path
-from trajopt.tries import Try
 from trajopt.values import Value
 
 NAMED = 4

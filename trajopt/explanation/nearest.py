@@ -8,11 +8,11 @@ import numpy as np
 from trajopt.arrays import Floats, readonly
 from trajopt.explanation.asked import always_at_end, always_at_start
 from trajopt.explanation.standing import Standing, Stood
+from trajopt.kinematics.goal_candidates import random_starts
+from trajopt.kinematics.projection import Projection
 from trajopt.model.requirements import Requirement
 from trajopt.problem import Problem
 from trajopt.query import query_of
-from trajopt.seeds.inverse_kinematics import random_starts
-from trajopt.seeds.projection import Projection
 from trajopt.values import Value
 from trajopt.verify import Moment, examine
 

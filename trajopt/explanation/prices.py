@@ -10,18 +10,18 @@ from trajopt.explanation.asked import everything, with_requirement
 from trajopt.explanation.change import smaller_margin
 from trajopt.explanation.multipliers import Multipliers, multipliers
 from trajopt.explanation.widening import DEGREE, MILLIMETRE, widenings
+from trajopt.kinematics.projection import Projection
+from trajopt.methods.timing import timed
 from trajopt.model.limits import LimitKind
 from trajopt.model.requirements import Requirement
+from trajopt.model.trajectory import Path
+from trajopt.planning.result import Result
 from trajopt.problem import Problem
 from trajopt.query import query_of
-from trajopt.result import Result
 from trajopt.retime import Retimed
-from trajopt.seeds.projection import Projection
 from trajopt.solvers import Sqp
 from trajopt.terms import Clearance, constrain
 from trajopt.terms.residual import WHOLE
-from trajopt.timing import timed
-from trajopt.trajectory import Path
 from trajopt.transcription import KnotsNlp, transcribe
 
 TIGHT = Sqp(max_iterations=300, relative_gain=1e-7, absolute_gain=1e-10)

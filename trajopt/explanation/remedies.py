@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trajopt.explanation.change import Change
+from trajopt.planning.result import Result
 from trajopt.problem import Problem
-from trajopt.result import Result
 
 MOST = 3
 """Remedies after which no more are looked for."""

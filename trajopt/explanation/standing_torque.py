@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.infeasibility.chain import Chain
+from trajopt.infeasibility.reasons import Block, BlockKind
 from trajopt.model.payload import loaded_model
 from trajopt.problem import Problem
-from trajopt.proofs.chain import Chain
 from trajopt.query.dynamics import dynamics_of
-from trajopt.reasons import Block, BlockKind
 
 
 def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:

@@ -10,8 +10,8 @@ from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.timeline import Timeline
 from trajopt.model.scene import Scene
-from trajopt.result import Result
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.result import Result
 from trajopt.values import Value
 
 

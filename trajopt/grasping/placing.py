@@ -3,17 +3,17 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from trajopt import reasons
 from trajopt.arrays import Floats
 from trajopt.grasping.grasp import Place
 from trajopt.grasping.handling import Refusal, Segment, Stage
 from trajopt.grasping.neighbours import touched
 from trajopt.grasping.straight import follow, up, vector_of
 from trajopt.grasping.task import Names, Step, Task, in_turn
+from trajopt.infeasibility import reasons
+from trajopt.kinematics.goal_candidates import goal_candidates
 from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
 from trajopt.query import Counts
-from trajopt.seeds import goal_candidates
 
 
 @dataclass(frozen=True, eq=False)

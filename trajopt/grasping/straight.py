@@ -12,13 +12,13 @@ import numpy as np
 from trajopt.arrays import Floats, readonly
 from trajopt.grasping.grasp import Straight
 from trajopt.grasping.options import GraspingOptions
+from trajopt.kinematics.projection import Projection
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement, frame_placement, joint_positions, point_on_line
 from trajopt.model.scene import Scene
 from trajopt.problem import Problem
 from trajopt.query import query_of
-from trajopt.seeds.projection import Projection
 from trajopt.terms.residual import Constraint
 
 STEPS = 8

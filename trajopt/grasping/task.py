@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.budget import Budget
 from trajopt.grasping.grasp import Grasp
 from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.handling import Refusal, Segment, Stage
@@ -16,9 +15,10 @@ from trajopt.grasping.straight import straight_problem, to_configuration
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Requirement, joint_positions
 from trajopt.model.scene import Scene
-from trajopt.plan import plan
+from trajopt.planning.budget import Budget
+from trajopt.planning.plan import plan
+from trajopt.planning.result import Result
 from trajopt.problem import Problem
-from trajopt.result import Result
 from trajopt.terms.residual import Constraint
 
 SAME = 1e-6

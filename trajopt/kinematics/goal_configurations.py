@@ -3,9 +3,9 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.kinematics.goal_candidates import goal_candidates
 from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.seeds import goal_candidates
 
 
 def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = None) -> tuple[Floats, ...]:

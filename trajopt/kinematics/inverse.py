@@ -9,12 +9,11 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ProblemError
 from trajopt.kinematics.asked import count_of, requirements_of
+from trajopt.kinematics.goal_candidates import STARTS, goal_candidates
 from trajopt.kinematics.validity import Validity, validity
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts
-from trajopt.seeds import goal_candidates
-from trajopt.seeds.inverse_kinematics import STARTS
 from trajopt.values import Value
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from trajopt.arrays import Floats, readonly
 from trajopt.kinematics.asked import count_of, requirements_of
 from trajopt.kinematics.clearance import clear, pair_margins
+from trajopt.kinematics.projection import Projection
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Query, query_of
-from trajopt.seeds.projection import Projection
 from trajopt.values import Value
 
 BATCH = 4096

@@ -11,10 +11,10 @@ from trajopt.errors import JointNotFound, ProblemError, ShapeError
 from trajopt.inputs import one_of
 from trajopt.kinematics.asked import requirements_of
 from trajopt.kinematics.clearance import clear
+from trajopt.kinematics.projection import Projection
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import query_of
-from trajopt.seeds.projection import Projection
 from trajopt.values import Value
 
 STEP = 0.05

@@ -12,10 +12,10 @@ from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers.nlpsol import Nlpsol
 from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
-from trajopt.symbolic import SymbolicKinematics
 from trajopt.terms.residual import Constraint
+from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 from trajopt.transcription import KnotsNlp, transcribe
-from trajopt.transcription.casadi_knots import by_stages, objection, plainly
+from trajopt.transcription.casadi.knots import by_stages, objection, plainly
 
 ROUNDS = 6
 """Solutions at most: on finer samples, or with a larger penalty, from where the last one ended."""

@@ -9,15 +9,15 @@ from trajopt.arrays import Floats
 from trajopt.methods.bspline import windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
 from trajopt.methods.method import Outcome, Progress, followed_curve
+from trajopt.methods.timing import timed
 from trajopt.model.payload import loaded_model
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
 from trajopt.query.dynamics import dynamics_of
 from trajopt.retime import RetimeFailure
 from trajopt.solvers import Sqp
 from trajopt.solvers.trust_region import TrustRegion
-from trajopt.timing import timed
-from trajopt.trajectory import Path, Trajectory
 from trajopt.transcription.basis import SplineBasis, fitted
 from trajopt.transcription.bspline import Places, over_control_points
 from trajopt.transcription.free_duration import RESTING, FreeDurationNlp

@@ -6,10 +6,10 @@ from typing import Protocol, runtime_checkable
 
 from trajopt.arrays import Floats
 from trajopt.model.requirements import FollowsCurve
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import Iteration, SolveResult
-from trajopt.trajectory import Path, Trajectory
 
 Progress = Callable[[Iteration], None]
 """Called after every step of a solver."""

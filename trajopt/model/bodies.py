@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from trajopt.model.mesh_cover import MeshPolicy, cover_file
+from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_file
 from trajopt.model.placement import Placement
 from trajopt.model.shapes import Shape
 from trajopt.model.urdf import LinkGeometry, MeshReference

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.errors import ShapeError
 from trajopt.model.derived import once_each
-from trajopt.model.mesh_file import Mesh, components
+from trajopt.model.meshes.mesh_file import Mesh, components
 from trajopt.model.shapes import Convex, Shape, convex
 
 HOLE = 5e-3

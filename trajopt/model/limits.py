@@ -10,7 +10,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import FileFormatError, JointNotFound
-from trajopt.files import number_of
+from trajopt.io.files import number_of
 from trajopt.shown import shown
 from trajopt.values import Value
 
@@ -192,7 +192,7 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
     Raises:
         FileFormatError: If the file is missing, is no YAML, or has no such mapping.
     """
-    from trajopt.yaml_files import read_yaml
+    from trajopt.io.yaml_files import read_yaml
 
     documents = read_yaml(path)
     document = documents[0] if len(documents) == 1 else None

@@ -24,7 +24,7 @@ from trajopt.model.bodies import CollisionBody, robot_bodies
 from trajopt.model.described import adjacent_links, described_limits
 from trajopt.model.groups import Group, resolve_groups
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
-from trajopt.model.mesh_cover import MeshPolicy
+from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.mimics import followed, resolve_mimics
 from trajopt.model.named_frames import joint_frame_names, link_names
 from trajopt.model.pinocchio_data import ModelData, model_data, model_of

@@ -9,7 +9,7 @@ from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.bodies import CollisionBody
 from trajopt.model.clearances import Clearances
 from trajopt.model.kinematics import link_placement
-from trajopt.model.mesh_cover import MeshPolicy
+from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import FrameAttachment, Robot

@@ -10,8 +10,8 @@ import numpy as np
 from trajopt.arrays import Floats, number, readonly
 from trajopt.errors import ModelError, ShapeError
 from trajopt.model.fixed_body import Anchor, FixedBody
-from trajopt.model.mesh_cover import MeshPolicy, cover_mesh
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, check_placement
 from trajopt.model.shapes import Shape, bounding_box
 from trajopt.shown import shown

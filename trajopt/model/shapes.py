@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Ints, floats, number, readonly
 from trajopt.errors import ShapeError, SizeError
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.values import Value
 
 LARGEST_SIZE = 50.0

@@ -11,7 +11,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint
-from trajopt.files import is_file
+from trajopt.io.files import is_file
 from trajopt.model.placement import Placement, placement
 from trajopt.model.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from trajopt.model.xml_file import numbers, read_xml

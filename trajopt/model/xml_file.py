@@ -5,7 +5,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError
-from trajopt.files import DEEPEST, read_bytes
+from trajopt.io.files import DEEPEST, read_bytes
 from trajopt.shown import shown
 
 _BLOCK = 65536  # bytes handed to the parser at once

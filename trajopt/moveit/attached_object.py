@@ -1,10 +1,10 @@
 """Attached collision object messages: things that a link carries."""
 
 from trajopt.errors import FrameNotFound, ObjectNotFound
+from trajopt.io.document import Node
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.moveit.collision_object import ObjectMessage, add, read_object
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, placement_in_world, read_frame, require
 
 ATTACHED_FIELDS = ("link_name", "object", "touch_links", "detach_posture", "weight")

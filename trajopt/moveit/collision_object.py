@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 
 from trajopt.errors import ModelError, NameNotFound, ObjectNotFound
+from trajopt.io.document import Node
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.model.scene_object import Part
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, placement_in_world, read_frame, require
 from trajopt.moveit.pose import read_placement
 from trajopt.moveit.shapes import read_parts

@@ -4,6 +4,7 @@ import numpy as np
 
 from trajopt.arrays import readonly
 from trajopt.errors import JointNotFound
+from trajopt.io.document import Node
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import (
     JointPositions,
@@ -13,7 +14,6 @@ from trajopt.model.requirements import (
     joint_positions,
 )
 from trajopt.model.scene import Scene
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, require
 from trajopt.moveit.orientation_constraint import Orientation, read_orientation
 from trajopt.moveit.position_constraint import PointRegion, read_region

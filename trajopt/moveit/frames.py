@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, NameNotFound
-from trajopt.model.mesh_cover import MeshPolicy
+from trajopt.io.document import Node
+from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.moveit.document import Node
 
 HEADER_FIELDS = ("seq", "stamp", "frame_id")
 

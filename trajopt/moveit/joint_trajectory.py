@@ -7,8 +7,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
-from trajopt.moveit.document import Node
-from trajopt.trajectory import Trajectory
+from trajopt.io.document import Node
+from trajopt.model.trajectory import Trajectory
 
 NANOSECONDS = 10**9
 

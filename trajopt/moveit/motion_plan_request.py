@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, GroupNotFound
+from trajopt.io.document import Node, read_document
 from trajopt.model.groups import ALL_JOINTS
 from trajopt.model.requirements import JointPositions, Requirement, any_of
 from trajopt.model.robot import Robot
@@ -15,7 +16,6 @@ from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed, tool_speed
 from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.constraints import read_constraints
-from trajopt.moveit.document import Node, read_document
 from trajopt.moveit.frames import Reading, require, world_names
 from trajopt.moveit.planning_scene import SceneFile
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions

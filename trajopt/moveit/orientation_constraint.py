@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.io.document import Node
 from trajopt.model.placement import placement
 from trajopt.model.requirements import RotationCoordinates
 from trajopt.model.scene import Scene
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, read_frame, read_frame_name
 from trajopt.moveit.pose import read_quaternion
 from trajopt.moveit.tolerance import read_tolerance

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound
-from trajopt.model.mesh_cover import MeshPolicy
+from trajopt.io.document import Node, read_document
+from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
@@ -14,7 +15,6 @@ from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.collision_matrix import apply_matrix
 from trajopt.moveit.collision_object import apply_object, read_object
-from trajopt.moveit.document import Node, read_document
 from trajopt.moveit.frames import Reading, frame_id, require, world_names
 from trajopt.moveit.pose import read_placement
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions

@@ -3,8 +3,8 @@
 from math import hypot, inf
 
 from trajopt.errors import SizeError
+from trajopt.io.document import Node
 from trajopt.model.placement import IDENTITY, Placement, placement
-from trajopt.moveit.document import Node
 
 
 def read_vector(node: Node, axes: str = "xyz") -> tuple[float, ...] | None:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.io.document import Node
 from trajopt.model.placement import Placement
 from trajopt.model.scene import Scene
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, read_frame, read_frame_name
 from trajopt.moveit.pose import read_placement, read_vector
 from trajopt.moveit.shapes import read_kind

@@ -6,8 +6,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import JointNotFound
+from trajopt.io.document import Node
 from trajopt.model.robot import Robot
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import require
 from trajopt.moveit.pose import read_placement
 

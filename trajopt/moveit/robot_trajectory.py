@@ -4,9 +4,9 @@ from pathlib import Path
 
 import yaml
 
-from trajopt.moveit.document import Node, read_document, write_text
+from trajopt.io.document import Node, read_document, write_text
+from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import points_document, read_points
-from trajopt.trajectory import Trajectory
 
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 

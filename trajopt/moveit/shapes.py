@@ -6,11 +6,11 @@ from math import hypot
 import numpy as np
 
 from trajopt.errors import ShapeError
-from trajopt.model.mesh_file import Mesh
+from trajopt.io.document import Node
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, placement
 from trajopt.model.scene_object import Part
 from trajopt.model.shapes import Box, Cone, Cylinder, Plane, Shape, Sphere
-from trajopt.moveit.document import Node
 from trajopt.moveit.pose import read_placement, read_vector
 from trajopt.shown import shown
 

@@ -1,6 +1,6 @@
 """Tolerances of constraints messages."""
 
-from trajopt.moveit.document import Node
+from trajopt.io.document import Node
 
 LEAST_TOLERANCE = 1e-4
 """What a tolerance of zero, or none, means [rad | m]."""

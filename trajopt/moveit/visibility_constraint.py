@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from trajopt.io.document import Node
 from trajopt.model.requirements import Requirement, axis_alignment, gaze
 from trajopt.model.scene import Scene
-from trajopt.moveit.document import Node
 from trajopt.moveit.frames import Reading, read_frame
 from trajopt.moveit.pose import read_placement
 

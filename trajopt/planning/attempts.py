@@ -3,19 +3,19 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from trajopt import reasons
 from trajopt.arrays import Floats
-from trajopt.judgement import judge
+from trajopt.infeasibility import reasons
 from trajopt.methods import Glancing, Outcome, Program
+from trajopt.methods.timing import timed as time_path
+from trajopt.model.trajectory import Path, Trajectory
+from trajopt.planning.judgement import judge
 from trajopt.planning.meter import Meter
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, Status
 from trajopt.problem import Problem
 from trajopt.query import Counts, query_of
-from trajopt.result import Result
 from trajopt.retime import Retimed, RetimeFailure
 from trajopt.solvers import Iteration
-from trajopt.status import Certainty, Status
-from trajopt.timing import timed as time_path
-from trajopt.trajectory import Path, Trajectory
 from trajopt.verify import Certificate, Judge
 
 PATH_TOLERANCES = (5e-3, 1e-3)

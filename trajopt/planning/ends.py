@@ -7,16 +7,17 @@ from itertools import combinations
 
 import numpy as np
 
-from trajopt import reasons
 from trajopt.arrays import Floats
+from trajopt.infeasibility import box_breaks, box_collides, exclusion, out_of_reach, reasons
+from trajopt.infeasibility.conflict import conflicting
+from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.model.accepted import EXCESS
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.planning.attempts import Attempts
-from trajopt.proofs import box_breaks, box_collides, exclusion, out_of_reach
+from trajopt.planning.result import Result
+from trajopt.planning.seeds import choose_waypoints
+from trajopt.planning.status import Certainty, Status
 from trajopt.query import Counts, query_of
-from trajopt.result import Result
-from trajopt.seeds import MANY_STARTS, STARTS, GoalCandidates, choose_waypoints, conflicting, goal_candidates
-from trajopt.status import Certainty, Status
 from trajopt.terms import constrain
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from threading import Event
 from time import monotonic
 
-from trajopt.budget import Budget, Stop
+from trajopt.planning.budget import Budget, Stop
 from trajopt.query import Counts
 from trajopt.solvers import Iteration
 

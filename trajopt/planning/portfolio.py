@@ -17,10 +17,8 @@ from trajopt.methods import Method, Program
 from trajopt.model.requirements import joint_positions
 from trajopt.planning.attempts import Attempts
 from trajopt.planning.ends import Ends
-from trajopt.problem import Problem
-from trajopt.query import Counts
-from trajopt.result import Result
-from trajopt.seeds import (
+from trajopt.planning.result import Result
+from trajopt.planning.seeds import (
     Around,
     Blocked,
     Bumps,
@@ -35,8 +33,10 @@ from trajopt.seeds import (
     WaypointLine,
     line_through,
 )
+from trajopt.planning.status import Certainty, Status
+from trajopt.problem import Problem
+from trajopt.query import Counts
 from trajopt.solvers import SolveResult
-from trajopt.status import Certainty, Status
 from trajopt.terms import Acceleration, Clearance, Jerk, Velocity
 from trajopt.transcription import fixed_goal
 from trajopt.values import Value

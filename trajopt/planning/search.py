@@ -4,16 +4,16 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
 
-from trajopt.budget import Stop
+from trajopt.infeasibility import closed_cut
+from trajopt.infeasibility.reasons import blocks_on_the_way, walled_in
+from trajopt.planning.budget import Stop
 from trajopt.planning.meter import Meter, Stopped
 from trajopt.planning.portfolio import ROUNDS, Candidate, Done, Portfolio, tried
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.tries import Try
 from trajopt.planning.workers import tried_in_processes
 from trajopt.problem import Problem
-from trajopt.proofs import closed_cut
-from trajopt.reasons import blocks_on_the_way, walled_in
-from trajopt.result import Result
-from trajopt.status import Certainty, Status
-from trajopt.tries import Try
 
 BEFORE_PROOF = 1
 """The round after whose failure a proof is looked for that there is no way at all."""

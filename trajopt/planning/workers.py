@@ -17,14 +17,14 @@ from signal import SIG_IGN, SIGINT, signal
 from threading import active_count
 from typing import cast
 
-from trajopt.budget import Budget, Stop
 from trajopt.errors import ProblemError
 from trajopt.planning.attempts import Attempts
+from trajopt.planning.budget import Budget, Stop
 from trajopt.planning.meter import Meter, Stopped
 from trajopt.planning.portfolio import Candidate, Done, Way, tried
+from trajopt.planning.seeds import Guess
+from trajopt.planning.status import Status
 from trajopt.problem import Problem
-from trajopt.seeds import Guess
-from trajopt.status import Status
 
 POLL = 0.005
 """How often the budget is looked at while waiting [s]."""

@@ -6,7 +6,7 @@ import coal
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
 from trajopt.query.boxes import PLANE_EXTENT, BoundingBoxes
 from trajopt.query.enclosure import encloses

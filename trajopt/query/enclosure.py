@@ -4,7 +4,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.closed_surface import closed_surface, part_points
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.shapes import Shape
 
 

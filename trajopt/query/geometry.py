@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from trajopt.arrays import Floats
 from trajopt.model.derived import once_each
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
 
 

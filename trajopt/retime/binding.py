@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.course import Course
 from trajopt.retime.peaks import Peaks, factors
-from trajopt.trajectory import Trajectory
 
 BINDS = 0.97
 """Part of its speed to which a limit must hold a piece of the motion to count as the one that decides."""

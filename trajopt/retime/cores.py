@@ -3,11 +3,11 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.trajectory import Trajectory
 from trajopt.native import installed
 from trajopt.retime import barrier, extremes, reachability
 from trajopt.retime.program import Program
 from trajopt.retime.stages import Rows, rooms, stages, stations
-from trajopt.trajectory import Trajectory
 
 NATIVE = installed("reachability")
 """Whether the native core is in use; an installation without a compiler leaves it out."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.cores import fastest
 from trajopt.retime.profile import Profile, from_control
 from trajopt.retime.ramp import RampedPath
@@ -13,7 +14,6 @@ from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.stages import Rows, squared_speed_bound, stations
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque_along import RampedTorque, TorqueAlong
-from trajopt.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

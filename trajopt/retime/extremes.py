@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 STEPS = 8
 """Newton steps towards a zero of the acceleration; what is missing then is added to the speed."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 
 def jerk_peaks(trajectory: Trajectory) -> Floats:

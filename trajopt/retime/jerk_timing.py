@@ -12,6 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.binding import binding
 from trajopt.retime.cores import minimise
 from trajopt.retime.course import Bounds, Course, course, trajectory
@@ -26,7 +27,6 @@ from trajopt.retime.stretch import hold, slowed
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
 from trajopt.retime.torque_along import RampedTorque, TorqueAlong
-from trajopt.trajectory import Trajectory
 
 FIRST_AVERAGE = 1.0
 """Least time that the first motion is averaged over, in intervals of the grid."""

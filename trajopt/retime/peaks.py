@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.cores import motion_extremes
 from trajopt.retime.course import Bounds, Course
 from trajopt.retime.jerk_peaks import jerk_peaks
 from trajopt.retime.tool import ToolLimits, tool_speed_peaks
 from trajopt.retime.torque import TorqueLimits, torque_range
-from trajopt.trajectory import Trajectory
 
 LEAST_ROOM = 0.1
 """Part of the room beside gravity that tightening always leaves."""

@@ -4,12 +4,12 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits, LimitKind
+from trajopt.model.trajectory import LONGEST
 from trajopt.retime.course import Course
 from trajopt.retime.peaks import Slowdown
 from trajopt.retime.polyline import Polyline
 from trajopt.retime.result import RetimeFailure
 from trajopt.retime.torque import TorqueLimits
-from trajopt.trajectory import LONGEST
 
 GRAVITY = 1.0 - 1e-6
 """Part of a torque limit that holding still may take; a path that needs more is refused."""

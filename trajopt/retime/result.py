@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ import numpy as np
 
 from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.retime.options import RetimeOptions
 from trajopt.retime.polyline import polyline
 from trajopt.retime.refusal import STILL, endless, immovable
@@ -12,7 +13,6 @@ from trajopt.retime.rounding import DeviationBound, smooth
 from trajopt.retime.timing import time_path
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import InverseDynamics, TorqueLimits
-from trajopt.trajectory import Path, Trajectory
 
 DEFAULT_OPTIONS = RetimeOptions()
 """What `retime` does unless told otherwise."""

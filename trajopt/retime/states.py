@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 
 
 class States(NamedTuple):

@@ -3,11 +3,11 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.profile import Profile
 from trajopt.retime.ramp import RampedPath
 from trajopt.retime.smooth import SmoothPath
 from trajopt.retime.states import within
-from trajopt.trajectory import Trajectory
 
 AHEAD = 0.01
 """How far a piece may run ahead of its profile or behind, as a part of its length on the path."""

@@ -1,10 +1,10 @@
 """The last step: one uniform stretch of time, so that every limit holds truly."""
 
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.course import Course
 from trajopt.retime.peaks import Slowdown, motion_peaks, slowdown, with_torque
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
-from trajopt.trajectory import Trajectory
 
 ROUNDS = 16
 """Most stretches; one is enough but for rounding errors and friction."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats, readonly
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import LONGEST, Trajectory
 from trajopt.retime.binding import binding
 from trajopt.retime.course import Bounds, Course, course, fastest_profile, trajectory
 from trajopt.retime.grid import even_grid, finer_grid, first_grid, turned
@@ -21,7 +22,6 @@ from trajopt.retime.stretch import hold, slowed
 from trajopt.retime.tool import ToolLimits
 from trajopt.retime.torque import TorqueLimits
 from trajopt.retime.torque_along import TorqueAlong, torque_along
-from trajopt.trajectory import LONGEST, Trajectory
 
 STRICT = 1.0 - 1e-9
 """Part of each limit that a trajectory may use: rounding errors stay below what is left."""

@@ -7,8 +7,8 @@ from typing import TypeAlias
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.states import at_points, within
-from trajopt.trajectory import Trajectory
 from trajopt.values import Value
 
 SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]

@@ -7,8 +7,8 @@ from typing import TypeAlias
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.states import at_points, joined, within
-from trajopt.trajectory import Trajectory
 
 InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
 """Positions, velocities and accelerations of the joints, (S, n) each -> their torques (S, n) [Nm | N]."""

@@ -9,8 +9,8 @@ from trajopt.arrays import Floats
 from trajopt.errors import ModelError, ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.robot import configuration
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.options import SimulationOptions
-from trajopt.trajectory import Trajectory
 
 MOST_STEPS = 1_000_000
 """Of one simulation: they take about a minute and 0.5 GB."""

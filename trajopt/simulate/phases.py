@@ -12,6 +12,7 @@ from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import Contact, ContactLog
 from trajopt.simulate.controller import ComputedTorque, Reference, in_group_order, reference
 from trajopt.simulate.loose import Friction, add_loose
@@ -19,7 +20,6 @@ from trajopt.simulate.options import SimulationOptions
 from trajopt.simulate.plant import Plant
 from trajopt.simulate.spec import describe
 from trajopt.simulate.stepping import BLOWN_UP
-from trajopt.trajectory import Trajectory
 from trajopt.values import Value
 
 WHOLE = "arm and fingers"

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints, readonly
-from trajopt.model.mesh_cover import MeshPolicy, cover_mesh
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 

@@ -9,13 +9,13 @@ import numpy as np
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ShapeError
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.camera import CameraView
 from trajopt.simulate.controller import in_group_order
 from trajopt.simulate.film import WRITERS, check_path, write_strip
 from trajopt.simulate.phases import SequenceLog
 from trajopt.simulate.rollout import Rollout
 from trajopt.simulate.studio import Motion, Studio
-from trajopt.trajectory import Trajectory
 
 MOST_PLACES = 100_000
 """Between so many moments at most a planned motion is drawn straight."""

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.tool_frame import tool_frame
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import Contact
-from trajopt.trajectory import Trajectory
 from trajopt.values import Value
 
 MOST_CONTACTS = 3

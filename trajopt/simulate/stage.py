@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
-from trajopt.model.mesh_file import Mesh, load_mesh
+from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD

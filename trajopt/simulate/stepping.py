@@ -4,12 +4,12 @@ import numpy as np
 
 from trajopt.arrays import Floats, readonly
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import ContactLog
 from trajopt.simulate.controller import ComputedTorque, in_group_order, reference
 from trajopt.simulate.options import SimulationOptions
 from trajopt.simulate.plant import Plant
 from trajopt.simulate.rollout import Rollout, TrackingError
-from trajopt.trajectory import Trajectory
 
 BLOWN_UP = 1e4
 """Joint speed [rad/s | m/s] beyond which a simulation has left physics."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
-from trajopt.model.mesh_file import load_mesh
+from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.placement import Placement
 from trajopt.model.robot import Robot
 from trajopt.model.shapes import Shape, bounding_box

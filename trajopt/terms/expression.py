@@ -10,8 +10,8 @@ from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
-from trajopt.symbolic import SymbolicKinematics
 from trajopt.terms.motion import Motion
+from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 
 Build = Callable[[SymbolicKinematics], ca.SX]
 """Makes the expression, a scalar or a column, of the symbols in `SymbolicKinematics.q`."""

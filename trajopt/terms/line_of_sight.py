@@ -11,7 +11,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import LineOfSight

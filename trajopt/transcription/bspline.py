@@ -10,10 +10,10 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints, readonly
+from trajopt.model.trajectory import Path
 from trajopt.nlp import Linearisation
 from trajopt.query import Counts
 from trajopt.terms.motion import Motion
-from trajopt.trajectory import Path
 from trajopt.transcription.basis import SplineBasis
 from trajopt.transcription.knots import KnotsNlp
 from trajopt.transcription.rows import constraint_rows, cost_rows

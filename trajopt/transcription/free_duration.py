@@ -13,10 +13,10 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Trajectory
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
 from trajopt.query import Counts
 from trajopt.query.dynamics import DynamicsQuery
-from trajopt.trajectory import Trajectory
 from trajopt.transcription.basis import SplineBasis
 from trajopt.transcription.bspline import BsplineNlp
 

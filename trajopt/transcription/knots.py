@@ -11,6 +11,7 @@ from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement, together
+from trajopt.model.trajectory import Path
 from trajopt.nlp import Linearisation
 from trajopt.problem import Asked, Problem
 from trajopt.query import Counts, Query, query_of
@@ -18,7 +19,6 @@ from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE
-from trajopt.trajectory import Path
 from trajopt.transcription.margins import tapered_margins
 from trajopt.transcription.rows import constraint_rows, cost_rows
 from trajopt.transcription.sweep import COARSE_SAMPLES, swept_samples

@@ -3,7 +3,6 @@
 It shares no code with what it judges, and what it certifies as proven holds at every time.
 """
 
-from trajopt.verify.body import INSTALLED, Body
 from trajopt.verify.certificate import (
     Certificate,
     Check,
@@ -12,11 +11,12 @@ from trajopt.verify.certificate import (
     PairClearance,
     Unproven,
 )
+from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.sampled import SampledCheck
 from trajopt.verify.examination import Examination, Moment, OutOfLimit, PairDistance
 from trajopt.verify.judge import Judge, examine, verify
-from trajopt.verify.options import VerifyOptions
-from trajopt.verify.requirement import When, check_requirement
-from trajopt.verify.sampled import SampledCheck
+from trajopt.verify.kernel.body import INSTALLED, Body
+from trajopt.verify.kernel.options import VerifyOptions
 
 __all__ = [
     "INSTALLED",

@@ -11,13 +11,13 @@ from trajopt.arrays import Bools, Floats, floats
 from trajopt.model.clearances import how_near
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.trajectory import Trajectory
+from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Check
-from trajopt.verify.kinematics import Kinematics
-from trajopt.verify.motion import Motion
-from trajopt.verify.options import VerifyOptions
-from trajopt.verify.pair_distances import PairDistances
-from trajopt.verify.requirement import When, check_requirement
+from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.options import VerifyOptions
+from trajopt.verify.kernel.pair_distances import PairDistances
 
 
 class Moment(Enum):

@@ -9,8 +9,9 @@ from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import During, Requirement
 from trajopt.model.tool_speed import ToolSpeed
-from trajopt.trajectory import Trajectory
-from trajopt.verify import (
+from trajopt.model.trajectory import Trajectory
+from trajopt.verify.certificate import Certificate, Check, Counts
+from trajopt.verify.checks import (
     axis_alignment,
     coupled_joints,
     distance_between,
@@ -24,23 +25,22 @@ from trajopt.verify import (
     position_in_region,
     singularity_distance,
 )
-from trajopt.verify.body import INSTALLED, Body
-from trajopt.verify.certificate import Certificate, Check, Counts
-from trajopt.verify.clearance import judge_clearance
-from trajopt.verify.ends import end_checks
+from trajopt.verify.checks.clearance import judge_clearance
+from trajopt.verify.checks.ends import end_checks
+from trajopt.verify.checks.joint_limits import limit_checks
+from trajopt.verify.checks.joint_torques import torque_checks
+from trajopt.verify.checks.moving_limits import group_part, moving_limits
+from trajopt.verify.checks.parts import part_checks
+from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.sampled import SampledCheck, sampled_check
+from trajopt.verify.checks.tool_speed import tool_speed_checks
+from trajopt.verify.checks.waypoints import passages
 from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
-from trajopt.verify.joint_limits import limit_checks
-from trajopt.verify.joint_torques import torque_checks
-from trajopt.verify.motion import Motion
-from trajopt.verify.moving_limits import group_part, moving_limits
+from trajopt.verify.kernel.body import INSTALLED, Body
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.options import VerifyOptions
+from trajopt.verify.kernel.workspace import workspace
 from trajopt.verify.notes import notes
-from trajopt.verify.options import VerifyOptions
-from trajopt.verify.parts import part_checks
-from trajopt.verify.requirement import When, check_requirement
-from trajopt.verify.sampled import SampledCheck, sampled_check
-from trajopt.verify.tool_speed import tool_speed_checks
-from trajopt.verify.waypoints import passages
-from trajopt.verify.workspace import workspace
 
 REQUIREMENT_MODULES = (
     joint_positions,

@@ -7,7 +7,7 @@ import numpy as np
 from trajopt.model.limits import JointLimits
 from trajopt.model.payload import payloads
 from trajopt.model.reduced import ReducedModel
-from trajopt.verify.motion import Motion
+from trajopt.verify.kernel.motion import Motion
 
 _MOST_NAMES = 8
 

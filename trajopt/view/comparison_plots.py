@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.comparison import Run
-from trajopt.comparison.profile import performance_profile
+from trajopt.benchmark import Run
+from trajopt.benchmark.profile import performance_profile
 from trajopt.view.palette import LINES, hexadecimal
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
-from trajopt.model.mesh_file import load_mesh
+from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.reduced import FixedBody, ReducedModel
 from trajopt.model.shapes import Plane, Shape, bounding_box

@@ -8,13 +8,13 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.explanation import Explanation
+from trajopt.infeasibility.reasons import BlockKind
 from trajopt.model.placement import placement
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import WORLD, FramePlacement
 from trajopt.model.shapes import Sphere
+from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
-from trajopt.reasons import BlockKind
-from trajopt.trajectory import Trajectory
 
 LETTERS = 116
 """Letters in a line of the words over the picture."""

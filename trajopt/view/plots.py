@@ -14,7 +14,7 @@ from trajopt.errors import FileFormatError, ShapeError
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.trajectory import Interpolation, Trajectory
+from trajopt.model.trajectory import Interpolation, Trajectory
 from trajopt.view.clearance import PairKind
 from trajopt.view.palette import LINES, NARROW, TOUCHING, hexadecimal
 from trajopt.view.readout import decimal

@@ -9,8 +9,8 @@ from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import AxisAlignment, Requirement
+from trajopt.model.trajectory import Trajectory
 from trajopt.query import Kinematics
-from trajopt.trajectory import Trajectory
 from trajopt.view.clearance import ClearanceQuery, PairKind
 
 SAMPLES = 600

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats
-from trajopt.model.mesh_file import Mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
 SECTORS = 32

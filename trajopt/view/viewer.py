@@ -11,8 +11,8 @@ from trajopt.errors import MissingExtra, ShapeError
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Plane, bounding_sphere
+from trajopt.model.trajectory import Trajectory
 from trajopt.query import Kinematics
-from trajopt.trajectory import Trajectory
 from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing
 from trajopt.view.readout import clearance_html, joints_html

@@ -1,0 +1,64 @@
+"""Definitions: what a function that makes a problem says of itself."""
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.robots_for_tests import odd_arm
+from trajopt.benchmark import Definition, run
+from trajopt.errors import ProblemError
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
+    return odd_arm(tmp_path_factory.mktemp("robot"))
+
+
+@pytest.fixture
+def turning(arm: to.Robot) -> Definition:
+    def make(rng: np.random.Generator | None = None) -> to.Problem:
+        pan = 1.0 if rng is None else float(rng.uniform(0.5, 1.0))
+        return to.Problem(scene=to.Scene(arm), start={}, goal=to.joint_positions({"pan": pan}))
+
+    return Definition("turning", make)
+
+
+def test_instances(turning: Definition) -> None:
+    def goal(draw: int) -> float:
+        (asked,) = turning.problem(draw).goals
+        return asked.positions["pan"]  # pyright: ignore[reportAttributeAccessIssue]
+
+    assert turning.randomised and turning.expected is to.Status.SOLVED
+    assert goal(0) == 1.0
+    assert goal(1) == goal(1) != goal(2)
+
+
+def test_no_random_instances_without_rng(arm: to.Robot) -> None:
+    definition = Definition("fixed", lambda: to.Problem(scene=to.Scene(arm), start={}, goal=()))
+    assert not definition.randomised
+    with pytest.raises(ProblemError, match="no random instances"):
+        definition.problem(1)
+
+
+def test_run_judges_the_motion(turning: Definition) -> None:
+    entry = run(turning, 2)
+    assert entry.as_expected and entry.instance == "random 2"
+    told = {item.name.split(":")[0]: item for item in entry.constraints}
+    assert {"start", "goal", "velocity", "acceleration"} <= set(told)
+    assert entry.duration is not None and told["velocity"].time is not None
+    assert 0.0 <= told["velocity"].time <= entry.duration
+
+
+def test_what_is_refused_must_say_the_right_reason(arm: to.Robot) -> None:
+    def make() -> to.Problem:
+        return to.Problem(scene=to.Scene(arm), start={}, goal=to.joint_positions({"reach": 9.0}))
+
+    unmarked = run(Definition("beyond", make))
+    assert unmarked.status is to.Status.GOAL_OUT_OF_LIMITS and not unmarked.as_expected
+    assert run(Definition("beyond", to.refused(to.Status.GOAL_OUT_OF_LIMITS)(make))).as_expected
+    assert not run(Definition("beyond", to.refused(to.Status.STUCK)(make))).as_expected
+
+
+def test_solved_is_no_refusal() -> None:
+    with pytest.raises(ProblemError, match="SOLVED"):
+        to.refused(to.Status.SOLVED)

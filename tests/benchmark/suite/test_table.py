@@ -1,0 +1,36 @@
+"""Entries as text and as data."""
+
+import json
+
+from tests.benchmark.suite.entries import ALL, FAILED, FALSE, GOOD, REFUSED
+from trajopt.benchmark import table
+from trajopt.benchmark.suite_table import summary
+
+
+def test_as_expected() -> None:
+    assert GOOD.as_expected and REFUSED.as_expected
+    assert not FALSE.as_expected, "a judge that finds a broken constraint makes a success a failure"
+    assert not FAILED.as_expected
+
+
+def test_table_shows_every_constraint() -> None:
+    lines = table(ALL)
+    assert len(lines) == 1 + 3 + 2 + 1 + 1
+    assert lines[1].split()[:4] == ["ok", "past", "a", "post"]
+    assert "0.0123" in lines[1] and "0.500" in lines[1] and "clearance" in lines[1]
+    assert lines[4].startswith("FAIL") and "random 3" in lines[4]
+    assert "BROKEN path: position" in lines[5] and "0.750" in lines[5]
+    assert lines[6].endswith("refused: NO_INVERSE_KINEMATICS")
+    assert lines[7].startswith("FAIL") and lines[7].endswith("expected solved")
+
+
+def test_summary() -> None:
+    assert summary(ALL) == "2 of 4 as expected; planning took 2.0 s of CPU"
+
+
+def test_as_data() -> None:
+    good, _, refused, failed = (json.loads(json.dumps(entry.as_dict(), allow_nan=False)) for entry in ALL)
+    assert good["expected"] == good["outcome"] == "solved" and good["instance"] == "fixed"
+    assert good["constraints"][0]["time"] == 0.5 and good["constraints"][2]["worst"] is None
+    assert refused["expected"] == "NO_INVERSE_KINEMATICS" and refused["constraints"] == []
+    assert failed["as_expected"] is False

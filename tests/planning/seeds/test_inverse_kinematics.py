@@ -1,0 +1,89 @@
+"""Goal configurations: each holds the goal, the nearest comes first, and failures say why."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import trajopt as to
+from tests.robots_for_tests import odd_arm
+from trajopt.kinematics.goal_candidates import GoalCandidates, goal_candidates
+from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.query.kinematics import Counts
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> to.Scene:
+    return to.Scene(odd_arm(tmp_path))
+
+
+def search(scene: to.Scene, *goals: to.Requirement, seed: int = 0) -> tuple[ReducedModel, GoalCandidates]:
+    reduced = reduce_model(scene, "all", scene.robot.positions())
+    rng = np.random.default_rng(seed)
+    return reduced, goal_candidates(reduced, goals, rng=rng, counts=Counts())
+
+
+def test_position_goal(scene: to.Scene) -> None:
+    where = scene.placement_of("tip", scene.robot.positions({"pan": 0.8, "reach": 0.2, "elbow": -0.7}))
+    goal = to.frame_placement("tip", where, rotation_tolerance=np.inf, offset=(0.02, 0.0, 0.01))
+    reduced, found = search(scene, goal)
+    assert len(found.free) >= 2
+    travel: list[float] = []
+    for q in found.free:
+        tip = scene.placement_of("tip", reduced.all_positions(q))
+        error = where.rotation.T @ (tip * goal.offset - where.translation)
+        assert np.abs(error).max() <= 1e-4
+        assert (q >= reduced.limits.lower).all() and (q <= reduced.limits.upper).all()
+        travel.append(float(np.max(np.abs(q - reduced.start_positions) / reduced.limits.velocity)))
+    assert travel == sorted(travel)
+
+
+def test_free_axes_and_attached_objects(scene: to.Scene) -> None:
+    scene = scene.add(
+        "held",
+        to.Sphere(0.02),
+        to.placement((0.12, 0, 0), rpy=(0, 0.4, 0)),
+        frame="tip",
+        touch_links=["tip", "finger"],
+    )
+    where = scene.placement_of("held", scene.robot.positions({"pan": 0.3, "reach": 0.1, "elbow": 0.4}))
+    goal = to.frame_placement(
+        "held", where, position_tolerance=(1e-3, 1e-3, np.inf), rotation_tolerance=np.inf
+    )
+    reduced, found = search(scene, goal)
+    for q in found.free:
+        seen = where.inverse() * scene.placement_of("held", reduced.all_positions(q)).translation
+        assert np.abs(seen[:2]).max() <= 1e-3
+    assert found.free
+
+
+def test_alignment_goal(scene: to.Scene) -> None:
+    goal = to.axis_alignment("tip", axis=(1, 0, 0), direction=(0, 0, -1), tolerance=0.1)
+    reduced, found = search(scene, goal)
+    for q in found.free:
+        tip = scene.placement_of("tip", reduced.all_positions(q))
+        assert np.arccos(-tip.rotation[2, 0]) <= 0.1 + 1e-9
+    assert found.free
+
+
+def test_what_blocks_is_named(scene: to.Scene) -> None:
+    where = scene.placement_of("tip", scene.robot.positions({"pan": 0.8, "reach": 0.2}))
+    scene = scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement(where.translation))
+    _, found = search(scene, to.frame_placement("tip", where, rotation_tolerance=np.inf))
+    assert not found.free and found.colliding > 0
+    assert found.blocking is not None and "block" in found.blocking[:2] and found.blocking[2] < 0.0
+
+
+def test_out_of_reach_says_by_how_much(scene: to.Scene) -> None:
+    goal = to.frame_placement("tip", to.placement((3.0, 0, 0)), rotation_tolerance=np.inf)
+    _, found = search(scene, goal)
+    assert not found.free and found.colliding == 0
+    assert 1.0 < found.nearest_miss < 3.0
+
+
+def test_the_same_every_time(scene: to.Scene) -> None:
+    where = to.placement((0.5, 0.3, 0.3), rotation=Rotation.from_euler("z", 0.3).as_matrix())
+    goal = to.frame_placement("tip", where, rotation_tolerance=np.inf)
+    first, second = (search(scene, goal, seed=3)[1].free for _ in range(2))
+    assert all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))

@@ -1,0 +1,17 @@
+"""Benchmarks: the suite of installed problems, methods side by side, folders of scenes and requests."""
+
+from trajopt.benchmark.compare import compare as compare
+from trajopt.benchmark.compare import runs as runs
+from trajopt.benchmark.definition import Definition as Definition
+from trajopt.benchmark.definition import definitions as definitions
+from trajopt.benchmark.definition import refused as refused
+from trajopt.benchmark.entry import Entry as Entry
+from trajopt.benchmark.entry import run as run
+from trajopt.benchmark.planned import Allowance as Allowance
+from trajopt.benchmark.question import STANDARD as STANDARD
+from trajopt.benchmark.question import Question as Question
+from trajopt.benchmark.question import installed_questions as installed_questions
+from trajopt.benchmark.run import Moment as Moment
+from trajopt.benchmark.run import Run as Run
+from trajopt.benchmark.suite_page import page as page
+from trajopt.benchmark.suite_table import table as table

@@ -1,0 +1,101 @@
+"""Summary: what each method did over all problems, side by side."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.benchmark.run import Run
+
+INSTALLED = "installed"
+"""Group of the problems that belong to no set of files."""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """One method over all problems that can be asked.
+
+    Attributes:
+        solver: Name of the method.
+        asked: Problems.
+        good: Problems that ended as they should: a verified motion, or the right refusal.
+        groups: The same two numbers (good, asked) by group of problems.
+        cpu_total: Process time over all problems [s].
+        cpu_median: Over the problems it has a verified motion of [s]; None without any, as what follows.
+        iterations: Median of steps there.
+        cost: Median ratio of its cost to the least of all methods on the same problem.
+        duration: The same of the motion's duration.
+        path_length: The same of the path's length.
+        clearance: Smallest proven clearance [m].
+    """
+
+    solver: str
+    asked: int
+    good: int
+    groups: dict[str, tuple[int, int]]
+    cpu_total: float
+    cpu_median: float | None
+    iterations: float | None
+    cost: float | None
+    duration: float | None
+    path_length: float | None
+    clearance: float | None
+
+
+def group(problem: str) -> str:
+    """Return the set that a problem belongs to."""
+    return problem.split("/", maxsplit=1)[0] if "/" in problem else INSTALLED
+
+
+def summaries(runs: Sequence[Run]) -> tuple[Summary, ...]:
+    """Return the summary of each method, in the order met; left out is what nobody could answer."""
+    asked = [run for run in runs if run.askable]
+    return tuple(
+        _summary(solver, [run for run in asked if run.solver == solver], asked)
+        for solver in dict.fromkeys(run.solver for run in runs)
+    )
+
+
+def _summary(solver: str, mine: Sequence[Run], everybody: Sequence[Run]) -> Summary:
+    solved = [run for run in mine if run.verified]
+    groups = dict.fromkeys(group(run.problem) for run in mine)
+    return Summary(
+        solver=solver,
+        asked=len(mine),
+        good=sum(run.good for run in mine),
+        groups={
+            name: (
+                sum(run.good for run in mine if group(run.problem) == name),
+                sum(group(run.problem) == name for run in mine),
+            )
+            for name in groups
+        },
+        cpu_total=sum(run.cpu_seconds for run in mine),
+        cpu_median=_median([run.cpu_seconds for run in solved]),
+        iterations=_median([float(run.iterations) for run in solved]),
+        cost=_ratio(solved, everybody, lambda run: run.cost),
+        duration=_ratio(solved, everybody, lambda run: run.duration),
+        path_length=_ratio(solved, everybody, lambda run: run.path_length),
+        clearance=min((run.clearance for run in solved if run.clearance is not None), default=None),
+    )
+
+
+def _ratio(
+    solved: Sequence[Run], everybody: Sequence[Run], measure: Callable[[Run], float | None]
+) -> float | None:
+    """Return the median ratio to the best of all methods, over the problems that a method solved."""
+    least: dict[str, float] = {}
+    for run in everybody:
+        value = measure(run)
+        if run.verified and value is not None:
+            least[run.problem] = min(value, least.get(run.problem, value))
+    ratios = [
+        value / least[run.problem]
+        for run in solved
+        if (value := measure(run)) is not None and least[run.problem] > 0.0
+    ]
+    return _median(ratios)
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None

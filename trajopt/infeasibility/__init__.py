@@ -1,0 +1,8 @@
+"""Proofs that a problem has no solution: what is returned here holds, and what is not proves nothing."""
+
+from trajopt.infeasibility.closed_cut import ClosedCut as ClosedCut
+from trajopt.infeasibility.closed_cut import closed_cut as closed_cut
+from trajopt.infeasibility.exclusion import exclusion as exclusion
+from trajopt.infeasibility.goal_box import box_breaks as box_breaks
+from trajopt.infeasibility.goal_box import box_collides as box_collides
+from trajopt.infeasibility.reach import out_of_reach as out_of_reach

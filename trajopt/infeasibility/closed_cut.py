@@ -1,0 +1,101 @@
+"""A proof that there is no way from the start to the goal: a cut that no configuration can cross.
+
+A joint that starts on one side of a value and must end on the other has to pass it. If every
+configuration with the joint at that value is in collision, whatever all other joints do, nothing passes.
+A pair that must keep a clearance collides, in this sense, where it is nearer than that.
+The cut is covered by boxes of configurations, as `cover` says.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats
+from trajopt.infeasibility.cover import Cover
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import JointPositions
+from trajopt.problem import Problem
+
+SHARES = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
+"""Where between start and goal each joint is cut."""
+MOST_BOXES = 30000
+"""Boxes that are looked at, of all cuts together, before the question is left undecided."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosedCut:
+    """A value of a joint that every motion to the goal has to pass, and none can.
+
+    Attributes:
+        joint: The joint.
+        position: The value [rad | m].
+        pairs: Links and objects whose contact, or required clearance, closes the cut, most frequent first.
+        boxes: Boxes of configurations that were looked at.
+    """
+
+    joint: str
+    position: float
+    pairs: tuple[tuple[str, str], ...]
+    boxes: int
+
+
+def closed_cut(problem: Problem) -> ClosedCut | None:
+    """Look for a cut between the start and a goal of joints that no configuration can cross.
+
+    Returns:
+        The first that is proven; None if none is, which says nothing.
+    """
+    if _endless(problem.reduced).any():
+        return None
+    cover = Cover(problem.reduced, MOST_BOXES)
+    for joint, (start, goal) in _must_move(problem).items():
+        for share in SHARES:
+            value = start + share * (goal - start)
+            closed = cover.close(*_whole(problem.reduced, joint, value))
+            if closed is not None:
+                name = problem.reduced.joint_names[joint]
+                return ClosedCut(joint=name, position=value, pairs=closed.pairs, boxes=closed.boxes)
+    return None
+
+
+def _must_move(problem: Problem) -> dict[int, tuple[float, float]]:
+    """Return where joints with a goal of their own begin and where they must come to at least."""
+    reduced, found = problem.reduced, dict[int, tuple[float, float]]()
+    for goal in problem.goals:
+        if isinstance(goal, JointPositions):
+            for joint, wanted in goal.positions.items():
+                if joint in reduced.joint_names:
+                    place = reduced.joint_names.index(joint)
+                    begin = float(reduced.start_positions[place])
+                    end = float(np.clip(begin, wanted - goal.below[joint], wanted + goal.above[joint]))
+                    if end != begin:
+                        found[place] = (begin, end)
+    return dict(sorted(found.items()))
+
+
+def _whole(reduced: ReducedModel, joint: int, value: float) -> tuple[Floats, Floats]:
+    """Return middle and half width of the box of all configurations on a cut, shape (n,) each.
+
+    Joints that turn need no more than one turn.
+    """
+    limits = reduced.limits
+    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    middle, half = (lower + upper) / 2.0, (upper - lower) / 2.0
+    half = np.where(_periodic(reduced), np.minimum(half, np.pi), half)
+    middle[joint], half[joint] = value, 0.0
+    return middle, half
+
+
+def _periodic(reduced: ReducedModel) -> Bools:
+    """Return which joints of the group have everything where it was after one turn, shape (n,)."""
+    names = [reduced.model.joints[reduced.model.getJointId(name)].shortname() for name in reduced.joint_names]
+    turns = np.array(["JointModelR" in name for name in names], dtype=np.bool_)
+    mimicked = (reduced.mimic_matrix != 0.0).sum(axis=0) > 1
+    return turns & ~mimicked
+
+
+def _endless(reduced: ReducedModel) -> Bools:
+    """Return which joints no box of finite size can cover, shape (n,)."""
+    limited = np.isfinite(reduced.limits.lower) & np.isfinite(reduced.limits.upper)
+    return ~limited & ~_periodic(reduced)

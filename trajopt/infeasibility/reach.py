@@ -1,0 +1,60 @@
+"""A proof that a point is out of reach: it is farther away than the arm is long."""
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.infeasibility.chain import Chain
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import FramePlacement, PointOnArc, PositionInRegion, Requirement
+from trajopt.model.shapes import Plane, bounding_sphere
+
+ACCURACY = 1e-6
+"""What is beyond reach by less than this is not called so [m]."""
+
+
+def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
+    """Say by how much what is required is out of reach; empty where that cannot be proven.
+
+    The bound is the sum of the lengths of the chain, so it is generous: what it excludes is excluded.
+    """
+    balls = _balls(required)
+    if not balls or not isinstance(required, FramePlacement | PositionInRegion | PointOnArc):
+        return ""
+    reference, where = reduced.attachment(required.reference)
+    carrier, place = reduced.attachment(required.frame)
+    if reference != 0 or carrier == 0:
+        return ""
+    chain = Chain(reduced)
+    first = chain.joints(carrier)[0]
+    origin = reduced.model.jointPlacements[first].translation
+    length = chain.longest(first, carrier, place * required.offset)
+    missing = min(
+        float(np.linalg.norm(where * centre - origin)) - radius - length for centre, radius in balls
+    )
+    if missing <= ACCURACY:
+        return ""
+    return (
+        f"{required.frame} is asked to be at least {length + missing:.3f} m from the joint "
+        f"{reduced.model.names[first]}, and the arm is {length:.3f} m long from there: "
+        f"{1000 * missing:.0f} mm are missing"
+    )
+
+
+def _balls(required: Requirement) -> tuple[tuple[Floats, float], ...]:
+    """Return balls in the reference that hold all places where the point may be; none if unbounded."""
+    if isinstance(required, FramePlacement):
+        radius = float(np.linalg.norm(required.position_tolerance))
+        return ((required.placement.translation, radius),) if np.isfinite(radius) else ()
+    if isinstance(required, PointOnArc):
+        return ((required.centre.translation, required.radius + required.tolerance),)
+    if isinstance(required, PositionInRegion):
+        if any(isinstance(shape, Plane) for shape, _ in required.members):
+            return ()
+        spheres = [(bounding_sphere(shape), where) for shape, where in required.members]
+        return tuple((_moved(where, centre), radius) for (centre, radius), where in spheres)
+    return ()
+
+
+def _moved(where: Placement, point: Floats) -> Floats:
+    return where * point

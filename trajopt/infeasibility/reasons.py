@@ -1,0 +1,180 @@
+"""Why there is no plan: what stands in the way, by how much and where, as data and in words."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from trajopt.infeasibility import ClosedCut
+from trajopt.kinematics.goal_candidates import GoalCandidates
+from trajopt.model.accepted import EXCESS
+from trajopt.model.clearances import how_near
+from trajopt.model.limits import LimitKind
+from trajopt.model.requirements import JointPositions, Requirement
+from trajopt.problem import Problem
+from trajopt.solvers import SolveResult
+from trajopt.terms import Clearance
+from trajopt.verify import Certificate, Examination
+
+NAMED = 3
+"""Colliding pairs that a sentence names."""
+
+
+class BlockKind(Enum):
+    """What kind of thing stands in the way."""
+
+    CONTACT = "two bodies"
+    JOINT_LIMIT = "a joint limit"
+    REQUIREMENT = "a requirement"
+    EFFORT = "an effort limit"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """One thing that stands in the way.
+
+    Attributes:
+        kind: What kind of thing.
+        subjects: The two links or objects, the joint, or the requirement.
+        amount: By how much it is broken: depth or missing clearance [m], excess over a limit [rad, m, Nm, N],
+            or violation in the requirement's unit.
+        place: Where on the way, from 0 (start) to 1 (goal); None where it is not on the way.
+        words: All of it, as a phrase.
+    """
+
+    kind: BlockKind
+    subjects: tuple[str, ...]
+    amount: float
+    place: float | None
+    words: str
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "kind": self.kind.name,
+            "subjects": list(self.subjects),
+            "amount": self.amount,
+            "place": self.place,
+            "words": self.words,
+        }
+
+
+def blocks_of(seen: Examination) -> tuple[Block, ...]:
+    """Return what is wrong with an examined configuration: joints beyond limits, then contacts."""
+    beyond = (
+        Block(
+            kind=BlockKind.JOINT_LIMIT,
+            subjects=(item.joint,),
+            amount=item.excess,
+            place=None,
+            words=f"{item.subject} at {item.position:.4f} is outside [{item.lower:.4f}, {item.upper:.4f}]",
+        )
+        for item in seen.out_of_limits
+    )
+    touching = (
+        Block(
+            kind=BlockKind.CONTACT,
+            subjects=(item.first, item.second),
+            amount=item.required - item.distance,
+            place=None,
+            words=item.words,
+        )
+        for item in seen.collisions
+    )
+    return (*beyond, *touching)
+
+
+def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...]:
+    """Return what a solver could not satisfy: each pair and constraint where it is worst, worst first."""
+    found: dict[tuple[str, ...], tuple[float, Block]] = {}
+    for block in solved.at.constraints:
+        for row in np.flatnonzero(block.violation > block.tolerance).tolist():
+            amount, kind = float(block.violation[row]), BlockKind.REQUIREMENT
+            place = float(block.rows.place[row]) / (problem.knots - 1)
+            subjects, what = (block.name,), f"{block.name} by {amount:.3g}"
+            if block.name == Clearance.name:
+                kind, subjects = BlockKind.CONTACT, problem.reduced.owners(int(block.rows.component[row]))
+                what = f"clearance of {subjects[0]} from {subjects[1]} by {1000 * amount:.1f} mm"
+            share = amount / block.tolerance
+            if subjects not in found or found[subjects][0] < share:
+                words = f"{what} at {place:.0%} of the way"
+                found[subjects] = (
+                    share,
+                    Block(kind=kind, subjects=subjects, amount=amount, place=place, words=words),
+                )
+    return tuple(entry[1] for entry in sorted(found.values(), key=lambda entry: -entry[0]))
+
+
+def out_of_limits(seen: Examination) -> str:
+    """Say which joints are outside their limits at an examined configuration; empty for none."""
+    return "; ".join(item.words for item in blocks_of(seen) if item.kind is BlockKind.JOINT_LIMIT)
+
+
+def collisions(seen: Examination) -> str:
+    """Say what collides at an examined configuration; empty for nothing."""
+    touching = (item.words for item in blocks_of(seen) if item.kind is BlockKind.CONTACT)
+    return "; ".join(list(touching)[:NAMED])
+
+
+def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
+    """Return the joints whose goal no position within their limits reaches, whatever its tolerance."""
+    limits = problem.reduced.limits
+    blocks: list[Block] = []
+    for goal in problem.goals:
+        if not isinstance(goal, JointPositions):
+            continue
+        for joint, wanted in goal.positions.items():
+            if joint not in limits.joint_names:
+                continue
+            place = limits.joint_names.index(joint)
+            lower, upper = float(limits.lower[place]), float(limits.upper[place])
+            excess = max(wanted - goal.below[joint] - upper, lower - wanted - goal.above[joint])
+            if excess > EXCESS * max(1.0, abs(upper if wanted > upper else lower)):
+                words = f"{joint} at {wanted:.4f} is outside [{lower:.4f}, {upper:.4f}]"
+                words += limits.because(joint, LimitKind.UPPER if wanted > upper else LimitKind.LOWER)
+                kind = BlockKind.JOINT_LIMIT
+                blocks.append(Block(kind=kind, subjects=(joint,), amount=excess, place=None, words=words))
+    return tuple(blocks)
+
+
+def unreachable(clash: tuple[Requirement, ...], nearest_miss: float) -> str:
+    """Say what no configuration holds: one requirement, or several that exclude each other."""
+    if len(clash) > 1:
+        each = " and ".join(str(item) for item in clash)
+        return f"no configuration was found that holds {each} together, though any one fewer can be held"
+    return f"the nearest of the configurations tried misses the goal by {nearest_miss:.3g} (m, rad)"
+
+
+def no_goal_configuration(found: GoalCandidates) -> str:
+    """Say why no configuration that reaches a goal can be had."""
+    if found.blocking is None:
+        return unreachable((), found.nearest_miss)
+    how = "collide" if found.required == 0.0 else "collide or come too near to something"
+    nearest = how_near(*found.blocking, found.required)
+    return f"all {found.colliding} configurations found that reach the goal {how}; in the nearest, {nearest}"
+
+
+def nowhere_within(message: str) -> str:
+    """Add to what is wrong in the middle of a joint goal that nothing better was found in all of it."""
+    return f"{message}; that is in the middle, and nothing better was found within the goal's tolerance"
+
+
+def stuck(problem: Problem, solved: SolveResult) -> str:
+    """Say which constraint the solver could not satisfy, where, and by how much."""
+    return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}"
+
+
+def walled_in(problem: Problem, cut: ClosedCut) -> str:
+    """Say where no configuration can pass."""
+    between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
+    required = max(problem.scene.clearances.of(*pair) for pair in cut.pairs[:NAMED])
+    how = "collide" if required == 0.0 else f"come nearer than the required {1000 * required:g} mm or collide"
+    return (
+        f"{cut.joint} has to pass {cut.position:.4f} on the way, and there {between} {how}, whatever "
+        "the other joints do"
+    )
+
+
+def not_verified(certificate: Certificate) -> str:
+    """Say what the judge refused."""
+    return "; ".join(f"{check.name}: {check.detail}" for check in certificate.failed)

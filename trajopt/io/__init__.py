@@ -1,0 +1,1 @@
+"""Files: text, YAML and JSON read with every value checked."""

@@ -1,0 +1,153 @@
+"""Documents on disk, read value by value: every complaint names the file and the place in it."""
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from math import isfinite, isnan
+from pathlib import Path
+from typing import cast
+
+from trajopt.errors import FileFormatError
+from trajopt.io.files import number_of, read_json
+from trajopt.io.yaml_files import read_yaml
+from trajopt.shown import shown
+
+
+@dataclass(frozen=True)
+class Node:
+    """One value of a document, and where it stands.
+
+    Attributes:
+        value: What the parser made of it; None where the document has nothing.
+        path: The file.
+        place: The way to it from the top, such as `world.collision_objects[3].pose`.
+    """
+
+    value: object
+    path: str
+    place: str = ""
+
+    def error(self, reason: str) -> FileFormatError:
+        """Return the error that says what is wrong here."""
+        return FileFormatError(self.path, f"{self.place}: {reason}" if self.place else reason)
+
+    @property
+    def missing(self) -> bool:
+        """Whether the document has nothing here."""
+        return self.value is None
+
+    def __getitem__(self, key: str) -> "Node":
+        """Return a member of a mapping; a missing one where there is none of that name."""
+        return Node(self._mapping().get(key), self.path, f"{self.place}.{key}" if self.place else key)
+
+    def only(self, fields: Iterable[str]) -> "Node":
+        """Return this mapping after making sure that it has no other members than these.
+
+        Raises:
+            FileFormatError: If it has one, or is no mapping.
+        """
+        known = sorted(fields)
+        for key in self._mapping():
+            if key not in known:
+                near = get_close_matches(shown(key), known, n=1)
+                hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}"
+                raise self.error(f"unknown key {shown(key)}{hint}")
+        return self
+
+    def has(self, key: str) -> bool:
+        """Say whether this is a mapping with something under that key."""
+        return isinstance(self.value, dict) and self._mapping().get(key) is not None
+
+    def elements(self) -> list["Node"]:
+        """Return the elements of a list; none where it is missing."""
+        if self.value is None:
+            return []
+        value = self.value
+        if not isinstance(value, list):
+            raise self.error(f"must be a list, is {_say(value)}")
+        values = cast("list[object]", value)
+        return [Node(inner, self.path, f"{self.place}[{i}]") for i, inner in enumerate(values)]
+
+    def text(self, default: str | None = None) -> str:
+        """Return a string; the default where it is missing, if there is one."""
+        if self.value is None and default is not None:
+            return default
+        if not isinstance(self.value, str):
+            raise self.error(f"must be a text, is {_say(self.value)}")
+        return self.value
+
+    def number(self, default: float | None = None, *, infinite: bool = False) -> float:
+        """Return a number; the default where it is missing, if there is one.
+
+        Args:
+            default: What a missing number means.
+            infinite: Whether infinities are allowed (not-a-number never is).
+
+        Raises:
+            FileFormatError: If it is no number, or not finite.
+        """
+        value = default if self.value is None else self.value
+        result = number_of(value)
+        if result is None:
+            raise self.error(f"must be a number, is {_say(value)}")
+        if isnan(result) or not (infinite or isfinite(result)):
+            raise self.error(f"must be finite, is {result}")
+        return result
+
+    def numbers(self) -> tuple[float, ...]:
+        """Return a list of finite numbers; none where it is missing."""
+        return tuple(element.number() for element in self.elements())
+
+    def flag(self) -> bool:
+        """Return a truth value (0 and 1 count); false where it is missing."""
+        if self.value is None:
+            return False
+        if self.value not in (False, True):
+            raise self.error(f"must be true or false, is {_say(self.value)}")
+        return bool(self.value)
+
+    def _mapping(self) -> dict[object, object]:
+        value = self.value
+        if value is None:
+            return {}
+        if not isinstance(value, dict):
+            raise self.error(f"must be a mapping, is {_say(value)}")
+        return cast("dict[object, object]", value)
+
+
+def read_document(path: Path | str) -> Node:
+    """Parse a file: JSON where its name ends so, YAML otherwise.
+
+    Raises:
+        FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one mapping.
+    """
+    documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
+    if len(documents) != 1 or not isinstance(documents[0], dict):
+        raise FileFormatError(str(path), "must hold one mapping")
+    return Node(cast("object", documents[0]), str(path))
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write a file in one step: whoever reads it meets the old content or the new, never half.
+
+    Folders that are missing on the way are made.
+
+    Raises:
+        FileFormatError: If it cannot be written.
+    """
+    target = Path(path)
+    draft = target.with_name(f".{target.name}.{os.getpid()}")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            draft.write_text(text, encoding="utf-8")
+            draft.replace(target)
+        finally:
+            draft.unlink(missing_ok=True)
+    except OSError as error:
+        raise FileFormatError(str(path), f"cannot be written: {error}") from error
+
+
+def _say(value: object) -> str:
+    return "missing" if value is None else shown(value)

@@ -1,0 +1,216 @@
+"""Goal configurations of goals that fix none: searched from many starts, the nearest first."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.kinematics.projection import Projection, turning_joints
+from trajopt.model.limits import JointLimits, draw_positions
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.query import Counts, Query, query_of
+from trajopt.terms.joint_positions import joint_box
+from trajopt.values import Value
+
+STARTS = 64
+"""Configurations that the search starts from; twice as many cost a third more time."""
+MANY_STARTS = 1024
+"""The same before it is said that there is none: some goals are reached from one start in five hundred."""
+WAVES = 3
+"""How often as many starts are drawn at most, while no solution is free."""
+PUSHES = 3
+"""How often more starts are drawn around the solutions that collide least, while none is free."""
+PUSH = 0.8
+"""Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
+SAME = 1e-2
+"""Solutions nearer to each other than this in every joint are one [rad | m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class GoalCandidates(Value):
+    """What the search found.
+
+    Attributes:
+        free: Configurations that hold the goal and keep what is required, nearest to the start first.
+        blocked: Those that hold the goal but collide or come too near, nearest to the start first.
+        blocking: The pair of owners that blocks the nearest of these, and their distance [m].
+        required: Clearance that is required of that pair [m].
+        nearest: The configuration of the smallest violation, shape (n,) [rad | m].
+        nearest_miss: Smallest violation of the goal where none holds it [m and rad].
+    """
+
+    free: tuple[Floats, ...]
+    blocked: tuple[Floats, ...]
+    blocking: tuple[str, str, float] | None
+    nearest: Floats
+    nearest_miss: float
+    required: float = 0.0
+
+    @property
+    def colliding(self) -> int:
+        """How many hold the goal but collide."""
+        return len(self.blocked)
+
+
+def goal_candidates(
+    reduced: ReducedModel,
+    goals: Sequence[Requirement],
+    *,
+    rng: np.random.Generator,
+    counts: Counts,
+    starts: int = STARTS,
+    check: Callable[[], None] | None = None,
+) -> GoalCandidates:
+    """Search configurations that hold all goals.
+
+    Args:
+        reduced: The robot and its surroundings.
+        goals: What must hold.
+        rng: Draws the starts after the first, which is the start configuration.
+        counts: Takes the work done.
+        starts: How many starts to search from at once.
+        check: Called before every wave of starts; may raise to stop.
+    """
+    query = query_of(reduced, counts)
+    projection = Projection(reduced, goals, query)
+    box = joint_box(goals, reduced)
+    narrow = bool((box[1] - box[0] <= SAME).all())
+    begin = random_starts(reduced, rng, WAVES * starts, box)
+    found = np.empty((0, begin.shape[1]))
+    closest: Floats = reduced.start_positions
+    nearest_miss = np.inf
+    depth, pair = np.empty(0), np.empty(0, dtype=np.int64)
+    for wave in range(WAVES + PUSHES):
+        if check is not None:
+            check()
+        if wave < WAVES:
+            drawn = begin[wave * starts : (wave + 1) * starts]
+        elif len(found) > 0:
+            drawn = _around(found, depth, starts, rng.spawn(1)[0])
+        else:
+            break
+        ended = projection(drawn)
+        least = int(ended.violation.argmin())
+        if ended.violation[least] < nearest_miss:
+            nearest_miss = float(ended.violation[least])
+            closest = ended.positions[least]
+        new = _nearest_turns(reduced, projection, ended.positions[ended.violation == 0.0])
+        found = _by_travel(reduced, np.concatenate((found, new)))
+        # Where all of the goal is one, a free part of it must not be dropped for one that collides.
+        found = found if narrow else _distinct(found)
+        depth, pair = _deepest(query, found)
+        if (depth == 0.0).any():
+            break
+    collides = depth > 0.0
+    blocking, least = None, 0.0
+    if collides.any():
+        nearest = int(np.argmax(collides))
+        least = float(reduced.pairs.required[pair[nearest]])
+        blocking = (*reduced.owners(int(pair[nearest])), least - float(depth[nearest]))
+    free, blocked = (_distinct(found[chosen]) for chosen in (~collides, collides))
+    return GoalCandidates(tuple(free), tuple(blocked), blocking, closest, nearest_miss, least)
+
+
+def random_starts(
+    reduced: ReducedModel,
+    rng: np.random.Generator,
+    count: int,
+    box: tuple[Floats, Floats] | None = None,
+) -> Floats:
+    """Return the start configuration and others drawn evenly within the limits, shape (count, n).
+
+    Args:
+        reduced: The robot and its limits.
+        rng: Draws them.
+        count: How many.
+        box: Where joints must be, lower and upper bounds of shape (n,) [rad | m]: drawn from where it
+            leaves them room, or holds all of them narrowly.
+    """
+    limits = reduced.limits
+    if box is not None:
+        room, known = box[1] - box[0], np.isfinite(box[0]) & np.isfinite(box[1])
+        drawn = known & (room >= 0.0) & ((room > SAME) | bool((room <= SAME).all()))
+        lower, upper = (
+            np.where(drawn, side, limit)
+            for side, limit in zip(box, (limits.lower, limits.upper), strict=True)
+        )
+        limits = replace(limits, lower=lower, upper=upper)
+    begin = draw_positions(limits, count, rng=rng)
+    begin[0] = reduced.start_positions
+    return begin
+
+
+def _around(found: Floats, depth: Floats, count: int, rng: np.random.Generator) -> Floats:
+    """Draw starts around the solutions that collide least: a free one is rather there than anywhere."""
+    least = found[np.argsort(depth, kind="stable")[: max(count // 8, 1)]]
+    chosen = least[np.arange(count) % len(least)]
+    return chosen + rng.normal(scale=PUSH, size=chosen.shape)
+
+
+def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats) -> Floats:
+    """Turn joints by whole turns towards the start, where the goals do not fix the turn."""
+    turned = nearest_turn(reduced.start_positions, found, reduced.limits, turning_joints(reduced))
+    moved = np.flatnonzero((turned != found).any(axis=1))
+    if len(moved) > 0:
+        broken = moved[projection.violation(turned[moved]) > 0.0]
+        turned[broken] = found[broken]
+    return turned
+
+
+def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
+    """Sort configurations by the time to them at full velocity."""
+    travel = np.abs(found - reduced.start_positions) / reduced.limits.velocity
+    return found[np.argsort(travel.max(axis=1, initial=0.0), kind="stable")]
+
+
+def _distinct(found: Floats) -> Floats:
+    """Keep the first of those that are the same."""
+    apart = np.abs(found[:, None] - found).max(axis=2, initial=0.0)
+    kept: list[int] = []
+    for place in range(len(found)):
+        if not (apart[place, kept] < SAME).any():
+            kept.append(place)
+    return found[kept]
+
+
+def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
+    """Return by how much a pair is too near where that is not meant [m] (0: not), and its pair; both (k,).
+
+    Without required clearance that is the depth of the deepest contact.
+    """
+    pairs = query.reduced.pairs
+    least = pairs.required.copy()
+    for pair, allowance in pairs.allowances:
+        if allowance.last > 0.0:
+            least[pair] = min(least[pair], 0.0, -allowance.depth)
+    contacts = query.near(found, pairs.required)
+    depth, worst = np.zeros(len(found)), np.zeros(len(found), dtype=np.int64)
+    lack = pairs.required[contacts.pair] - contacts.distance
+    for place in np.flatnonzero(contacts.distance < least[contacts.pair]):
+        sample = contacts.sample[place]
+        if lack[place] > depth[sample]:
+            depth[sample], worst[sample] = lack[place], contacts.pair[place]
+    return depth, worst
+
+
+def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Floats) -> Floats:
+    """Return the goal with whole turns added so that each revolute joint travels least.
+
+    Args:
+        start: Shape (n,) [rad | m].
+        goal: Shape (n,).
+        limits: A turn is only taken where it stays inside the position limits.
+        revolute: 1 for joints that turn, 0 for those that slide, shape (n,).
+    """
+    turn = 2.0 * np.pi * revolute
+    best = np.array(goal)
+    for count in (-1.0, 0.0, 1.0):
+        turns = np.round((start - goal) / (2.0 * np.pi)) * revolute
+        shifted = goal + turns * turn + count * turn
+        inside = (shifted >= limits.lower) & (shifted <= limits.upper)
+        outside_now = (best < limits.lower) | (best > limits.upper)
+        nearer = np.abs(shifted - start) < np.abs(best - start)
+        best = np.where(inside & (nearer | outside_now), shifted, best)
+    return best

@@ -1,0 +1,88 @@
+"""Timing a path of a problem: retiming, told all that the problem and its robot limit."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.payload import loaded_model
+from trajopt.model.tool_speed import ToolSpeed
+from trajopt.model.trajectory import Path
+from trajopt.problem import Problem
+from trajopt.query import Query
+from trajopt.query.dynamics import dynamics_of
+from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
+
+
+def timed(problem: Problem, query: Query, path: Path, *, tolerance: float) -> Retimed | RetimeFailure:
+    """Find the fastest timing of a path within everything that the problem limits.
+
+    Args:
+        problem: The problem.
+        query: Of the problem's reduced model.
+        path: The path.
+        tolerance: How far the timed motion may leave the path [m].
+    """
+
+    def deviation(smooth: Floats, straight: Floats) -> Floats:
+        return query.displacement(smooth, straight)
+
+    limits, reduced = problem.limits, problem.reduced
+    loaded = replace(reduced, model=loaded_model(reduced))
+    limited = np.isfinite(limits.effort).any()
+    return retime(
+        path,
+        limits,
+        inverse_dynamics=dynamics_of(loaded).torque if limited else None,
+        tools=tool_limits(query, problem.tool_speeds),
+        deviation=deviation,
+        options=replace(RetimeOptions(), path_tolerance=tolerance),
+    )
+
+
+def tool_limits(query: Query, limited: Sequence[ToolSpeed]) -> ToolLimits | None:
+    """Return the limited speeds of tools as retiming wants them; None if there are none.
+
+    Args:
+        query: Of the reduced model.
+        limited: The tools and their limits.
+
+    Raises:
+        FrameNotFound: If a frame is unknown.
+    """
+    if not limited:
+        return None
+    kept = [(tool, which) for tool in limited for which in (0, 1) if np.isfinite(_limits(tool)[which])]
+    return ToolLimits(
+        _speeds(query, limited),
+        np.array([_limits(tool)[which] for tool, which in kept]),
+        tuple(f"{('speed', 'turning')[which]} of {tool.frame}" for tool, which in kept),
+    )
+
+
+def _limits(tool: ToolSpeed) -> tuple[float, float]:
+    return tool.linear, tool.angular
+
+
+def _speeds(query: Query, limited: Sequence[ToolSpeed]) -> SpeedOfTools:
+    """Return what tells the limited speeds, by Jacobians: of each tool the linear, then the angular one."""
+    places = [(tool, *query.reduced.attachment(tool.frame)) for tool in limited]
+
+    def speeds(q: Floats, v: Floats) -> Floats:
+        kinematics = query.kinematics(q)
+        columns: list[Floats] = []
+        for tool, joint, place in places:
+            if np.isfinite(tool.linear):
+                point = (
+                    kinematics.rotation[:, joint] @ (place * tool.offset) + kinematics.translation[:, joint]
+                )
+                carriers = np.full(len(q), joint, dtype=np.int64)
+                jacobian = query.point_jacobian(kinematics.jacobian, carriers, point)
+                columns.append(np.linalg.norm(np.einsum("sij,sj->si", jacobian, v), axis=1))
+            if np.isfinite(tool.angular):
+                jacobian = query.angular_jacobian(kinematics.jacobian, joint)
+                columns.append(np.linalg.norm(np.einsum("sij,sj->si", jacobian, v), axis=1))
+        return np.stack(columns, axis=1)
+
+    return speeds

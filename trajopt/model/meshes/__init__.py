@@ -1,0 +1,1 @@
+"""Triangle meshes and the convex shapes that cover them."""

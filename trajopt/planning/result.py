@@ -1,0 +1,159 @@
+"""Result of planning: a verified plan, or the reason why there is none."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from math import inf
+from typing import Any
+
+from trajopt.errors import PlanningFailed
+from trajopt.model.trajectory import Path, Trajectory
+from trajopt.native import native_cores
+from trajopt.planning.budget import Stop
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.tries import Try
+from trajopt.problem import Problem
+from trajopt.retime import Retimed
+from trajopt.solvers import SolveResult
+from trajopt.verify import Certificate
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A motion that was verified.
+
+    Attributes:
+        problem: What was asked.
+        path: The path, without time.
+        trajectory: The motion.
+        certificate: The judge's verdict on it.
+    """
+
+    problem: Problem
+    path: Path
+    trajectory: Trajectory
+    certificate: Certificate
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What planning returned.
+
+    Attributes:
+        problem: What was asked.
+        status: How it ended.
+        message: The particulars: which pair, which joint, by how much.
+        path: The solver's path, if it got so far.
+        solve: The solver's result, if it got so far.
+        trajectory: The motion, verified or not, if it got so far.
+        timed: What retiming tells of it; None where the method decided on time itself.
+        certificate: The judge's verdict, if it got so far.
+        counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
+        cpu_seconds: Process time of each stage [s].
+        goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
+        alternatives: Of a goal set that failed: the result of each goal, that of the nearest first.
+        tries: What each first guess came to, in order.
+        won: Of a motion: the try that it came from, the last one or, with a budget that improves, the
+            one of least cost.
+        stopped: What ended planning before it was done; None if nothing did.
+        certainty: How well the status is known, from where it was shown; of a goal set that failed, proven
+            only if the failure of every goal is.
+    """
+
+    problem: Problem
+    status: Status
+    message: str
+    path: Path | None
+    solve: SolveResult | None
+    trajectory: Trajectory | None
+    timed: Retimed | None
+    certificate: Certificate | None
+    counts: Mapping[str, int]
+    cpu_seconds: Mapping[str, float]
+    goal_name: str = ""
+    alternatives: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
+    tries: tuple[Try, ...] = ()
+    won: Try | None = None
+    stopped: Stop | None = None
+    certainty: Certainty = Certainty.EVIDENCE
+
+    @property
+    def verified(self) -> bool:
+        """Whether there is a plan and the judge verified it."""
+        return self.status is Status.SOLVED
+
+    @property
+    def cost(self) -> float:
+        """What tells motions of one problem apart: how long it takes [s]; infinite without a plan.
+
+        Not the costs of the problem: they belong to one program, and knots, goals and methods that
+        differ have sums that mean different things. Time means the same to all.
+        """
+        return self.trajectory.duration if self.verified and self.trajectory is not None else inf
+
+    @property
+    def stopped_by_clock(self) -> bool:
+        """Whether time ran out: then, and only then, the same question may have another answer."""
+        return self.stopped is Stop.CLOCK
+
+    def require(self) -> Plan:
+        """Return the plan.
+
+        Raises:
+            PlanningFailed: If there is none; carries this result.
+        """
+        if self.path is None or self.trajectory is None or self.certificate is None or not self.verified:
+            raise PlanningFailed(self.reason, self)
+        return Plan(self.problem, self.path, self.trajectory, self.certificate)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold; the points are those of the motion, if any."""
+        trajectory = self.trajectory
+        motion: dict[str, object] = {"joint_names": list(self.problem.reduced.joint_names), "points": []}
+        if trajectory is not None:
+            motion = trajectory.as_dict()
+        return {
+            "status": self.status.name,
+            "verified": self.verified,
+            "message": self.reason,
+            "certainty": self.certainty.name,
+            "name": self.problem.name,
+            "goal_name": self.goal_name,
+            **motion,
+            "certificate": None if self.certificate is None else self.certificate.as_dict(),
+            "tries": [item.as_dict() for item in self.tries],
+            "won_by": None if self.won is None else self.won.kind.name,
+            "stopped": None if self.stopped is None else self.stopped.name,
+            "stopped_by_clock": self.stopped_by_clock,
+            "counts": dict(self.counts),
+            "native_cores": list(native_cores()),
+            "qp_backends": [] if self.solve is None else list(self.solve.qp_backends),
+            "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
+            "path_length": None if self.path is None else self.path.length,
+            "duration": None if trajectory is None else trajectory.duration,
+        }
+
+    @property
+    def reason(self) -> str:
+        """How planning ended, with the particulars, in a sentence or two; costs nothing."""
+        text = f"{self.status.name}: {self.status.value}"
+        if self.goal_name:
+            text += f", at the goal {self.goal_name!r}"
+        return f"{text} ({self.message})" if self.message else text
+
+    def explain(self, *, plan_again: bool = False) -> Any:
+        """Say what stands in the way, how that is known, and what would change it.
+
+        Without planning again it takes milliseconds to a second or two: the nearest configuration that is
+        free, the requirements that exclude each other, proofs, multipliers.
+
+        Args:
+            plan_again: Whether to plan changed problems too, which takes as long as planning some dozens of
+                times: of a failure to find the smallest changes that make it solvable, of a success to
+                find what each limit and constraint costs in seconds.
+
+        Returns:
+            The explanation: print it, or read its parts.
+        """
+        # Explanation stands above planning and plans itself; a result only knows where it is to be found.
+        return import_module("trajopt.explanation").explain(self, plan_again=plan_again)

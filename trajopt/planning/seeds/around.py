@@ -1,0 +1,189 @@
+"""Lines bent around what blocked an earlier try: over it, under it, to its left and to its right.
+
+The sides are those of the body's point that touches: across its way, in the world. First comes the side
+that the contact itself pushes to. The bend is found by moving that point in small steps with the damped
+inverse of its Jacobian (Nakamura and Hanafusa 1986), and dies away towards the ends of its leg.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.planning.seeds.kind import SeedKind
+from trajopt.planning.seeds.source import Blocked, Check, Guess, NoGuess, Route
+from trajopt.query import Counts, Query, query_of
+from trajopt.values import Value
+
+SIZES = (0.15, 0.35)
+"""How far the touching point is moved aside [m]; every side once, then every side again."""
+SIDES = 4
+"""Over, under, left and right."""
+STEPS = 6
+"""Steps that the point is moved in."""
+LONGEST_STEP = 0.4
+"""No joint moves farther in one of them, in ordinary steps."""
+DAMPING = 0.05
+"""Of the inverse of the point's Jacobian [m/rad]."""
+ASKED = 0.2
+"""Reach of the query for the contact: the pair touched there a moment ago [m]."""
+NEARBY = 0.5
+"""The point's way is taken between so many knots before and after."""
+STILL = 1e-6
+"""Ways shorter than this have no direction [m]."""
+
+
+@dataclass(frozen=True)
+class Around:
+    """The `Source` of lines bent around what blocked."""
+
+    kind = SeedKind.AROUND
+
+    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
+        """Yield bent lines, as many for each blocked try as it has sides and sizes; see `Source.guesses`."""
+        del rng
+        for size in SIZES:
+            for side in range(SIDES):
+                for item in blocked:
+                    yield _Bent(route, item, side, size)
+
+
+@dataclass(frozen=True, eq=False)
+class _Bent(Value):
+    route: Route
+    blocked: Blocked
+    side: int
+    size: float
+
+    def __call__(self, counts: Counts, check: Check) -> Floats:
+        del check
+        return bent(self.route, self.blocked, self.side, self.size, counts=counts)
+
+
+def bent(route: Route, blocked: Blocked, side: int, size: float, *, counts: Counts) -> Floats:
+    """Return the route's line, bent so that the point that touched passes to one side.
+
+    Args:
+        route: The line, its robot and surroundings.
+        blocked: Where something was touched.
+        side: 0 for the side that the contact pushes to most, 3 for the one it pushes to least.
+        size: How far the point moves aside [m].
+        counts: Takes the work done.
+
+    Returns:
+        Knots, shape (N, n), within the limits; first, last and waypoints as in the line.
+
+    Raises:
+        NoGuess: If the pair no longer comes near, or its point stands still.
+    """
+    query = query_of(route.reduced, counts)
+    point = _TouchingPoint.of(query, blocked)
+    direction = point.sides(_way(blocked))[side]
+    moved = point.moved(size * direction, route.scale)
+    knots = route.line.knots
+    last = len(knots) - 1
+    stops = np.array((0, *route.line.places, last))
+    leg = int(np.clip(np.searchsorted(stops, blocked.place, side="right") - 1, 0, len(stops) - 2))
+    first, final = stops[leg], stops[leg + 1]
+    peak = float(np.clip(blocked.place, first + NEARBY, final - NEARBY))
+    number = np.arange(last + 1)
+    rising, falling = (number - first) / (peak - first), (final - number) / (final - peak)
+    share = np.sin(0.5 * np.pi * np.clip(np.minimum(rising, falling), 0.0, 1.0))
+    limits = route.reduced.limits
+    result = knots + share[:, None] * (moved - _at(knots, peak))
+    return np.clip(result, np.minimum(limits.lower, knots), np.maximum(limits.upper, knots))
+
+
+@dataclass(frozen=True, eq=False)
+class _TouchingPoint:
+    """A point of a body that touches.
+
+    Attributes:
+        query: Places it.
+        positions: The configuration, shape (n,).
+        joint: The joint that carries it.
+        local: Where it is in the joint's frame, shape (3,) [m].
+        push: Unit vector in which the contact pushes it, in the world, shape (3,).
+    """
+
+    query: Query
+    positions: Floats
+    joint: int
+    local: Floats
+    push: Floats
+
+    @staticmethod
+    def of(query: Query, blocked: Blocked) -> "_TouchingPoint":
+        reduced, positions = query.reduced, _at(blocked.knots, blocked.place)
+        pairs = reduced.pairs
+        reach = np.full(len(pairs.margin), -np.inf)
+        reach[blocked.pair] = pairs.margin[blocked.pair] + ASKED
+        found = query.near(positions[None, :], reach)
+        if not len(found.pair):
+            raise NoGuess("what blocked is no longer near")
+        first, second = (
+            reduced.bodies[int(side[blocked.pair])].joint for side in (pairs.first, pairs.second)
+        )
+        joint, point, push = second, found.point_second[0], found.normal[0]
+        if first > second:
+            joint, point, push = first, found.point_first[0], -found.normal[0]
+        at = query.kinematics(positions[None, :])
+        local = at.rotation[0, joint].T @ (point - at.translation[0, joint])
+        return _TouchingPoint(query, positions, joint, local, push)
+
+    def moved(self, shift: Floats, scale: Floats) -> Floats:
+        """Return a configuration within the limits at which the point is elsewhere, or on its way there."""
+        limits, positions = self.query.reduced.limits, self.positions
+        target = self._place(positions)[0] + shift
+        for _ in range(STEPS):
+            place, jacobian = self._place(positions)
+            square = jacobian @ jacobian.T + DAMPING**2 * np.eye(3)
+            step = jacobian.T @ np.linalg.solve(square, target - place)
+            longest = float((np.abs(step) / scale).max())
+            share = min(1.0, LONGEST_STEP / max(longest, LONGEST_STEP))
+            positions = np.clip(positions + share * step, limits.lower, limits.upper)
+        return positions
+
+    def sides(self, way: Floats) -> Floats:
+        """Return the unit vectors across the point's way, the one that the contact pushes to first, (4, 3).
+
+        Args:
+            way: How the configuration changes along the motion, shape (n,).
+        """
+        along = self._place(self.positions)[1] @ way
+        length = float(np.linalg.norm(along))
+        if length < STILL:
+            raise NoGuess("the point that touched stands still")
+        along /= length
+        up = np.array((0.0, 0.0, 1.0))
+        across = np.cross(up, along)
+        if np.linalg.norm(across) < 0.1:
+            # The point moves straight up or down: over and under are before and behind.
+            across = np.cross((1.0, 0.0, 0.0), along)
+        across /= np.linalg.norm(across)
+        over = np.cross(along, across)
+        found = np.stack((over, -over, across, -across)).astype(np.float64)
+        return found[np.argsort(-(found @ self.push), kind="stable")]
+
+    def _place(self, positions: Floats) -> tuple[Floats, Floats]:
+        """Return where the point is (3,) and its Jacobian by the group's positions (3, n)."""
+        at = self.query.kinematics(positions[None, :])
+        place = at.rotation[0, self.joint] @ self.local + at.translation[0, self.joint]
+        joints = np.array([self.joint])
+        return place, self.query.point_jacobian(at.jacobian, joints, place[None, :])[0]
+
+
+def _at(knots: Floats, place: float) -> Floats:
+    """Return the configuration at a place between knots."""
+    before = min(int(place), len(knots) - 2)
+    share = place - before
+    return (1.0 - share) * knots[before] + share * knots[before + 1]
+
+
+def _way(blocked: Blocked) -> Floats:
+    """Return how the configuration changes where a try was blocked."""
+    last = len(blocked.knots) - 1.0
+    return _at(blocked.knots, min(blocked.place + NEARBY, last)) - _at(
+        blocked.knots, max(blocked.place - NEARBY, 0.0)
+    )

@@ -1,0 +1,64 @@
+"""Straight lines bent to random sides: first guesses for when the straight one ends in a local minimum."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.planning.seeds.kind import SeedKind
+from trajopt.planning.seeds.source import Blocked, Check, Guess, Route
+from trajopt.query import Counts
+from trajopt.values import Value
+
+BEND = 0.6
+"""Standard deviation of the first bends, in ordinary steps of each joint."""
+GROWTH = 12
+"""After so many lines the bends are twice as wide, after twice as many three times, ..."""
+SWAY = 0.5
+"""Share of the whole wave, to one side and then the other, beside the half wave."""
+
+
+@dataclass(frozen=True)
+class Bumps:
+    """The `Source` of lines bent to random sides, without end; they bend more and more.
+
+    Attributes:
+        bend: Standard deviation of the first bends, in ordinary steps of each joint.
+    """
+
+    bend: float = BEND
+    kind = SeedKind.BUMP
+
+    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
+        """Yield bent lines; see `Source.guesses`."""
+        del blocked
+        for index in count():
+            spread = self.bend * (1.0 + index / GROWTH) * route.scale
+            yield _Bump(route.line.knots, spread, rng.spawn(1)[0])
+
+
+def bump(line: Floats, spread: Floats, rng: np.random.Generator) -> Floats:
+    """Return a line plus a half and a whole sine wave of random heights in every joint.
+
+    Args:
+        line: Knots, shape (N, n); the ends stay.
+        spread: Standard deviation of the half wave's height in each joint, shape (n,) [rad | m].
+        rng: Draws the heights.
+    """
+    phase = np.linspace(0.0, np.pi, len(line))[:, None]
+    half, whole = np.sin(phase), np.sin(2.0 * phase)
+    half[-1] = whole[-1] = 0.0
+    return line + half * rng.normal(scale=spread) + SWAY * whole * rng.normal(scale=spread)
+
+
+@dataclass(frozen=True, eq=False)
+class _Bump(Value):
+    line: Floats
+    spread: Floats
+    rng: np.random.Generator
+
+    def __call__(self, counts: Counts, check: Check) -> Floats:
+        del counts, check
+        return bump(self.line, self.spread, self.rng)

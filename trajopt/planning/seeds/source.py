@@ -1,0 +1,93 @@
+"""Source: where first guesses of one kind come from, and what it is told."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.planning.seeds.kind import SeedKind
+from trajopt.planning.seeds.waypoints import WaypointLine
+from trajopt.query import Counts
+from trajopt.values import Value
+
+Check = Callable[[], None]
+"""Called between pieces of work; raises when it is time to stop."""
+Guess = Callable[[Counts, Check], Floats]
+"""Makes the knots of a first guess, shape (N, n); counts its work. Raises `NoGuess` if it cannot.
+
+A dataclass rather than a function within another, so that it can be sent to another process."""
+
+
+class NoGuess(Exception):
+    """A source could not make a first guess; the message says why."""
+
+
+@dataclass(frozen=True, eq=False)
+class Route(Value):
+    """Where a first guess leads.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        line: Straight legs from the start through the waypoints to a goal configuration.
+        scale: A step of ordinary size in each joint, shape (n,) [rad | m].
+        requirements: What must hold all the way.
+    """
+
+    reduced: ReducedModel
+    line: WaypointLine
+    scale: Floats
+    requirements: tuple[Requirement, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Blocked(Value):
+    """Where a try ended against something.
+
+    Attributes:
+        knots: The knots where the solver stopped, shape (N, n).
+        place: Where along them the clearance was undercut most, in knots.
+        pair: Index of the pair that undercut it.
+    """
+
+    knots: Floats
+    place: float
+    pair: int
+
+
+@dataclass(frozen=True, eq=False)
+class Ready(Value):
+    """The `Guess` of knots that are there already.
+
+    Attributes:
+        knots: Shape (N, n) [rad | m].
+    """
+
+    knots: Floats
+
+    def __call__(self, counts: Counts, check: Check) -> Floats:
+        """Return them."""
+        del counts, check
+        return self.knots
+
+
+class Source(Protocol):
+    """Makes first guesses of one kind."""
+
+    @property
+    def kind(self) -> SeedKind:
+        """What kind."""
+        ...
+
+    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
+        """Yield first guesses, each a function of its own: one that is not called costs nothing.
+
+        Args:
+            route: Where they lead.
+            blocked: Where tries from straight lines ended against something, worst first.
+            rng: Each guess draws from a child of it, so that none depends on another.
+        """
+        ...

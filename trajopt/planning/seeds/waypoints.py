@@ -1,0 +1,140 @@
+"""First guesses that pass waypoints: a configuration for each, and the knots they are held at."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.kinematics.goal_candidates import MANY_STARTS, GoalCandidates, goal_candidates
+from trajopt.kinematics.projection import Projection
+from trajopt.model.accepted import EXCESS
+from trajopt.model.clearances import how_near
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import Requirement
+from trajopt.query import Counts, Query, query_of
+from trajopt.terms.joint_positions import fixed_positions, joint_box
+from trajopt.values import Value
+
+
+@dataclass(frozen=True, eq=False)
+class WaypointLine(Value):
+    """Straight legs from stop to stop.
+
+    Attributes:
+        knots: Shape (N, n).
+        places: The knot of each waypoint, increasing; neither the first nor the last.
+    """
+
+    knots: Floats
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class WaypointChoice:
+    """Configurations of waypoints.
+
+    Attributes:
+        found: One for each waypoint, in order, up to the first that has none.
+        problem: Why that one has none; empty if all have one.
+    """
+
+    found: tuple[Floats, ...]
+    problem: str
+
+
+def choose_waypoints(
+    reduced: ReducedModel,
+    waypoints: Sequence[Sequence[Requirement]],
+    passing: Sequence[Sequence[Requirement]],
+    *,
+    rng: np.random.Generator,
+    counts: Counts,
+    check: Callable[[], None] | None = None,
+) -> WaypointChoice:
+    """Choose a configuration for each waypoint: of those that touch nothing the nearest to the one before.
+
+    Where joints are asked for, the very positions are tried first, and then others within their tolerances.
+
+    Args:
+        reduced: The robot and its surroundings.
+        waypoints: What must hold at each, in order.
+        passing: What else must hold at each, because it holds on the way there or on from there.
+        rng: Draws the starts of the search.
+        counts: Takes the work done.
+        check: Called all along; may raise to stop.
+    """
+    query = query_of(reduced, counts)
+    last = reduced.start_positions
+    found: list[Floats] = []
+    for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
+        middle = _middle(reduced, wanted, also, query)
+        if middle is not None:
+            last = middle
+        else:
+            seen = goal_candidates(reduced, (*wanted, *also), rng=rng, counts=counts, check=check)
+            if not seen.free and not seen.colliding:
+                seen = goal_candidates(
+                    reduced, (*wanted, *also), rng=rng, counts=counts, starts=MANY_STARTS, check=check
+                )
+            if not seen.free:
+                return WaypointChoice(tuple(found), _why_none(number, seen))
+            last = min(seen.free, key=lambda q, before=last: _effort(reduced, before, q))
+        found.append(last)
+    return WaypointChoice(tuple(found), "")
+
+
+def _middle(
+    reduced: ReducedModel, wanted: Sequence[Requirement], also: Sequence[Requirement], query: Query
+) -> Floats | None:
+    """Return the middle of what joint positions of all joints allow, if it holds all and touches nothing."""
+    asked = fixed_positions(wanted, reduced)
+    if asked is None:
+        return None
+    lower, upper = joint_box(wanted, reduced)
+    if (lower - upper > 2.0 * EXCESS).any():
+        return None
+    middle = np.where(lower <= upper, np.clip(asked, lower, upper), asked)
+    if len(query.near(middle[None], reduced.pairs.required).distance):
+        return None
+    return None if also and Projection(reduced, also, query).violation(middle[None])[0] > 0.0 else middle
+
+
+def _why_none(number: int, seen: GoalCandidates) -> str:
+    if seen.blocking is None:
+        miss = f"misses it by {seen.nearest_miss:.3g} (m, rad)"
+        return f"the nearest configuration tried for waypoint {number} {miss}"
+    nearest, how = how_near(*seen.blocking, seen.required), "collide"
+    if seen.required > 0.0:
+        how += " or come too near to something"
+    return f"all {seen.colliding} configurations found for waypoint {number} {how}; in the nearest, {nearest}"
+
+
+def line_through(reduced: ReducedModel, stops: Sequence[Floats], knots: int) -> WaypointLine:
+    """Lay straight legs through stops; each gets knots in proportion to its length in joint space.
+
+    The length of a leg is the time it takes at the joints' full speed.
+
+    Args:
+        reduced: The robot; gives the speeds.
+        stops: Start, waypoints and goal, shape (n,) each.
+        knots: How many, ends included; more than there are legs.
+    """
+    legs = len(stops) - 1
+    lengths = np.array([_effort(reduced, *pair) for pair in pairwise(stops)])
+    # No leg is so short that it gets no knots of its own.
+    along = np.concatenate(([0.0], np.cumsum(np.maximum(lengths, 1e-6))))
+    places = [round(float(share) * (knots - 1)) for share in along / along[-1]]
+    for leg in range(1, legs):
+        places[leg] = max(places[leg], places[leg - 1] + 1)
+    for leg in range(legs - 1, 0, -1):
+        places[leg] = min(places[leg], places[leg + 1] - 1)
+    line = [stops[0][None]]
+    for leg, (first, last) in enumerate(pairwise(places)):
+        line.append(np.linspace(stops[leg], stops[leg + 1], last - first + 1)[1:])
+    return WaypointLine(np.concatenate(line), tuple(places[1:-1]))
+
+
+def _effort(reduced: ReducedModel, start: Floats, end: Floats) -> float:
+    return float(np.max(np.abs(end - start) / reduced.limits.velocity))

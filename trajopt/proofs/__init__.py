@@ -1,8 +1,0 @@
-"""Proofs that a problem has no solution: what is returned here holds, and what is not proves nothing."""
-
-from trajopt.proofs.closed_cut import ClosedCut as ClosedCut
-from trajopt.proofs.closed_cut import closed_cut as closed_cut
-from trajopt.proofs.exclusion import exclusion as exclusion
-from trajopt.proofs.goal_box import box_breaks as box_breaks
-from trajopt.proofs.goal_box import box_collides as box_collides
-from trajopt.proofs.reach import out_of_reach as out_of_reach

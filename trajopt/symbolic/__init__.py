@@ -1,3 +1,0 @@
-"""Kinematics as CasADi expressions of the group's positions."""
-
-from trajopt.symbolic.kinematics import SymbolicKinematics as SymbolicKinematics

@@ -1,0 +1,1 @@
+"""Transcription for CasADi: kinematics as expressions, contacts as callbacks."""

@@ -1,0 +1,48 @@
+"""The two ends of a motion: it starts where and as fast as the robot is, and ends at rest."""
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.kernel.joint_unit import joint_unit
+from trajopt.verify.kernel.motion import Motion
+
+
+def end_checks(motion: Motion, start_velocities: Floats | None = None) -> tuple[Check, ...]:
+    """Judge the start and, where the trajectory states velocities, those at both ends.
+
+    Args:
+        motion: The motion.
+        start_velocities: Of the group's joints at the start, shape (n,) [rad/s | m/s]; at rest when None.
+    """
+    off = np.abs(motion.trajectory.positions[0] - motion.reduced.start_positions)
+    checks = [_check(motion, "start", off, time=0.0, bound=motion.options.start_error, order=0)]
+    velocities = motion.trajectory.velocities
+    if velocities is not None:
+        rests = start_velocities is None or not start_velocities.any()
+        begin = velocities[0] if start_velocities is None else velocities[0] - start_velocities
+        for name, speeds, time in (
+            ("start at rest" if rests else "start velocity", np.abs(begin), 0.0),
+            ("end at rest", np.abs(velocities[-1]), motion.duration),
+        ):
+            rest = motion.options.rest_speed
+            checks.append(_check(motion, name, speeds, time=time, bound=rest, order=1))
+    return tuple(checks)
+
+
+def _check(motion: Motion, name: str, sizes: Floats, *, time: float, bound: float, order: int) -> Check:
+    joint = int(sizes.argmax())
+    subject = motion.reduced.joint_names[joint]
+    value = float(sizes[joint])
+    return Check(
+        name=name,
+        subject=subject,
+        value=value,
+        bound=bound,
+        unit=joint_unit(motion.reduced.scene.robot, subject, order=order),
+        time=time,
+        slack=bound - value,
+        evidence=Evidence.PROVEN,
+        holds=value <= bound,
+        detail=f"{subject} {'moves at' if name.endswith('rest') else 'is off by'} {value:.3g}",
+    )

@@ -1,0 +1,242 @@
+"""The judge's check of `FramePlacement`: position and orientation of a frame, within tolerances.
+
+With R the rotation of the frame as seen from its goal and w its angular velocity, the rotation
+vector e of R changes at a rate J(e) w, where J has the norm (|e|/2) / sin(|e|/2); intrinsic x-y-z Euler
+angles change at a rate of at most |w| / cos(second angle). Second derivatives are bounded likewise.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.requirements import FramePlacement, RotationCoordinates
+from trajopt.verify.certificate import Check
+from trajopt.verify.checks.quantities import quantities
+from trajopt.verify.checks.quantity import Quantity
+from trajopt.verify.checks.requirement import (
+    When,
+    check_requirement,
+    proof_at_end,
+    requirement_check,
+    tightest,
+)
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.relative_motion import RateBounds, RelativeMotion
+from trajopt.verify.search.interval_proof import Excess, Proof, prove_over_time
+
+AXES = ("x", "y", "z")
+Sizes = Callable[[Floats, Floats], Floats]
+Changes = Callable[[Floats, RateBounds], tuple[Floats, Floats]]
+
+
+@quantities.register
+def _(requirement: FramePlacement, motion: Motion) -> tuple[Quantity, ...]:
+    moving = RelativeMotion(
+        motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
+    )
+    goal = requirement.placement
+
+    def off(times: Floats) -> Floats:
+        return (moving.placements(times)[1] - goal.translation) @ goal.rotation
+
+    def turned(times: Floats) -> Floats:
+        return rotation_error(goal.rotation.T @ moving.placements(times)[0], requirement)
+
+    free = np.where(requirement.rotation_tolerance >= np.pi, np.inf, requirement.rotation_tolerance)
+    parts = (("position", "m", requirement.position_tolerance, off), ("rotation", "rad", free, turned))
+    return tuple(
+        Quantity(
+            kind=kind,
+            name=f"{kind} beyond the tolerance",
+            subject=requirement.frame,
+            unit=unit,
+            limit=0.0,
+            states=states,
+            number=lambda error, tolerance=tolerance: _excess(np.abs(error), tolerance),
+            bound=None,
+        )
+        for kind, unit, tolerance, states in parts
+        if np.isfinite(tolerance).any()
+    )
+
+
+@check_requirement.register
+def _(requirement: FramePlacement, motion: Motion, when: When) -> tuple[Check, ...]:
+    moving = RelativeMotion(
+        motion,
+        requirement.frame,
+        reference=requirement.reference,
+        offset=requirement.offset,
+    )
+    goal = requirement.placement
+
+    def position_sizes(rotation: Floats, point: Floats) -> Floats:
+        return np.abs((point - goal.translation) @ goal.rotation)
+
+    def rotation_sizes(rotation: Floats, point: Floats) -> Floats:
+        return np.abs(rotation_error(goal.rotation.T @ rotation, requirement))
+
+    def rotation_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:
+        if requirement.coordinates is RotationCoordinates.ROTATION_VECTOR:
+            return _vector_changes(middle, bounds)
+        return _euler_changes(middle, bounds)
+
+    free = np.where(requirement.rotation_tolerance >= np.pi, np.inf, requirement.rotation_tolerance)
+    parts: tuple[tuple[str, str, Floats, Sizes, Changes], ...] = (
+        (
+            "position",
+            "m",
+            requirement.position_tolerance,
+            position_sizes,
+            _position_changes,
+        ),
+        ("rotation", "rad", free, rotation_sizes, rotation_changes),
+    )
+    checks: list[Check] = []
+    for kind, unit, tolerance, sizes, changes in parts:
+        if np.isinf(tolerance).all():
+            continue
+        proof = _prove(motion, moving, when, tolerance=tolerance, sizes=sizes, changes=changes)
+        values = sizes(*moving.placements(np.array((proof.time,))))[0]
+        names = tuple(f"{kind} along {axis}" for axis in AXES)
+        checks.append(
+            requirement_check(
+                when,
+                kind=kind,
+                subject=requirement.frame,
+                unit=unit,
+                component=tightest(names, values, tolerance),
+                proof=proof,
+            )
+        )
+    return tuple(checks)
+
+
+def rotation_error(rotation: Floats, requirement: FramePlacement) -> Floats:
+    """Return the rotation error in the requirement's coordinates, (c, 3, 3) -> (c, 3) [rad]."""
+    if requirement.coordinates is RotationCoordinates.ROTATION_VECTOR:
+        from scipy.spatial.transform import Rotation
+
+        return np.asarray(Rotation.from_matrix(rotation).as_rotvec())
+    return euler_angles(rotation, requirement.rotation_tolerance)
+
+
+def euler_angles(rotation: Floats, tolerance: Floats) -> Floats:
+    """Return intrinsic x-y-z Euler angles of rotations, (c, 3, 3) -> (c, 3) [rad].
+
+    Where the second angle is a right angle only the sum or difference of the others is determined;
+    it is given to the first, or to the third if the first's tolerance would not hold (MoveIt's rule).
+    """
+    cosine = np.hypot(rotation[:, 0, 0], rotation[:, 0, 1])
+    angles = np.stack(
+        (
+            np.arctan2(-rotation[:, 1, 2], rotation[:, 2, 2]),
+            np.arctan2(rotation[:, 0, 2], cosine),
+            np.arctan2(-rotation[:, 0, 1], rotation[:, 0, 0]),
+        ),
+        axis=1,
+    )
+    for row in np.flatnonzero(cosine < 1e-9).tolist():
+        angle = np.arctan2(rotation[row, 2, 1], rotation[row, 1, 1])
+        first = abs(angle) <= tolerance[0]
+        angles[row, 0], angles[row, 2] = (angle, 0.0) if first else (0.0, angle)
+    return angles
+
+
+def _prove(
+    motion: Motion,
+    moving: RelativeMotion,
+    when: When,
+    *,
+    tolerance: Floats,
+    sizes: Sizes,
+    changes: Changes,
+) -> Proof:
+    """Prove that three sizes stay below their tolerances, at the end or at all times.
+
+    Args:
+        motion: The motion.
+        moving: The frame, seen from the reference.
+        when: At the end or at all times.
+        tolerance: Of the three sizes, shape (3,).
+        sizes: Sizes at rotations (c, 3, 3) and points (c, 3), shape (c, 3).
+        changes: Bounds on the change from the middle and on the bulge over the chord between the
+            ends, each of shape (c, 3), given the sizes in the middle and bounds on rates.
+    """
+    if when is When.END:
+        reached = sizes(*moving.placements(np.array((motion.duration,))))[0]
+        return proof_at_end(motion, float((reached - tolerance).max()))
+
+    def excess(begin: Floats, end: Floats) -> Excess:
+        times = np.concatenate((begin, (begin + end) / 2, end))
+        start, middle, stop = np.split(sizes(*moving.placements(times)), 3)
+        bounds = moving.bounds(begin, end)
+        change, curvature = changes(middle, bounds)
+        bulge = curvature * ((end - begin) ** 2 / 8.0)[:, None]
+        bound = np.minimum(middle + change, np.maximum(start, stop) + bulge)
+        over = np.stack([_excess(size, tolerance) for size in (start, middle, stop)])
+        worst = over.argmax(axis=0)
+        rows = np.arange(len(begin))
+        return Excess(
+            over[worst, rows],
+            times.reshape(3, -1)[worst, rows],
+            _excess(bound, tolerance),
+        )
+
+    return prove_over_time(motion, excess)
+
+
+def _excess(sizes: Floats, tolerance: Floats) -> Floats:
+    """Largest excess of sizes (c, 3) over tolerances (3,), some of which are finite: shape (c,)."""
+    bounded = np.isfinite(tolerance)
+    return np.asarray((sizes[:, bounded] - tolerance[bounded]).max(axis=1))
+
+
+def _position_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:
+    spread = (1, middle.shape[1])
+    return np.tile(bounds.shift[:, None], spread), np.tile(bounds.point_acceleration[:, None], spread)
+
+
+def _vector_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:
+    """Bound changes of the rotation vector's components; beyond pi it starts again from -pi."""
+    angle = np.linalg.norm(middle, axis=1) + bounds.turn
+    capped = np.minimum(angle, np.pi)
+    stretch = _ratio(capped)
+    rate = stretch * bounds.turn_rate
+    curvature = stretch * bounds.turn_acceleration + _twist(capped) * rate * bounds.turn_rate
+    curvature = np.where(angle < np.pi, curvature, np.inf)
+    spread = (1, middle.shape[1])
+    return np.tile((stretch * bounds.turn)[:, None], spread), np.tile(curvature[:, None], spread)
+
+
+def _ratio(angle: Floats) -> Floats:
+    """(a/2) / sin(a/2): the norm of the inverse left Jacobian of rotations at angle a."""
+    return 1.0 / np.asarray(np.sinc(angle / (2.0 * np.pi)), dtype=np.float64)
+
+
+def _twist(angle: Floats) -> Floats:
+    """Bound the derivative of the inverse left Jacobian I - [e]/2 + c [e]^2 along a unit step of e.
+
+    It is at most 1/2 + c'(a) a^2 + 2 c(a) a, where c and c' increase with the angle a up to pi.
+    """
+    a = np.maximum(angle, 0.1)
+    c = 1.0 / a**2 - 1.0 / (2.0 * a * np.tan(a / 2.0))
+    slope = -2.0 / a**3 + 1.0 / (2.0 * a**2 * np.tan(a / 2.0)) + 1.0 / (4.0 * a * np.sin(a / 2.0) ** 2)
+    return 0.5 + slope * a**2 + 2.0 * c * a
+
+
+def _euler_changes(middle: Floats, bounds: RateBounds) -> tuple[Floats, Floats]:
+    """Bound changes of Euler angles; nothing is known once the second may be a right angle."""
+    second = middle[:, 1] + bounds.turn
+    regular = second < np.pi / 2.0 - 1e-6
+    cosine = np.cos(np.where(regular, second, 0.0))
+    change = np.stack((bounds.turn / cosine, bounds.turn, bounds.turn / cosine), axis=1)
+    change[~regular] = np.inf
+    change[:, 1] = bounds.turn
+    square = bounds.turn_rate**2
+    curvature = bounds.turn_acceleration / cosine + 2.0 * square / cosine**2
+    curved = np.tile(curvature[:, None], (1, 3))
+    curved[~regular] = np.inf
+    curved[middle + change >= np.pi] = np.inf
+    return change, curved

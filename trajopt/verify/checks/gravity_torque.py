@@ -1,0 +1,49 @@
+"""The judge's check of `GravityTorque`, at samples: inverse dynamics of the arm at rest."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.requirements import GravityTorque
+from trajopt.verify.certificate import Check
+from trajopt.verify.checks.quantities import quantities
+from trajopt.verify.checks.quantity import Quantity
+from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.payload import payload_torques
+
+
+@quantities.register
+def _(requirement: GravityTorque, motion: Motion) -> tuple[Quantity, ...]:
+    return (
+        Quantity(
+            kind="gravity torque",
+            name="largest share of an effort limit",
+            subject="",
+            unit="",
+            limit=requirement.share,
+            states=lambda times: _shares(motion, times),
+            number=lambda shares: shares.max(axis=1),
+            bound=None,
+        ),
+    )
+
+
+@check_requirement.register
+def _(requirement: GravityTorque, motion: Motion, when: When) -> tuple[Check, ...]:
+    (quantity,) = quantities(requirement, motion)
+    found = quantity.check(motion, when)
+    shares = quantity.states(np.array((found.time or 0.0,)))[0]
+    joint = motion.reduced.joint_names[int(shares.argmax())]
+    return (replace(found, subject=joint),)
+
+
+def _shares(motion: Motion, times: Floats) -> Floats:
+    """Torque at rest of each of the group's joints, as a share of its limit, shape (c, n)."""
+    reduced = motion.reduced
+    positions = motion.trajectory(times)
+    still = np.zeros((len(times), len(reduced.mimic_matrix)))
+    torques = motion.kinematics.torques(motion.kinematics.configurations(positions), still, still)
+    torques = torques + payload_torques(motion, positions, still, still)
+    return np.abs(torques @ reduced.mimic_matrix) / reduced.limits.effort

@@ -1,0 +1,134 @@
+"""Position, velocity, acceleration and jerk limits of joints, judged at all times."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.limits import JointLimits
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.checks.moving_limits import joint_words
+from trajopt.verify.kernel.joint_unit import joint_unit
+from trajopt.verify.kernel.motion import Motion
+
+QUANTITIES = ("joint position", "velocity", "acceleration", "jerk")
+
+
+@dataclass(frozen=True, eq=False)
+class _Tightest:
+    """For each joint the value that is nearest to its limit, or farthest beyond it.
+
+    Attributes:
+        values: Shape (n,).
+        times: Shape (n,) [s].
+        bounds: The limit it is nearest to, shape (n,).
+        slack: Shape (n,).
+        accepted: Numerical excess that is accepted, shape (n,).
+    """
+
+    values: Floats
+    times: Floats
+    bounds: Floats
+    slack: Floats
+    accepted: Floats
+
+
+def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
+    """Judge the limits; where one is passed, every joint that passes it gets a check of its own.
+
+    Extremes of polynomials are exact to rounding, so the checks hold for every time. A linear
+    trajectory states no acceleration, and so no jerk. Where jerk is limited the acceleration must not jump
+    either, not even from and to the rest before and after the motion.
+
+    Args:
+        motion: The motion.
+        limits: Limits of all joints that move, mimic joints too, in the model's order.
+    """
+    checks = [*_of_order(motion, 0, limits.lower, limits.upper)]
+    checks += _of_order(motion, 1, -limits.velocity, limits.velocity)
+    if motion.differentiable:
+        checks += _of_order(motion, 2, -limits.acceleration, limits.acceleration)
+        if np.isfinite(limits.jerk).any():
+            checks += _jumps(motion, limits) or _of_order(motion, 3, -limits.jerk, limits.jerk)
+    return tuple(checks)
+
+
+def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
+    """State the largest jump of the acceleration of each joint whose jerk is limited, if there is any."""
+    rest = np.zeros((1, len(limits.jerk)))
+    cubic, lengths = motion.moving(2).coefficients, np.diff(motion.trajectory.times)
+    reached = np.zeros(cubic.shape[1:])
+    for coefficient in cubic:
+        reached = reached * lengths[:, None] + coefficient
+    jumps = np.abs(np.concatenate((cubic[-1], rest)) - np.concatenate((rest, reached)))
+    limited = np.isfinite(limits.jerk)
+    worst = np.where(limited, jumps.max(axis=0), 0.0)
+    # A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.
+    scale = np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
+    checks: list[Check] = []
+    for joint, name in enumerate(motion.reduced.moving_joints):
+        if not limited[joint] or worst[joint] <= motion.options.excess * scale[joint]:
+            continue
+        row = int(jumps[:, joint].argmax())
+        checks.append(
+            Check(
+                name=QUANTITIES[3],
+                subject=name,
+                value=None,
+                bound=float(limits.jerk[joint]),
+                unit=joint_unit(motion.reduced.scene.robot, name, order=3),
+                time=float(motion.trajectory.times[row]),
+                slack=None,
+                evidence=Evidence.PROVEN,
+                holds=False,
+                detail=f"the acceleration of {joint_words(motion.reduced, name)} jumps by "
+                f"{worst[joint]:.4g}, its jerk is limited",
+            )
+        )
+    return checks
+
+
+def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[Check]:
+    """Judge one derivative: the tightest joint first, then every other that passes its limit."""
+    found = _tightest(motion, order, lower, upper)
+    scale = np.ones(len(lower)) if order == 0 else np.maximum(upper, 1e-12)
+    relative = found.slack / np.where(np.isfinite(scale), scale, 1.0)
+    checks: list[Check] = []
+    for joint in (int(place) for place in np.argsort(relative)):
+        holds = bool(found.slack[joint] >= -found.accepted[joint])
+        if checks and holds:
+            break
+        name = motion.reduced.moving_joints[joint]
+        limited = bool(np.isfinite(found.bounds[joint]))
+        detail = f"{joint_words(motion.reduced, name)} reaches {found.values[joint]:.6g}"
+        detail += f", its limit is {found.bounds[joint]:.6g}" if limited else " and has no limit"
+        checks.append(
+            Check(
+                name=QUANTITIES[order],
+                subject=name,
+                value=float(found.values[joint]),
+                bound=float(found.bounds[joint]) if limited else None,
+                unit=joint_unit(motion.reduced.scene.robot, name, order=order),
+                time=float(found.times[joint]),
+                slack=float(found.slack[joint]) if limited else None,
+                evidence=Evidence.PROVEN,
+                holds=holds,
+                detail=detail,
+            )
+        )
+    return checks
+
+
+def _tightest(motion: Motion, order: int, lower: Floats, upper: Floats) -> _Tightest:
+    high, low = motion.kinematics.extremes(motion.moving(order))
+    above = upper - high.values <= low.values - lower
+    bounds = np.where(above, upper, lower)
+    excess = motion.options.excess
+    finite = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
+    return _Tightest(
+        values=np.where(above, high.values, low.values),
+        times=np.where(above, high.times, low.times),
+        bounds=bounds,
+        slack=np.where(above, upper - high.values, low.values - lower),
+        accepted=excess * np.maximum(finite, 1.0) if order == 0 else excess * finite,
+    )

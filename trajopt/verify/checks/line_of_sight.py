@@ -1,0 +1,126 @@
+"""The judge's check of `LineOfSight`: the gap between a line and a convex part, along one direction.
+
+In the object's frame the gap along a unit direction n is the smaller of n . c and n . p, for the ends c and
+p of the line, less how far the part reaches along n. It bounds the distance from below, whatever n is; Coal
+only proposes n. While the ends move the gap shrinks by no more than they move, and by no more than the
+bulge below the smaller of its values at two times.
+"""
+
+import coal
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.model.placement import Placement
+from trajopt.model.requirements import LineOfSight
+from trajopt.model.shapes import Mesh, Plane, Shape
+from trajopt.verify.certificate import Check
+from trajopt.verify.checks.quantities import quantities
+from trajopt.verify.checks.quantity import Quantity, checks_of
+from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.kernel.coal_geometry import coal_geometry
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.relative_motion import RelativeMotion
+from trajopt.verify.kernel.support import support
+
+_THIN = 1e-3
+
+
+@quantities.register
+def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
+    found: list[Quantity] = []
+    left_out = {requirement.frame, requirement.reference, *requirement.ignored}
+    for name, item in motion.reduced.scene.objects.items():
+        if name in left_out:
+            continue
+        camera = RelativeMotion(motion, requirement.frame, reference=name, offset=requirement.origin)
+        target = RelativeMotion(motion, requirement.reference, reference=name, offset=requirement.target)
+        for shape, where in item.parts:
+            if isinstance(shape, Mesh):
+                raise ProblemError(f"{requirement}: object {name!r} has an exact mesh")
+            found.append(_quantity(requirement, name, _Part(shape, where), camera, target))
+    return tuple(found)
+
+
+@check_requirement.register
+def _(requirement: LineOfSight, motion: Motion, when: When) -> tuple[Check, ...]:
+    """Judge every part; say only of the tightest that it holds, and of each that does not."""
+    found = checks_of(quantities(requirement, motion), motion, when)
+    failed = tuple(check for check in found if not check.holds)
+    return failed or tuple(sorted(found, key=lambda check: check.slack or 0.0)[:1])
+
+
+def _quantity(
+    requirement: LineOfSight, name: str, part: "_Part", camera: RelativeMotion, target: RelativeMotion
+) -> Quantity:
+    margin = requirement.margin
+
+    def states(times: Floats) -> Floats:
+        return np.stack((camera.placements(times)[1], target.placements(times)[1]), axis=1)
+
+    def bound(begin: Floats, end: Floats, lines: Floats) -> Floats:
+        rates = camera.bounds(begin, end), target.bounds(begin, end)
+        shift = np.maximum(*(one.shift for one in rates))
+        bulge = np.maximum(*(one.point_acceleration for one in rates)) * (end - begin) ** 2 / 8.0
+        directions = part.directions(lines[1])
+        first, middle, last = (part.gap(lines[row], directions) for row in range(3))
+        return margin - np.maximum(middle - shift, np.minimum(first, last) - bulge)
+
+    return Quantity(
+        kind="line of sight",
+        name="distance of the line of sight",
+        subject=f"{requirement.frame} past {name}",
+        unit="m",
+        limit=margin,
+        states=states,
+        number=lambda lines: part.gap(lines, part.directions(lines)),
+        bound=bound,
+        least=True,
+    )
+
+
+class _Part:
+    """A convex part of an object, and lines in the object's frame, (c, 2, 3) [m]."""
+
+    def __init__(self, shape: Shape, where: Placement) -> None:
+        self._shape, self._where = shape, where
+        self._geometry = coal_geometry(shape)
+        self._at = coal.Transform3s(where.rotation, where.translation)
+
+    def gap(self, lines: Floats, directions: Floats) -> Floats:
+        """Gap along unit directions (c, 3) from the part to the lines, shape (c,) [m]."""
+        ends = np.einsum("cei,ci->ce", lines - self._where.translation, directions)
+        if isinstance(self._shape, Plane):
+            return ends.min(axis=1)
+        return ends.min(axis=1) - support(self._shape, directions @ self._where.rotation)
+
+    def directions(self, lines: Floats) -> Floats:
+        """Propose directions from the part to the lines along which the gap is large, shape (c, 3)."""
+        found = np.empty((len(lines), 3))
+        if isinstance(self._shape, Plane):
+            found[:] = self._where.rotation[:, 2]
+            return found
+        request, result = coal.DistanceRequest(), coal.DistanceResult()
+        request.enable_signed_distance = True
+        request.gjk_tolerance = 1e-9
+        for row, (camera, target) in enumerate(lines):
+            result.clear()
+            length = float(np.linalg.norm(target - camera))
+            placed = coal.Transform3s(_axes(target - camera), (camera + target) / 2.0)
+            line = coal.Capsule(_THIN, max(length, 1e-9))
+            coal.distance(self._geometry, self._at, line, placed, request, result)
+            found[row] = result.normal / max(float(np.linalg.norm(result.normal)), 1e-12)
+        return found
+
+
+def _axes(way: Floats) -> Floats:
+    """Return a rotation whose third column points along a vector, by reflecting z twice."""
+    length = float(np.linalg.norm(way))
+    if length < 1e-12:
+        return np.eye(3)
+    z = way / length
+    mirror = z + np.array((0.0, 0.0, 1.0 if z[2] >= 0.0 else -1.0))
+    mirror = mirror / np.linalg.norm(mirror)
+    # A half turn about the bisector of z and the axis; upside down where that is nearer.
+    turn = 2.0 * np.outer(mirror, mirror) - np.eye(3)
+    return turn if z[2] >= 0.0 else turn @ np.diag((1.0, -1.0, -1.0))

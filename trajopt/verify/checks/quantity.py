@@ -1,0 +1,98 @@
+"""A number that a requirement bounds on one side, judged at the end or over all times."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.checks.requirement import When, proof_at_end
+from trajopt.verify.kernel.moments import sampled_times
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.search.interval_proof import Excess, Proof, prove_over_time
+
+Bound = Callable[[Floats, Floats, Floats], Floats]
+"""Begin and end of intervals, (c,) each [s], and the states at begin, middle and end, (3, c, ...) -> what
+the excess (the number less its bound, or the other way round for a least one) stays below, (c,)."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Quantity:
+    """A number along a motion, and the bound that it must not pass.
+
+    Attributes:
+        kind: What is required, such as "region".
+        name: Which number, as words.
+        subject: The frame or joint.
+        unit: Unit of number and bound.
+        limit: The bound.
+        least: Whether the number must not fall below the bound; it must not exceed it otherwise.
+        states: Times (c,) -> what the number is computed from, shape (c, ...).
+        number: Such states -> the number, shape (c,).
+        bound: Bounds the excess over intervals; None where nothing is proven and samples must do.
+    """
+
+    kind: str
+    name: str
+    subject: str
+    unit: str
+    limit: float
+    states: Callable[[Floats], Floats]
+    number: Callable[[Floats], Floats]
+    bound: Bound | None
+    least: bool = False
+
+    def excess(self, states: Floats) -> Floats:
+        """Return by how much the bound is passed, negative when it is not, shape (c,)."""
+        over = self.number(states) - self.limit
+        return -over if self.least else over
+
+    def check(self, motion: Motion, when: When) -> Check:
+        """Judge the number on a motion."""
+        proof = self._proof(motion, when)
+        value = float(self.number(self.states(np.array((proof.time,))))[0])
+        slack = value - self.limit if self.least else self.limit - value
+        words = f"{self.name} is {value:.4g} {self.unit}".rstrip()
+        words += f", at {'least' if self.least else 'most'} {self.limit:.4g} is accepted"
+        if proof.interval is not None:
+            words += f"; no proof from {proof.interval[0]:.5f} to {proof.interval[1]:.5f} s"
+        sampled = when is When.ALWAYS and self.bound is None
+        return Check(
+            name=f"{when.value}: {self.kind}",
+            subject=self.subject,
+            value=value,
+            bound=self.limit,
+            unit=self.unit,
+            time=proof.time,
+            slack=slack,
+            evidence=proof.evidence,
+            holds=slack >= -motion.options.excess if sampled else proof.evidence is Evidence.PROVEN,
+            detail=words,
+        )
+
+    def _proof(self, motion: Motion, when: When) -> Proof:
+        if when is When.END:
+            return proof_at_end(motion, float(self.excess(self.states(np.array((motion.duration,))))[0]))
+        if self.bound is None:
+            times = sampled_times(motion)
+            return Proof(Evidence.SAMPLED, float(times[self.excess(self.states(times)).argmax()]), None)
+        bound = self.bound
+
+        def excess(begin: Floats, end: Floats) -> Excess:
+            times = np.concatenate((begin, (begin + end) / 2.0, end))
+            states = self.states(times)
+            over = self.excess(states).reshape(3, -1)
+            worst, rows = over.argmax(axis=0), np.arange(len(begin))
+            return Excess(
+                over[worst, rows],
+                times.reshape(3, -1)[worst, rows],
+                bound(begin, end, states.reshape(3, len(begin), *states.shape[1:])),
+            )
+
+        return prove_over_time(motion, excess)
+
+
+def checks_of(quantities: Sequence[Quantity], motion: Motion, when: When) -> tuple[Check, ...]:
+    """Judge several numbers."""
+    return tuple(quantity.check(motion, when) for quantity in quantities)

@@ -1,0 +1,100 @@
+"""Dispatch from a requirement, which is plain data, to the judge's own check of it."""
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import singledispatch
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.model.requirements import Requirement
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.search.interval_proof import Proof
+
+
+class When(Enum):
+    """When a requirement has to hold."""
+
+    END = "goal"
+    ALWAYS = "path"
+
+
+@singledispatch
+def check_requirement(requirement: Requirement, motion: Motion, when: When) -> tuple[Check, ...]:
+    """Check a requirement on a motion.
+
+    Args:
+        requirement: The requirement; each class of them registers its own check.
+        motion: The motion.
+        when: Whether it has to hold at the end or at all times.
+
+    Raises:
+        ProblemError: If the class has no check.
+        NameNotFound: If the requirement names what does not exist.
+    """
+    raise ProblemError(f"no check is registered for requirements of type {type(requirement).__name__}")
+
+
+@dataclass(frozen=True, eq=False)
+class Component:
+    """One number of a requirement at its tightest moment.
+
+    Attributes:
+        name: Which number, as words.
+        value: Its size [unit].
+        tolerance: Its largest accepted size [unit].
+    """
+
+    name: str
+    value: float
+    tolerance: float
+
+
+def tightest(names: tuple[str, ...], values: Floats, tolerances: Floats) -> Component:
+    """Return the number that is nearest to, or farthest beyond, its tolerance."""
+    at = int(np.argmax(values - tolerances))
+    return Component(names[at], float(values[at]), float(tolerances[at]))
+
+
+def requirement_check(
+    when: When,
+    *,
+    kind: str,
+    subject: str,
+    unit: str,
+    component: Component,
+    proof: Proof,
+) -> Check:
+    """State a requirement whose numbers must stay below tolerances as a check.
+
+    Args:
+        when: When it has to hold.
+        kind: What is required, such as "position".
+        subject: The frame.
+        unit: Unit of the number.
+        component: The tightest number at the tightest time.
+        proof: What is known of all times.
+    """
+    many = f"{component.name} is {component.value:.4g} {unit}, {component.tolerance:.4g} is accepted"
+    if proof.interval is not None:
+        many += f"; no proof from {proof.interval[0]:.5f} to {proof.interval[1]:.5f} s"
+    return Check(
+        name=f"{when.value}: {kind}",
+        subject=subject,
+        value=component.value,
+        bound=component.tolerance,
+        unit=unit,
+        time=proof.time,
+        slack=component.tolerance - component.value,
+        evidence=proof.evidence,
+        holds=proof.evidence is Evidence.PROVEN,
+        detail=many,
+    )
+
+
+def proof_at_end(motion: Motion, excess: float) -> Proof:
+    """State what the excess at the end amounts to."""
+    evidence = Evidence.PROVEN if excess <= motion.options.excess else Evidence.SAMPLED
+    return Proof(evidence, motion.duration, None)

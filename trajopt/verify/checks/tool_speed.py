@@ -1,0 +1,97 @@
+"""The judge's check of `ToolSpeed`: proven at all times, by bounds on how the velocity changes.
+
+Over an interval of length h the velocity is within h / 2 of its middle's times a bound of its first
+derivative, and within h^2 / 8 times a bound of its second derivative of the chord between its ends, on
+which no velocity is larger than at one of the ends.
+"""
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.tool_speed import ToolSpeed
+from trajopt.model.trajectory import Interpolation
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.checks.requirement import Component, When, requirement_check
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.point_motion import PointMotion
+from trajopt.verify.search.interval_proof import Excess, prove_over_time
+
+SAMPLES = 2001
+"""Times at which a steady speed is looked at."""
+STEADY_SHARE = 0.5
+"""Share of the way that a steady speed must cover, so that the ramps are not all there is."""
+KINDS = (("tool speed", "m/s"), ("tool turning", "rad/s"))
+
+
+def tool_speed_checks(motion: Motion, limited: ToolSpeed) -> tuple[Check, ...]:
+    """Judge the speeds of one tool.
+
+    Args:
+        motion: The motion.
+        limited: The tool and its limits.
+
+    Raises:
+        FrameNotFound: If the frame is unknown.
+    """
+    moving = PointMotion(motion, limited.frame, offset=limited.offset)
+    limits = (limited.linear, limited.angular)
+    found = [_check(motion, moving, limited, which=which) for which in (0, 1) if np.isfinite(limits[which])]
+    if np.isfinite(limited.steady):
+        found.append(_steadiness(motion, moving, limited))
+    return tuple(found)
+
+
+def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Check:
+    """Judge that the speed does not fall between its ramps, and that the ramps are the lesser part."""
+    floor = (1.0 - limited.steady) * limited.linear
+    times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
+    speeds = np.linalg.norm(moving.speeds(times)[0], axis=1)
+    steady = np.flatnonzero(speeds >= floor)
+    if len(steady) == 0:
+        worst, share = int(speeds.argmax()), 0.0
+    else:
+        between = slice(int(steady[0]), int(steady[-1]) + 1)
+        worst = between.start + int(speeds[between].argmin())
+        share = float(speeds[between].sum() / speeds.sum())
+    value = float(speeds[worst])
+    return Check(
+        name=f"{When.ALWAYS.value}: steady speed",
+        subject=limited.frame,
+        value=value,
+        bound=floor,
+        unit="m/s",
+        time=float(times[worst]),
+        slack=value - floor,
+        evidence=Evidence.SAMPLED,
+        holds=value >= floor and share >= STEADY_SHARE,
+        detail=f"at least {value:.4g} m/s over {share:.0%} of the way, {floor:.4g} m/s are asked",
+    )
+
+
+def _check(motion: Motion, moving: PointMotion, limited: ToolSpeed, *, which: int) -> Check:
+    limit = (limited.linear, limited.angular)[which]
+    smooth = motion.trajectory.interpolation is Interpolation.QUINTIC
+
+    def speed(times: Floats) -> Floats:
+        return np.linalg.norm(moving.speeds(times)[which], axis=1)
+
+    def excess(begin: Floats, end: Floats) -> Excess:
+        middle, length = (begin + end) / 2, end - begin
+        changes = moving.changes(begin, end)
+        if not smooth:  # the velocity at an end may be that of the next segment
+            reached = speed(middle)
+            return Excess(reached - limit, middle, reached + changes.first[:, which] * length / 2 - limit)
+        times = np.stack((begin, middle, end))
+        speeds = speed(times.ravel()).reshape(times.shape)
+        chord = np.maximum(speeds[0], speeds[2]) + changes.second[:, which] * length**2 / 8
+        bound = np.minimum(chord, speeds[1] + changes.first[:, which] * length / 2)
+        worst, rows = speeds.argmax(axis=0), np.arange(len(begin))
+        return Excess(speeds[worst, rows] - limit, times[worst, rows], bound - limit)
+
+    proof = prove_over_time(motion, excess)
+    kind, unit = KINDS[which]
+    value = float(speed(np.array((proof.time,)))[0])
+    component = Component(kind, value, limit)
+    return requirement_check(
+        When.ALWAYS, kind=kind, subject=limited.frame, unit=unit, component=component, proof=proof
+    )

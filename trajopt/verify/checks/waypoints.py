@@ -1,0 +1,162 @@
+"""The judge's check of waypoints: that a motion passes each within its tolerances, in order.
+
+One moment at which all of a waypoint holds is a proof. Moments are looked for on a grid and, where what is
+missing has a minimum on it, more finely around that.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.requirements import During, Requirement
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.checks.quantities import quantities
+from trajopt.verify.checks.quantity import Quantity
+from trajopt.verify.kernel.moments import sampled_times
+from trajopt.verify.kernel.motion import Motion
+
+_ZOOMS = 8
+_PIECES = 16
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """The moment at which a motion passes a waypoint.
+
+    Attributes:
+        check: The verdict; None where the waypoint holds at any moment.
+        time: The moment, or the nearest one if there is none [s].
+    """
+
+    check: Check | None
+    time: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the waypoint is passed."""
+        return self.check is None or self.check.holds
+
+
+def passages(
+    motion: Motion,
+    waypoints: Mapping[str, Sequence[Requirement]],
+    partial: Sequence[During[Requirement]] = (),
+) -> dict[str, Passage]:
+    """Judge that each waypoint holds at some moment not before that of the one before it.
+
+    Where something has to hold from a waypoint on, or up to it, it has to hold at that moment too.
+
+    Args:
+        motion: The motion.
+        waypoints: What must hold at each, by name, in order.
+        partial: What must hold on parts of the motion.
+
+    Raises:
+        ProblemError: If a requirement has no check.
+        NameNotFound: If a requirement names what does not exist.
+    """
+    found: dict[str, Passage] = {}
+    earliest = 0.0
+    for name, wanted in waypoints.items():
+        bounding = [part.required for part in partial if name in (part.after, part.until)]
+        numbers = [item for requirement in (*wanted, *bounding) for item in quantities(requirement, motion)]
+        if numbers:
+            found[name] = _passed(motion, f"waypoint {name}", numbers, earliest)
+        else:  # a line of sight past nothing holds at any moment
+            found[name] = Passage(None, earliest)
+        if found[name].holds:
+            earliest = found[name].time
+    return found
+
+
+def _passed(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: float) -> Passage:
+    def excesses(times: Floats) -> Floats:
+        return np.array([item.excess(item.states(times)) for item in numbers])
+
+    def worst(times: Floats) -> Floats:
+        return excesses(times).max(axis=0)
+
+    time = _deepest(motion, worst, _passage(motion, worst, earliest))
+    now = np.array((time,))
+    over = excesses(now)[:, 0]
+    tightest = numbers[int(over.argmax())]
+    excess = float(over.max())
+    holds = excess <= motion.options.excess
+    missed = f"the nearest moment from {earliest:.3f} s on is {time:.3f} s"
+    missed += f", and misses {tightest.name} by {excess:.4g} {tightest.unit}".rstrip()
+    check = Check(
+        name=f"{name}: {tightest.kind}",
+        subject=tightest.subject,
+        value=float(tightest.number(tightest.states(now))[0]),
+        bound=tightest.limit,
+        unit=tightest.unit,
+        time=time,
+        slack=-excess,
+        evidence=Evidence.PROVEN if holds else Evidence.SAMPLED,
+        holds=holds,
+        detail=f"passed at {time:.3f} s" if holds else missed,
+    )
+    return Passage(check, time)
+
+
+def _deepest(motion: Motion, excess: Callable[[Floats], Floats], entered: float) -> float:
+    """Return the moment at which an accepted stretch is farthest inside, or its beginning if there is none.
+
+    What holds from a waypoint on could hardly be proven from the moment at which it only just holds.
+    """
+    times = sampled_times(motion)
+    times = np.concatenate(([entered], times[times > entered]))
+    values = excess(times)
+    left = np.flatnonzero(values > motion.options.excess)
+    stretch = values[: int(left[0])] if len(left) else values
+    if not len(stretch):
+        return entered
+    place = int(stretch.argmin())
+    begin, end = float(times[max(place - 1, 0)]), float(times[min(place + 1, len(times) - 1)])
+    for _ in range(_ZOOMS):
+        finer = np.linspace(begin, end, _PIECES + 1)
+        at = int(excess(finer).argmin())
+        begin, end = float(finer[max(at - 1, 0)]), float(finer[min(at + 1, _PIECES)])
+    middle = (begin + end) / 2.0
+    return middle if float(excess(np.array((middle,)))[0]) <= values[place] else float(times[place])
+
+
+def _passage(motion: Motion, excess: Callable[[Floats], Floats], earliest: float) -> float:
+    """Return the first moment found from `earliest` on at which the excess is accepted, or the nearest."""
+    times = sampled_times(motion)
+    times = np.concatenate(([earliest], times[times > earliest]))
+    values = excess(times)
+    accepted = motion.options.excess
+    padded = np.concatenate(([np.inf], values, [np.inf]))
+    lowest = (values <= padded[:-2]) & (values <= padded[2:])
+    nearest, when = float(values[0]), earliest
+    for place in np.flatnonzero(lowest | (values <= accepted)).tolist():
+        begin, end = times[max(place - 1, 0)], times[min(place + 1, len(times) - 1)]
+        value, time = _zoom(excess, float(begin), float(end), accepted)
+        if value < nearest:
+            nearest, when = value, time
+        if nearest <= accepted:
+            break
+    return when
+
+
+def _zoom(
+    excess: Callable[[Floats], Floats], begin: float, end: float, accepted: float
+) -> tuple[float, float]:
+    """Return the excess and the time of the first accepted or the lowest sample, ever more finely."""
+    low, high = begin, end
+    best, when = np.inf, begin
+    for _ in range(_ZOOMS):
+        times = np.linspace(low, high, _PIECES + 1)
+        values = excess(times)
+        held = np.flatnonzero(values <= accepted)
+        place = int(held[0]) if len(held) else int(values.argmin())
+        best, when = float(values[place]), float(times[place])
+        if held.size and place == 0:
+            break
+        # The entry lies before the first moment that holds; a minimum on either side.
+        low = float(times[max(place - 1, 0)])
+        high = when if held.size else float(times[min(place + 1, _PIECES)])
+    return best, when

@@ -1,0 +1,106 @@
+"""A trajectory moving a robot: positions of its joints and bounds on how they change."""
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.trajectory import Interpolation, Trajectory
+from trajopt.verify.kernel.kinematics import Kinematics, Poses
+from trajopt.verify.kernel.options import VerifyOptions
+from trajopt.verify.kernel.polynomials import Polynomials
+
+
+class Motion:
+    """A trajectory of a reduced model, as every check looks at it.
+
+    Attributes:
+        reduced: The model.
+        trajectory: The trajectory.
+        kinematics: Forward kinematics of the model.
+        options: Numbers to judge with.
+        group: Position of the group's joints and its derivatives, by order 0 to 3.
+    """
+
+    def __init__(
+        self,
+        reduced: ReducedModel,
+        trajectory: Trajectory,
+        *,
+        kinematics: Kinematics,
+        options: VerifyOptions,
+    ) -> None:
+        """Differentiate the polynomials.
+
+        Raises:
+            ProblemError: If the trajectory is not one of the group's joints.
+        """
+        if trajectory.joint_names != reduced.joint_names:
+            raise ProblemError(
+                f"the trajectory moves {', '.join(trajectory.joint_names)}, but group "
+                f"{reduced.group!r} has the joints {', '.join(reduced.joint_names)}"
+            )
+        self.reduced = reduced
+        self.trajectory = trajectory
+        self.kinematics = kinematics
+        self.options = options
+        position = Polynomials(trajectory.times, trajectory.coefficients)
+        velocity = position.derivative()
+        acceleration = velocity.derivative()
+        self.group = (position, velocity, acceleration, acceleration.derivative())
+        self._spread: Floats = np.zeros((len(kinematics.parents), len(reduced.joint_names)))
+        self._spread[1:] = np.abs(reduced.mimic_matrix)
+
+    def between(self, begin: float, end: float) -> "Motion":
+        """Return the part from one time to another [s], its own time starting at 0."""
+        part = self.trajectory.between(begin, end)
+        return Motion(self.reduced, part, kinematics=self.kinematics, options=self.options)
+
+    def moving(self, order: int) -> Polynomials:
+        """Return positions or a derivative of all joints that move, mimic joints too, in model order."""
+        matrix, offset = self.reduced.mimic_matrix, self.reduced.mimic_offset
+        if len(matrix) == len(self.reduced.joint_names):
+            return self.group[order]
+        return self.group[order].combined(matrix, offset if order == 0 else np.zeros_like(offset))
+
+    @property
+    def duration(self) -> float:
+        """Length of the trajectory [s]."""
+        return self.trajectory.duration
+
+    @property
+    def differentiable(self) -> bool:
+        """Whether the velocity has no jumps."""
+        return self.trajectory.interpolation is not Interpolation.LINEAR
+
+    def poses(self, times: Floats) -> Poses:
+        """Compute where all joint frames are at times of shape (c,)."""
+        return self.kinematics.poses(self.trajectory(times))
+
+    def deviation(self, begin: Floats, end: Floats) -> Floats:
+        """Bound how far joints get from where they are in the middle of intervals.
+
+        Args:
+            begin: Start of each interval, shape (c,) [s].
+            end: End of each, shape (c,) [s].
+
+        Returns:
+            Shape (c, joints of the model) [rad | m]; column 0 (the world) is zero.
+        """
+        low, high = self.group[0].range(begin, end)
+        middle = self.trajectory((begin + end) / 2)
+        return np.maximum(high - middle, middle - low) @ self._spread.T
+
+    def rates(self, begin: Floats, end: Floats, order: int) -> Floats:
+        """Bound the size of a derivative of the joints' positions over intervals.
+
+        Args:
+            begin: Start of each interval, shape (c,) [s].
+            end: End of each, shape (c,) [s].
+            order: 1 for velocity, 2 for acceleration.
+
+        Returns:
+            Shape (c, joints of the model); column 0 (the world) is zero.
+        """
+        low, high = self.group[order].range(begin, end)
+        return np.maximum(high, -low) @ self._spread.T

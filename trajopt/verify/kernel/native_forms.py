@@ -1,0 +1,68 @@
+"""Shapes as the native core knows them, made once for each shape and kept as long as it."""
+
+from functools import singledispatch
+
+import numpy as np
+
+from trajopt.model.closed_surface import closed_surface, part_points
+from trajopt.model.derived import once_each
+from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
+from trajopt.native import proof
+from trajopt.verify.kernel.coal_geometry import hull_of
+
+
+@once_each
+def native_form(shape: Shape) -> proof.Form:
+    """Return a shape's native twin."""
+    return _make(shape)
+
+
+@singledispatch
+def _make(shape: Shape) -> proof.Form:
+    raise NotImplementedError(type(shape).__name__)
+
+
+@_make.register
+def _(shape: Box) -> proof.Form:
+    return proof.box(shape.x, shape.y, shape.z)
+
+
+@_make.register
+def _(shape: Sphere) -> proof.Form:
+    return proof.round_solid("sphere", shape.radius, 0.0)
+
+
+@_make.register
+def _(shape: Cylinder) -> proof.Form:
+    return proof.round_solid("cylinder", shape.radius, shape.length)
+
+
+@_make.register
+def _(shape: Capsule) -> proof.Form:
+    return proof.round_solid("capsule", shape.radius, shape.length)
+
+
+@_make.register
+def _(shape: Cone) -> proof.Form:
+    return proof.round_solid("cone", shape.radius, shape.length)
+
+
+@_make.register
+def _(shape: Plane) -> proof.Form:
+    return proof.half_space()
+
+
+@_make.register
+def _(shape: Convex) -> proof.Form:
+    return proof.hull(np.ascontiguousarray(shape.vertices), np.ascontiguousarray(shape.faces, dtype=np.int64))
+
+
+@_make.register
+def _(shape: Mesh) -> proof.Form:
+    return proof.mesh(
+        np.ascontiguousarray(shape.vertices),
+        np.ascontiguousarray(shape.faces, dtype=np.int64),
+        native_form(hull_of(shape)),
+        np.ascontiguousarray(part_points(shape)),
+        np.ascontiguousarray(closed_surface(shape).triangles),
+    )

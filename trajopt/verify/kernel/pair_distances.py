@@ -1,0 +1,110 @@
+"""Signed distances of the pairs of bodies that are judged: what either body of the judge offers."""
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints
+from trajopt.errors import ModelError
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.shapes import Plane
+from trajopt.verify.kernel.kinematics import Poses
+
+
+class PairDistances(ABC):
+    """Workspace for signed distances of pairs of bodies; one for each thread.
+
+    A distance is positive between bodies apart and minus the depth in penetration. Each is a lower
+    bound of the true one, from the judge's own support functions; that of half-spaces is exact. An
+    exact mesh has no depth, so its convex hull stands for it in contact and around what it encloses.
+
+    Attributes:
+        reduced: The model.
+        first: Index of the first body of each pair, shape (p,).
+        second: Index of the second, shape (p,).
+        planar: Whether a half-space is in each pair, shape (p,).
+    """
+
+    def __init__(self, reduced: ReducedModel) -> None:
+        """Take the pairs of a model.
+
+        Raises:
+            ModelError: If two half-spaces have to keep apart.
+        """
+        self.reduced = reduced
+        self.first, self.second = reduced.pairs.first, reduced.pairs.second
+        planes = np.array([isinstance(body.shape, Plane) for body in reduced.bodies], dtype=np.bool_)
+        self.planar: Bools = planes[self.first] | planes[self.second]
+        both = planes[self.first] & planes[self.second]
+        if both.any():
+            pair = int(both.argmax())
+            raise ModelError(f"half-spaces {self.pair_name(pair)} meet always; allow their contact")
+
+    def owners(self, pair: int) -> tuple[str, str]:
+        """Return the links or objects of a pair."""
+        return self.reduced.owners(pair)
+
+    def pair_name(self, pair: int) -> str:
+        """Return the links or objects of a pair as one text."""
+        return " - ".join(self.owners(pair))
+
+    @cached_property
+    def owner_pairs(self) -> Ints:
+        """Number of the two links or objects of each pair, the same for the same two, shape (p,)."""
+        numbers: dict[str, int] = {}
+        owner = np.array(
+            [numbers.setdefault(body.owner, len(numbers)) for body in self.reduced.bodies], dtype=np.int64
+        )
+        return owner[self.first] * len(numbers) + owner[self.second]
+
+    @cached_property
+    def strict(self) -> Bools:
+        """Whether contact of each pair is never accepted, shape (p,)."""
+        strict = np.ones(len(self.first), dtype=np.bool_)
+        strict[[pair for pair, _ in self.reduced.pairs.allowances]] = False
+        return strict
+
+    @property
+    @abstractmethod
+    def calls(self) -> int:
+        """Distances measured so far."""
+
+    @abstractmethod
+    def measure(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
+        """Measure signed distances, less the error they may have.
+
+        Args:
+            poses: Of the robot at c configurations.
+            cell: Which configuration, shape (i,).
+            pair: Which pair, shape (i,).
+
+        Returns:
+            Shape (i,) [m].
+        """
+
+    @abstractmethod
+    def measure_hulls(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
+        """Measure pairs without half-spaces as `measure` does, with hulls in the place of meshes."""
+
+    @abstractmethod
+    def search_depths(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
+        """Measure pairs by a search of all directions: slow, and right where Coal's depth is not.
+
+        Args:
+            poses: Of the robot at c configurations.
+            cell: Which configuration, shape (i,).
+            pair: Which pair, shape (i,).
+
+        Returns:
+            Lower bounds of the distances, those between the hulls of exact meshes, shape (i,) [m];
+            minus infinity for half-spaces.
+        """
+
+    @abstractmethod
+    def nearest(self, poses: Poses) -> Floats:
+        """Measure, in the first configuration, every pair that may touch or be the nearest strict one.
+
+        Returns:
+            Infinite for the others, shape (p,) [m].
+        """

@@ -1,0 +1,1 @@
+"""The search for a proof that holds at all times."""
