@@ -10,6 +10,9 @@ from typing import Any
 
 from trajopt.shown import shown
 
+OPENGL_PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
+"""What brings OpenGL to a Debian or Ubuntu without a graphics card."""
+
 
 class TrajoptError(Exception):
     """Root of every error that trajopt raises on purpose."""
@@ -236,6 +239,17 @@ class MissingExtra(TrajoptError, ImportError):
         self.package = package
         self.extra = extra
         super().__init__(f'{package} is not installed; run: pip install "trajopt-planner[{extra}]"')
+
+
+class RenderingUnavailable(TrajoptError, RuntimeError):
+    """No way to draw was found; the message says what was tried and what to install."""
+
+    def __init__(self, tried: Sequence[str]) -> None:
+        """Keep what was tried, each with the reason why it failed."""
+        self.tried = tuple(tried)
+        super().__init__(
+            "no OpenGL to draw with: " + ("; ".join(tried) or "nothing found") + f". Try: {OPENGL_PACKAGES}"
+        )
 
 
 class PlanningFailed(TrajoptError):

@@ -41,6 +41,12 @@ def test_importing_trajopt_imports_no_slow_package(tmp_path: Path) -> None:
     assert imported("import trajopt", tmp_path) == set()
 
 
+def test_importing_simulate_imports_no_slow_package(tmp_path: Path) -> None:
+    """`from trajopt.simulate import simulate, render` is cheap: calling them imports MuJoCo."""
+    code = "from trajopt.simulate import CameraView, Layout, build_spec, render, simulate, simulate_phases"
+    assert imported(code, tmp_path) == set()
+
+
 def test_setting_up_a_problem_imports_no_slow_package(tmp_path: Path) -> None:
     """A robot with a mesh that was loaded before needs neither a hull nor a decomposition."""
     (tmp_path / "wedge.stl").write_text(tetrahedron())

@@ -13,8 +13,8 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.robot import Robot, configuration
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Sphere
-from trajopt.simulate.inertia import principal_inertia
-from trajopt.simulate.spec import build_spec, describe
+from trajopt.simulate import build_spec
+from trajopt.simulate.spec import describe, principal_inertia
 
 
 def assert_same_dynamics(reduced: ReducedModel, *, count: int = 20) -> None:

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from trajopt.arrays import Floats
 from trajopt.cartesian.curves import line
 from trajopt.cartesian.following import follow
@@ -66,7 +64,7 @@ def execute(
     reduced = followed.problem.reduced
     end = _seen(followed, trajectory(trajectory.duration))
     rollouts = [simulate(reduced, trajectory, options=options)]
-    errors = [_apart(end, _seen(followed, rollouts[-1].positions[-1]))]
+    errors = [PoseError.between(end, _seen(followed, rollouts[-1].positions[-1]))]
     moves: list[Followed] = []
     limited = FollowOptions(
         velocity_scaling=followed.problem.velocity_scaling,
@@ -94,7 +92,7 @@ def execute(
         if move.trajectory is None or not move.verified:
             break
         rollouts.append(simulate(move.problem.reduced, move.trajectory, options=options))
-        errors.append(_apart(end, _seen(followed, rollouts[-1].positions[-1])))
+        errors.append(PoseError.between(end, _seen(followed, rollouts[-1].positions[-1])))
     held = _within(errors[-1], position_tolerance, rotation_tolerance)
     return Executed(tuple(rollouts), tuple(errors), tuple(moves), held)
 
@@ -106,16 +104,6 @@ def _seen(followed: Followed, positions: Floats) -> Placement:
     base = scene.placement_of(required.reference, everywhere)
     point = Placement(translation=required.offset)
     return base.inverse() * (scene.placement_of(required.frame, everywhere) * point)
-
-
-def _apart(wanted: Placement, reached: Placement) -> PoseError:
-    from scipy.spatial.transform import Rotation
-
-    between = wanted.inverse() * reached
-    return PoseError(
-        float(np.linalg.norm(between.translation)),
-        float(Rotation.from_matrix(between.rotation).magnitude()),
-    )
 
 
 def _within(error: PoseError, position: float, rotation: float) -> bool:

@@ -5,15 +5,11 @@ from enum import Enum
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import number
 from trajopt.errors import ModelError, ShapeError
 from trajopt.grasping.handling import STAGES, Handling, Segment, Stage
-from trajopt.model.placement import Placement
-from trajopt.simulate import PoseError, SimulationOptions
-from trajopt.simulate.loose import Friction
-from trajopt.simulate.phases import Phase, SequenceLog, simulate_phases
+from trajopt.simulate import Friction, Phase, PoseError, SequenceLog, SimulationOptions, simulate_phases
 
 STEP = 1e-3
 """Time step unless told otherwise [s]: at twice that, things creep twice as fast in a hand that turns."""
@@ -181,7 +177,7 @@ def _judged(handling: Handling, log: SequenceLog, limits: HoldLimits) -> Handlin
     held = [k for k, stage in enumerate(stages) if stage.holds]
     tool = handling.gripper.tool
     in_hand = [scene.placement_of(tool, log.positions[k]).inverse() * log.placements[k] for k in held]
-    moved = [_between(in_hand[0], where) for where in in_hand]
+    moved = [PoseError.between(in_hand[0], where) for where in in_hand]
     shift = PoseError(
         max((error.position for error in moved), default=np.inf),
         max((error.rotation for error in moved), default=np.inf),
@@ -202,8 +198,8 @@ def _judged(handling: Handling, log: SequenceLog, limits: HoldLimits) -> Handlin
         hold=hold,
         slip=Slip(float(log.times[beyond[0]]), stages[beyond[0]], shift) if beyond else None,
         shift=shift,
-        disturbed=_between(stood, log.placements[before[-1]] if before else stood),
-        settled=_between(planned, in_hand[0] if in_hand else planned),
+        disturbed=PoseError.between(stood, log.placements[before[-1]] if before else stood),
+        settled=PoseError.between(planned, in_hand[0] if in_hand else planned),
         final_error=_final_error(handling, log),
     )
 
@@ -216,14 +212,6 @@ def _final_error(handling: Handling, log: SequenceLog) -> PoseError | None:
     frame = handling.scene.placement_of(place.frame, handling.start)
     off = place.error(log.placements[-1], frame)
     return PoseError(float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:])))
-
-
-def _between(first: Placement, second: Placement) -> PoseError:
-    between = first.inverse() * second
-    return PoseError(
-        float(np.linalg.norm(between.translation)),
-        float(Rotation.from_matrix(between.rotation).magnitude()),
-    )
 
 
 def _words(error: PoseError) -> str:

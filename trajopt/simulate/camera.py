@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
@@ -46,15 +45,6 @@ class CameraView(Value):
     def position(self) -> Floats:
         """Where it stands, shape (3,) in the world [m]."""
         return self.target - self.distance * _axes(self.azimuth, self.elevation)[0]
-
-    def mujoco_camera(self) -> mujoco.MjvCamera:
-        """Return MuJoCo's camera."""
-        camera = mujoco.MjvCamera()
-        camera.type = mujoco.mjtCamera.mjCAMERA_FREE
-        camera.lookat[:] = self.target
-        camera.distance = self.distance
-        camera.azimuth, camera.elevation = np.rad2deg(self.azimuth), np.rad2deg(self.elevation)
-        return camera
 
 
 def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float) -> CameraView:

@@ -1,15 +1,13 @@
 """A loose object: nothing holds it but contact and friction."""
 
-from dataclasses import dataclass
-
-import mujoco
 import numpy as np
 
-from trajopt.arrays import number
-from trajopt.errors import ModelError, ShapeError
+from trajopt.errors import ModelError
 from trajopt.model.placement import Placement
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Shape, bounding_box
+from trajopt.simulate.engine import mujoco
+from trajopt.simulate.options import Friction
 from trajopt.simulate.pieces import pieces
 from trajopt.simulate.spec import SpecReport, add_piece, scalar_first
 
@@ -23,28 +21,6 @@ NO_SLIP = 10
 """Iterations that take out what creeping is left (MuJoCo's `noslip_iterations`)."""
 ROLLING = 1e-4
 """Friction against rolling [m]; MuJoCo's default."""
-
-
-@dataclass(frozen=True)
-class Friction:
-    """Friction of a loose object.
-
-    Attributes:
-        pads: Coefficient between it and the fingers.
-        others: Coefficient between it and all else.
-        torsional: Of pads and all else, against turning about the normal: that of a patch of about
-            this radius [m].
-    """
-
-    pads: float = 0.8
-    others: float = 0.5
-    torsional: float = 0.005
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        for name in ("pads", "others", "torsional"):
-            if number(name, getattr(self, name)) < 0.0:
-                raise ShapeError(name, f"is negative: {getattr(self, name):g}")
 
 
 def add_loose(

@@ -2,33 +2,18 @@
 
 import os
 import sys
-from collections.abc import Sequence
 from ctypes.util import find_library
 from importlib import import_module
 from types import TracebackType
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.errors import TrajoptError
+from trajopt.errors import RenderingUnavailable
+from trajopt.simulate.engine import mujoco
 
 Image = NDArray[np.uint8]
-
-PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
-"""What brings OpenGL to a Debian or Ubuntu without a graphics card."""
-
-
-class RenderingUnavailable(TrajoptError, RuntimeError):
-    """No way to draw was found; the message says what was tried and what to install."""
-
-    def __init__(self, tried: Sequence[str]) -> None:
-        """Keep what was tried, each with the reason why it failed."""
-        self.tried = tuple(tried)
-        super().__init__(
-            "no OpenGL to draw with: " + ("; ".join(tried) or "nothing found") + f". Try: {PACKAGES}"
-        )
 
 
 def backends() -> tuple[str, ...]:

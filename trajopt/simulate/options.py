@@ -1,4 +1,4 @@
-"""What a simulation is run with."""
+"""Options of a simulation, and the friction of a loose object."""
 
 from dataclasses import dataclass
 
@@ -38,3 +38,25 @@ class SimulationOptions:
                 f"{self.natural_frequency:g} rad/s is too fast for steps of {self.dt:g} s; "
                 "their product must not exceed 0.5",
             )
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction of a loose object.
+
+    Attributes:
+        pads: Coefficient between it and the fingers.
+        others: Coefficient between it and all else.
+        torsional: Of pads and all else, against turning about the normal: that of a patch of about
+            this radius [m].
+    """
+
+    pads: float = 0.8
+    others: float = 0.5
+    torsional: float = 0.005
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        for name in ("pads", "others", "torsional"):
+            if number(name, getattr(self, name)) < 0.0:
+                raise ShapeError(name, f"is negative: {getattr(self, name):g}")

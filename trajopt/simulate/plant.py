@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-import mujoco
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
@@ -10,6 +9,7 @@ from trajopt.errors import ModelError
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.rotations import from_quaternion
+from trajopt.simulate.engine import mujoco
 from trajopt.simulate.spec import SpecReport, describe
 
 SMALLEST_MOVED_INERTIA = 1e-9

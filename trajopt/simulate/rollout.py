@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Ints
+from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.tool_frame import tool_frame
 from trajopt.model.trajectory import Trajectory
@@ -42,6 +42,17 @@ class PoseError:
 
     position: float
     rotation: float
+
+    @staticmethod
+    def between(planned: Placement, actual: Placement) -> "PoseError":
+        """Return how far the actual placement is from the planned one."""
+        from scipy.spatial.transform import Rotation
+
+        difference = planned.inverse() * actual
+        return PoseError(
+            float(np.linalg.norm(difference.translation)),
+            float(Rotation.from_matrix(difference.rotation).magnitude()),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +113,7 @@ class Rollout(Value):
         scene, place = self.reduced.scene, self.reduced.all_positions
         planned = scene.placement_of(name, place(self.trajectory(self.trajectory.duration)))
         actual = scene.placement_of(name, place(self.positions[-1]))
-        between = planned.inverse() * actual
-        return PoseError(
-            float(np.linalg.norm(between.translation)),
-            float(Rotation.from_matrix(between.rotation).magnitude()),
-        )
+        return PoseError.between(planned, actual)
 
     def summary(self) -> str:
         """Say in a sentence or two how the execution went."""
@@ -175,3 +182,61 @@ class Rollout(Value):
         model = self.reduced.model
         kind = model.joints[model.getJointId(self.joint_names[joint])].shortname()
         return "m" if kind.startswith("JointModelP") else "rad"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Phase:
+    """One motion in a sequence.
+
+    Attributes:
+        name: For reports.
+        reduced: Its group, in a scene that knows whether the object is carried.
+        trajectory: Of the group's joints.
+        rest: How long its end is held [s].
+        presses: Joint of the fingers -> force or torque that it gives in place of following [N | Nm]. Where
+            it moves in this phase itself, that grows from nothing during the rest.
+    """
+
+    name: str
+    reduced: ReducedModel
+    trajectory: Trajectory
+    rest: float
+    presses: Mapping[str, float]
+
+    @property
+    def duration(self) -> float:
+        """Of motion and rest [s]."""
+        return self.trajectory.duration + self.rest
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SequenceLog(Value):
+    """What happened in a simulated sequence.
+
+    Attributes:
+        reduced: The joints of all phases, in the scene before.
+        loose: The object.
+        times: Of the stored samples, shape (k,) [s].
+        phases: Index of the phase at each sample, shape (k,).
+        positions: Of all joints of the robot, shape (k, joints) [rad | m].
+        placements: Of the loose object in the world, one each.
+        touching: What touched it, one set each.
+        deepest: How deep it was in anything at most; contacts yield a little [m].
+        contacts: Other contacts that the scene does not excuse.
+        saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
+        diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
+        notes: Where MuJoCo's model differs from the robot's and the scene's.
+    """
+
+    reduced: ReducedModel
+    loose: str
+    times: Floats
+    phases: Ints
+    positions: Floats
+    placements: tuple[Placement, ...]
+    touching: tuple[frozenset[str], ...]
+    deepest: float
+    contacts: tuple[Contact, ...]
+    saturated: Mapping[str, float]
+    diverged: float | None
+    notes: tuple[str, ...]

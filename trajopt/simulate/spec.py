@@ -2,19 +2,41 @@
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, readonly
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
-from trajopt.simulate.inertia import principal_inertia
+from trajopt.simulate.engine import mujoco
 from trajopt.simulate.pieces import Piece, pieces
 
 STIFF = (0.004, 1.0)
 """Time constant [s] and damping ratio of the constraint that makes a joint mimic another."""
+SMALLEST_MASS = 1e-12
+"""MuJoCo refuses moving bodies without mass; they get this much [kg]."""
+SMALLEST_INERTIA = 1e-14
+"""The same for principal moments of inertia [kg m^2]."""
+ROUNDING = 1e-9
+"""Share of a moment that is corrected without a word: the rounding of the file's digits."""
+
+
+@dataclass(frozen=True, eq=False)
+class PrincipalInertia:
+    """Inertia about the principal axes.
+
+    Attributes:
+        mass: Mass [kg].
+        placement: Of the principal axes, origin in the centre of mass, in the body's frame.
+        moments: Principal moments, shape (3,) [kg m^2].
+        change: Largest change of a moment against what the robot's file states [kg m^2].
+    """
+
+    mass: float
+    placement: Placement
+    moments: Floats
+    change: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,22 +54,8 @@ class SpecReport:
     notes: tuple[str, ...]
 
 
-def build_spec(reduced: ReducedModel) -> mujoco.MjSpec:
-    """Return the MuJoCo model of a reduced model.
-
-    Joints keep their names; each has a motor of its name if the group drives it, limited to its
-    effort; joints that mimic another are held by a stiff constraint. Exactly the pairs that the
-    scene does not excuse can collide. Joint friction and damping are left out, as in pinocchio's
-    inverse dynamics.
-
-    Raises:
-        ModelError: If a shape cannot be built.
-    """
-    return describe(reduced).spec
-
-
 def describe(reduced: ReducedModel) -> SpecReport:
-    """Build the MuJoCo model, and say where it differs from the reduced model."""
+    """Build the MuJoCo model of a reduced model; see `trajopt.simulate.build_spec`."""
     spec = mujoco.MjSpec()
     spec.modelname = reduced.scene.robot.name
     spec.compiler.degree = False  # MuJoCo's default reads joint ranges as degrees.
@@ -106,6 +114,33 @@ def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.
         _limit(joint, float(limits.lower[index - 1]), float(limits.upper[index - 1]))
         bodies.append(body)
     return bodies, notes
+
+
+def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
+    """Diagonalise an inertia; change it as little as possible where no rigid body could have it.
+
+    No body has a principal moment larger than the sum of the other two, and MuJoCo refuses such
+    numbers. They occur in robots' files; the nearest moments (least squares) take their place.
+
+    Args:
+        inertia: Pinocchio's inertia in the body's frame.
+    """
+    moments, axes = np.linalg.eigh(np.array(inertia.inertia))
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    nearest = np.maximum(moments, SMALLEST_INERTIA)
+    excess = nearest[2] - nearest[0] - nearest[1]
+    if excess > 0.0:
+        nearest = nearest + np.array((1.0, 1.0, -1.0)) * excess / 3.0
+    # The inequality is tested in floating point: stay inside it by a few units in the last place.
+    nearest[:2] *= 1.0 + 4.0 * np.finfo(np.float64).eps
+    change = float(np.abs(nearest - moments).max())
+    return PrincipalInertia(
+        max(float(inertia.mass), SMALLEST_MASS),
+        Placement(readonly(axes), readonly(np.array(inertia.lever))),
+        readonly(nearest),
+        change if change > ROUNDING * abs(float(moments[2])) + 2.0 * SMALLEST_INERTIA else 0.0,
+    )
 
 
 def add_piece(

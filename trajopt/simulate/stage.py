@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-import mujoco
 import numpy as np
 
 from trajopt.arrays import Floats
@@ -13,6 +12,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.shapes import Plane, Shape
 from trajopt.model.urdf import LinkGeometry, MeshReference
+from trajopt.simulate.engine import mujoco
 from trajopt.simulate.pieces import Piece, pieces, surface
 from trajopt.simulate.spec import add_joints, add_piece
 

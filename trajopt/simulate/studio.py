@@ -1,18 +1,22 @@
-"""The studio: robot, objects and the tool's path of a moment, as a picture."""
+"""The studio draws robot, objects and the tool's path at one moment of a motion."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ShapeError
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.tool_frame import tool_frame, tool_point
+from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.camera import FIELD_OF_VIEW, CameraView, automatic_view, visible_points
+from trajopt.simulate.controller import in_group_order
+from trajopt.simulate.engine import mujoco
 from trajopt.simulate.film import labelled
 from trajopt.simulate.offscreen import Image, Offscreen
+from trajopt.simulate.rollout import Rollout, SequenceLog
 from trajopt.simulate.spec import scalar_first
 from trajopt.simulate.stage import adapt_to_camera, picture_spec
 
@@ -21,13 +25,17 @@ PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
 PATH_RADIUS = 0.003
 """Its radius, as a share of half the size of what is shown."""
 PATH_POINTS = 61
-"""Places of the tool that the line goes through."""
+"""Points of that line."""
 NEAR_TOOL = 0.1
-"""What is nearer to the tool than this does not hide it from the camera [m]."""
+"""Whatever is closer to the tool than this does not count as hiding it from the camera [m]."""
 SAME_PICTURE = 1e-5
 """Joints that moved less than this [rad | m] give the same picture."""
 GHOST = 0.22
 """Opacity of the earlier moments in a superposed picture."""
+MOST_SAMPLES = 100_000
+"""Most samples that a planned motion is drawn with."""
+MOST_PICTURES = 100_000
+"""Most frames of one film."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +73,62 @@ class Motion:
         )
 
 
+def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> Motion:
+    """Return a planned or simulated motion as positions over time.
+
+    Raises:
+        ModelError: If its joints are not the group's.
+    """
+    if isinstance(motion, SequenceLog):
+        columns = reduced.scene.robot.index(reduced.joint_names)
+        return Motion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)
+    if isinstance(motion, Rollout):
+        if motion.joint_names != reduced.joint_names:
+            in_group_order(reduced, motion.trajectory)  # raises
+        if len(motion.times) == 1:  # it blew up at once
+            return Motion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
+        return Motion(motion.times, motion.positions)
+    trajectory = in_group_order(reduced, motion)
+    step = max(0.01, trajectory.duration / MOST_SAMPLES)
+    between = step * np.arange(int(trajectory.duration / step) + 1)
+    times = np.array(sorted({*between.tolist(), *trajectory.times.tolist()}))
+    return Motion(times, trajectory(times))
+
+
+def moments_of(motion: Motion, moments: Sequence[float] | None) -> Floats:
+    """Return the times to show [s]: those stated, or start, end and two between.
+
+    Raises:
+        ShapeError: If there are none, or one is outside the motion.
+    """
+    end = motion.duration
+    if moments is None:
+        # Even shares of the way, not of the time: most happens in the middle of a motion.
+        steps = np.linalg.norm(np.diff(motion.positions, axis=0), axis=1) + 1e-6 * np.diff(motion.times)
+        way = np.append(0.0, np.cumsum(steps))
+        places = np.searchsorted(way / way[-1], (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0))
+        return motion.times[places]
+    times = floats("moments", moments, (None,))
+    if len(times) == 0 or (times < 0.0).any() or (times > end + 1e-9).any():
+        raise ShapeError("moments", f"need at least one, each from 0 to {end:g} s")
+    return times
+
+
+def frame_times(motion: Motion, fps: float) -> Floats:
+    """Return the time of every frame of a film [s].
+
+    Raises:
+        ShapeError: If there are too many.
+    """
+    if motion.duration * fps > MOST_PICTURES:
+        raise ShapeError(
+            "fps", f"of {fps:g} over {motion.duration:g} s makes more than {MOST_PICTURES} pictures"
+        )
+    return np.array([k / fps for k in range(int(motion.duration * fps + 1.5))])
+
+
 class Studio:
-    """A model for the eye, a camera and a drawing context; use it in a `with`."""
+    """A visual model, a camera and a drawing context; use it in a `with` statement."""
 
     def __init__(
         self,
@@ -111,7 +173,7 @@ class Studio:
         self._path = np.array([tool_point(reduced, tool, motion(t)) for t in self._moments])
         view = camera or automatic_view(shown, self._path, width / height, self._share_seen)
         adapt_to_camera(self._model, view.azimuth, view.distance)
-        self._camera = view.mujoco_camera()
+        self._camera = _mujoco_camera(view)
         self._options = mujoco.MjvOption()
         room = (pictures + 1) * self._model.ngeom + 2 * PATH_POINTS
         self._scene = mujoco.MjvScene(self._model, room)
@@ -151,7 +213,7 @@ class Studio:
         return self._screen.picture(self._scene)
 
     def _share_seen(self, eye: Floats) -> float:
-        """During what share of the motion nothing hides the tool from an eye (3,) in the world."""
+        """Return the share of the motion during which the tool is visible from a point (3,) in the world."""
         seen = 0
         looks = range(0, PATH_POINTS, PATH_POINTS // 6)
         for k in looks:
@@ -163,7 +225,7 @@ class Studio:
         return seen / len(looks)
 
     def _seen(self, t: float) -> Floats:
-        """Return numbers that are the same where the picture is."""
+        """Return numbers that are equal for equal pictures."""
         where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
         return np.concatenate((self._motion(t), where))
 
@@ -201,3 +263,12 @@ class Studio:
             geom.category = mujoco.mjtCatBit.mjCAT_DECOR.value
             self._scene.ngeom += 1
             previous = point
+
+
+def _mujoco_camera(view: CameraView) -> mujoco.MjvCamera:
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = view.target
+    camera.distance = view.distance
+    camera.azimuth, camera.elevation = np.rad2deg(view.azimuth), np.rad2deg(view.elevation)
+    return camera

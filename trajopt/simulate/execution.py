@@ -1,11 +1,12 @@
-"""Several motions one after the other in one world, with an object that only friction holds."""
+"""Execution of trajectories in MuJoCo: one motion, or several with an object that only friction holds."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints, readonly
+from trajopt.arrays import Floats, readonly
 from trajopt.errors import ModelError
 from trajopt.model.groups import Group
 from trajopt.model.payload import loaded_model
@@ -13,15 +14,17 @@ from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
-from trajopt.simulate.contacts import Contact, ContactLog
+from trajopt.simulate.contacts import ContactLog
 from trajopt.simulate.controller import ComputedTorque, Reference, in_group_order, reference
-from trajopt.simulate.loose import Friction, add_loose
-from trajopt.simulate.options import SimulationOptions
-from trajopt.simulate.plant import Plant
-from trajopt.simulate.spec import describe
-from trajopt.simulate.stepping import BLOWN_UP
-from trajopt.values import Value
+from trajopt.simulate.options import Friction, SimulationOptions
+from trajopt.simulate.rollout import Phase, Rollout, SequenceLog, TrackingError
 
+if TYPE_CHECKING:
+    from trajopt.simulate.engine import mujoco
+    from trajopt.simulate.plant import Plant
+
+BLOWN_UP = 1e4
+"""Joint speed [rad/s | m/s] beyond which a simulation has left physics."""
 WHOLE = "arm and fingers"
 """Name of the group that is simulated: the joints of all phases."""
 FINGER_INERTIA = 0.1
@@ -32,62 +35,99 @@ COUPLING_IMPEDANCE = (0.99, 0.999, 0.001, 0.5, 2.0)
 by half a millimetre under 30 N."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Phase:
-    """One motion in a sequence.
+def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
+    """Return the MuJoCo model of a reduced model.
 
-    Attributes:
-        name: For reports.
-        reduced: Its group, in a scene that knows whether the object is carried.
-        trajectory: Of the group's joints.
-        rest: How long its end is held [s].
-        presses: Joint of the fingers -> force or torque that it gives in place of following [N | Nm]. Where
-            it moves in this phase itself, that grows from nothing during the rest.
+    Joints keep their names; each has a motor of its name if the group drives it, limited to its
+    effort; joints that mimic another are held by a stiff constraint. Exactly the pairs that the
+    scene does not excuse can collide. Joint friction and damping are left out, as in pinocchio's
+    inverse dynamics.
+
+    Raises:
+        ModelError: If a shape cannot be built.
     """
+    from trajopt.simulate.spec import describe
 
-    name: str
-    reduced: ReducedModel
-    trajectory: Trajectory
-    rest: float
-    presses: Mapping[str, float]
-
-    @property
-    def duration(self) -> float:
-        """Of motion and rest [s]."""
-        return self.trajectory.duration + self.rest
+    return describe(reduced).spec
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SequenceLog(Value):
-    """What happened in a simulated sequence.
+def simulate(
+    reduced: ReducedModel, trajectory: Trajectory, *, options: SimulationOptions | None = None
+) -> Rollout:
+    """Execute a trajectory in MuJoCo.
 
-    Attributes:
-        reduced: The joints of all phases, in the scene before.
-        loose: The object.
-        times: Of the stored samples, shape (k,) [s].
-        phases: Index of the phase at each sample, shape (k,).
-        positions: Of all joints of the robot, shape (k, joints) [rad | m].
-        placements: Of the loose object in the world, one each.
-        touching: What touched it, one set each.
-        deepest: How deep it was in anything at most; contacts yield a little [m].
-        contacts: Other contacts that the scene does not excuse.
-        saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
-        diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
-        notes: Where MuJoCo's model differs from the robot's and the scene's.
+    The robot starts in the trajectory's first position and velocity, follows it under a
+    computed-torque controller whose motors give at most the group's effort limits (infinite ones
+    are never reached), and holds the end for the settling time. It knows its own masses exactly,
+    so what goes wrong is torque limits, contacts, or jumps in the trajectory.
+
+    Args:
+        reduced: Robot and scene; joints outside the group stand still.
+        trajectory: Of the group's joints, in any order.
+        options: Step, gains, settling time.
+
+    Raises:
+        ProblemError: If it takes more than a million steps.
+        ModelError: If the trajectory's joints are not the group's, or the robot has no masses.
     """
+    from trajopt.simulate.plant import Plant  # MuJoCo takes a second to import
 
-    reduced: ReducedModel
-    loose: str
-    times: Floats
-    phases: Ints
-    positions: Floats
-    placements: tuple[Placement, ...]
-    touching: tuple[frozenset[str], ...]
-    deepest: float
-    contacts: tuple[Contact, ...]
-    saturated: Mapping[str, float]
-    diverged: float | None
-    notes: tuple[str, ...]
+    options = options or SimulationOptions()
+    trajectory = in_group_order(reduced, trajectory)
+    plant = Plant(reduced, options.dt)
+    followed = reference(trajectory, options.dt, options.settling_time)
+    controller = ComputedTorque(reduced, followed, options)
+    plant.reset(followed.positions[0], followed.velocities[0])
+    log = ContactLog(reduced.scene.allowances, trajectory.duration)
+    last = len(followed.times) - 1
+    stride = max(1, round(options.sample_period / options.dt))
+    samples: list[tuple[float, Floats, Floats, Floats]] = []
+    errors: list[Floats] = []
+    limited = np.zeros(len(reduced.joint_names))
+    diverged = None
+    for step, t in enumerate(followed.times.tolist()):
+        positions, velocities = plant.positions, plant.velocities
+        if step > 0 and not (np.abs(velocities) < BLOWN_UP).all():
+            diverged = t
+            break
+        asked = controller(step, positions, velocities)
+        given = np.clip(asked, -reduced.limits.effort, reduced.limits.effort)
+        if t <= trajectory.duration:
+            errors.append(followed.positions[step] - controller.group(positions))
+        if step % stride == 0 or step == last:
+            samples.append((t, controller.group(positions), controller.group(velocities), given))
+        if step < last:
+            limited += options.dt * (given != asked)
+            log.record(t, plant.step(asked))
+    return Rollout(
+        reduced,
+        trajectory,
+        *_columns(samples),
+        _tracking(errors, len(limited)),
+        log.contacts(),
+        {name: float(s) for name, s in zip(reduced.joint_names, limited, strict=True) if s > 0.0},
+        diverged,
+        plant.notes,
+    )
+
+
+def _columns(
+    samples: list[tuple[float, Floats, Floats, Floats]],
+) -> tuple[Floats, Floats, Floats, Floats]:
+    times, positions, velocities, torques = zip(*samples, strict=True)
+    return (
+        readonly(np.array(times)),
+        readonly(np.array(positions)),
+        readonly(np.array(velocities)),
+        readonly(np.array(torques)),
+    )
+
+
+def _tracking(errors: list[Floats], joints: int) -> TrackingError:
+    deviation = np.array(errors).reshape(-1, joints)
+    return TrackingError(
+        readonly(np.abs(deviation).max(axis=0)), readonly(np.sqrt((deviation**2).mean(axis=0)))
+    )
 
 
 def simulate_phases(
@@ -117,6 +157,10 @@ def simulate_phases(
     Raises:
         ModelError: If the object has no mass, or the robot none.
     """
+    from trajopt.simulate.loose import add_loose
+    from trajopt.simulate.plant import Plant
+    from trajopt.simulate.spec import describe
+
     joints = tuple(dict.fromkeys(name for phase in phases for name in phase.reduced.joint_names))
     whole = _whole(scene.remove(loose), joints, start)
     bare = describe(whole)
@@ -149,7 +193,7 @@ class _Run:
 
     def __init__(
         self,
-        plant: Plant,
+        plant: "Plant",
         whole: ReducedModel,
         loose: str,
         pressing: set[str],
