@@ -15,10 +15,10 @@ import numpy as np
 import trajopt as to
 from benchmarks.page import table, write_section
 from benchmarks.problems import past_pillar
+from tests.oracles.query import PlainQuery
 from trajopt.planning.seeds import straight_line
-from trajopt.query import query_of
-from trajopt.query.dynamics import dynamics_of
-from trajopt.query.plain import PlainQuery
+from trajopt.query import Query
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import retime
 from trajopt.solvers.choice import step_solver
 from trajopt.terms.motion import Motion
@@ -53,17 +53,17 @@ def pieces(problem: to.Problem) -> dict[str, float]:
     at = nlp.linearise(line, coarse)
     moves = nlp.lower < nlp.upper
     box = np.where(moves, 0.5, 0.0)
-    torque = dynamics_of(reduced).torque
+    torque = DynamicsQuery(reduced).torque
 
     def near(query_class: Callable[..., object]) -> Callable[[], object]:
-        return lambda: query_class(reduced).near(motion.positions, reach)  # pyright: ignore
+        return lambda: query_class(reduced).close_pairs(motion.positions, reach)  # pyright: ignore
 
     def qp(name: str) -> Callable[[], object]:
         return lambda: step_solver(name).program(moves, at, 5.0).solve(-box, box, 1e-3)
 
     return {
-        f"near pairs of {len(motion.positions)} samples, nothing known": least(near(query_of)),
-        "the same, asked again": least(lambda: nlp.query.near(motion.positions, reach)),
+        f"near pairs of {len(motion.positions)} samples, nothing known": least(near(Query)),
+        "the same, asked again": least(lambda: nlp.query.close_pairs(motion.positions, reach)),
         "the same, plain Python": least(near(PlainQuery), runs=3),
         f"linearisation, {len(at.constraints[0].lower)} rows": least(lambda: nlp.linearise(line, coarse)),
         "QP, banded": least(qp("banded")),
@@ -82,7 +82,7 @@ def speed_up(problem: to.Problem) -> tuple[float, float]:
     positions = np.linspace(*np.random.default_rng(0).uniform(-1.0, 1.0, (2, 7)), 2000)
     reach = problem.reduced.pairs.margin + 0.03
     work = (
-        lambda: [query_of(problem.reduced).near(positions, reach) for _ in range(5)],
+        lambda: [Query(problem.reduced).close_pairs(positions, reach) for _ in range(5)],
         lambda: [to.plan(problem) for _ in range(10)],
     )
     ratios: list[float] = []

@@ -6,7 +6,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.arrays import Floats
-from trajopt.query import query_of
+from trajopt.query import Query
 
 START = {
     "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,
@@ -59,7 +59,7 @@ def _places_beside(scene: to.Scene, problem: to.Problem, way: Floats, count: int
         for index, where in enumerate(batch):
             trial = trial.add(f"trial{index}", to.Box(0.08, 0.06, 0.1), where)
         reduced = to.Problem(scene=trial, group="panda_arm", start=START, goal=problem.goal).reduced
-        found = query_of(reduced).near(way, np.full(len(reduced.pairs.margin), FREE_SPACE))
+        found = Query(reduced).close_pairs(way, np.full(len(reduced.pairs.margin), FREE_SPACE))
         taken = {name for pair in np.unique(found.pair) for name in reduced.owners(int(pair))}
         places.extend(where for index, where in enumerate(batch) if f"trial{index}" not in taken)
     return places[:count]

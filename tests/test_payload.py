@@ -13,8 +13,8 @@ from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
 from trajopt import terms
 from trajopt.errors import ProblemError, ShapeError
 from trajopt.model.payload import loaded_model, payloads
-from trajopt.query import query_of
-from trajopt.query.dynamics import dynamics_of
+from trajopt.query import Query
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.verify import Evidence, VerifyOptions, When, check_requirement
@@ -36,9 +36,9 @@ def test_planner_and_judge_agree_on_the_torque_of_a_load(tmp_path: Path) -> None
     times, torques = inverse_dynamics(motion)
     inner = (times[:, None] != there.times).all(axis=1)
     q, v, a = (there(times[inner], order) for order in range(3))
-    heavy = dynamics_of(replace(model, model=loaded_model(model)))
+    heavy = DynamicsQuery(replace(model, model=loaded_model(model)))
     assert torques[inner] == pytest.approx(heavy.torque(q, v, a), abs=1e-8)
-    light = dynamics_of(model).torque(q, v, a)
+    light = DynamicsQuery(model).torque(q, v, a)
     assert np.abs(torques[inner] - light).max() > 1.0
 
 
@@ -49,7 +49,7 @@ def test_a_rod_holds_a_load_by_hand(tmp_path: Path) -> None:
     model = reduced(scene, [0.0, 0.0])
     assert [(item.name, item.mass) for item in payloads(model)] == [("load", 3.0)]
     expected = 9.81 * np.array((0.25 + 0.75 + 1.01 * 0.0 + 3.01 * 1.0, 0.25 + 3.01 * 0.5))
-    motion = Motion.standing(np.zeros(2), query_of(model))
+    motion = Motion.standing(np.zeros(2), Query(model))
     found = terms.GravityShare(model, np.arange(2)).linearise(motion).value * 500.0
     assert found == pytest.approx(expected, abs=1e-9)
     rise = quintic(model, [[0.0, 0.0], [1.2, 0.0]], 1.0)

@@ -11,7 +11,7 @@ from trajopt.arrays import Floats
 from trajopt.cartesian import Curve, FollowsCurve, follow, follows_curve, line
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.query import query_of
+from trajopt.query import Query
 
 TCP = "panda_hand_tcp"
 STATIONS = 31
@@ -29,7 +29,7 @@ class Flood:
     """All configurations of a place that are reached without a jump from those of the place before."""
 
     def __init__(self, reduced: ReducedModel, required: FollowsCurve) -> None:
-        self.reduced, self.query = reduced, query_of(reduced)
+        self.reduced, self.query = reduced, Query(reduced)
         self.on_curve = OnCurve(reduced, required, self.query)
 
     def reaches(self, stations: Floats) -> float:
@@ -46,7 +46,7 @@ class Flood:
     def _clear(self, q: Floats) -> Floats:
         if len(q) == 0:
             return q
-        touching = self.query.near(q, self.reduced.pairs.margin)
+        touching = self.query.close_pairs(q, self.reduced.pairs.margin)
         return np.delete(q, np.unique(touching.sample), axis=0)
 
     def _spread(self, seeds: Floats, s: float) -> Floats:
@@ -81,7 +81,9 @@ def random_line(rng: np.random.Generator, scene: to.Scene) -> tuple[Floats, Curv
         start = robot.positions({**robot.state("ready"), **arm})
         reduced = reduce_model(scene, "panda_arm", start)
         begin = scene.placement_of(TCP, start)
-        clear = len(query_of(reduced).near(reduced.start_positions[None], reduced.pairs.margin).distance) == 0
+        clear = (
+            len(Query(reduced).close_pairs(reduced.start_positions[None], reduced.pairs.margin).distance) == 0
+        )
         if not clear or begin.translation[2] < 0.1:
             continue
         goal = begin.translation + rng.uniform(-0.35, 0.35, 3)

@@ -8,7 +8,7 @@ from trajopt.cartesian import follows_curve, line
 from trajopt.explanation import widenings
 from trajopt.model import requirements
 from trajopt.model.requirements import Requirement
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms import constrain
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
@@ -39,7 +39,7 @@ def test_wider_is_weaker(arm: to.Robot, required: Requirement) -> None:
     reduced = to.Problem(scene=scene, start={}, goal=to.joint_positions({"pan": 0.0})).reduced
     rng = np.random.default_rng(2)
     positions = rng.uniform(-1.5, 1.5, (300, 4)) * (1, 0.1, 1, 1) + (0, 0.15, 0, 0)
-    motion = Motion.each(positions, query_of(reduced))
+    motion = Motion.each(positions, Query(reduced))
     before = excess(required, motion)
     ways = widenings(required)
     assert ways

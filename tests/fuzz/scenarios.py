@@ -10,7 +10,7 @@ from trajopt_problems import arms
 
 import trajopt as to
 from trajopt.arrays import Floats
-from trajopt.query import Query, query_of
+from trajopt.query import Query
 
 MARGIN = 0.01
 SPARE = 0.003
@@ -185,12 +185,12 @@ def _query(scene: to.Scene, arm: arms.Arm | _Planar) -> Query:
         scene=scene, group=arm.group, start=dict(arm.ready), goal=to.joint_positions({joints[0]: 0.0})
     )
     assert still.reduced.joint_names == joints
-    return query_of(still.reduced)
+    return Query(still.reduced)
 
 
 def _free(query: Query, positions: Floats) -> bool:
     margin = query.reduced.pairs.margin + SPARE
-    return len(query.near(positions, margin).distance) == 0
+    return len(query.close_pairs(positions, margin).distance) == 0
 
 
 def _dense(query: Query, corners: Floats) -> Floats:

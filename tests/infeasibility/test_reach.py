@@ -11,7 +11,7 @@ from trajopt.infeasibility import out_of_reach
 from trajopt.infeasibility.chain import Chain
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.shapes import bounding_sphere
-from trajopt.query import query_of
+from trajopt.query import Query
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def drawn(reduced: ReducedModel, count: int) -> np.ndarray:
 
 
 def test_levers_bound_every_motion_of_every_body(reduced: ReducedModel) -> None:
-    chain, query, rng = Chain(reduced), query_of(reduced), np.random.default_rng(1)
+    chain, query, rng = Chain(reduced), Query(reduced), np.random.default_rng(1)
     for q in drawn(reduced, 40):
         step = rng.uniform(-0.3, 0.3, 4)
         seen = query.kinematics(np.stack((q, q + step)))

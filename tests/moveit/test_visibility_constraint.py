@@ -8,7 +8,7 @@ import pytest
 from trajopt import Robot, placement
 from trajopt.model.reduced import reduce_model
 from trajopt.moveit import RequestFile
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms import constrain
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
@@ -34,7 +34,7 @@ def visibility(angles: str, sensor: str = "hand", target: str = "world") -> str:
 
 def excess(request: RequestFile, positions: np.ndarray) -> float:
     reduced = reduce_model(request.scene, "arm", request.start)
-    motion = Motion.standing(positions, query_of(reduced))
+    motion = Motion.standing(positions, Query(reduced))
     terms = [item for goal in request.goals for item in constrain(goal, reduced, WHOLE, inset=0.0)]
     return max(item.excess(motion) for item in terms)
 

@@ -7,15 +7,14 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.oracles.query import PlainDynamics, PlainQuery
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.query.compiled import CompiledQuery
-from trajopt.query.contacts import Contacts
-from trajopt.query.dynamics import CompiledDynamics, PlainDynamics
-from trajopt.query.plain import PlainQuery
+from trajopt.query import Contacts, Query
+from trajopt.query.dynamics import DynamicsQuery
 
 SHAPES: dict[str, Shape] = {
     "box": Box(0.3, 0.2, 0.25),
@@ -77,14 +76,14 @@ def compare(compiled: Contacts, plain: Contacts, reach: Floats, exact: bool) -> 
 def test_random_configurations(name: str, tmp_path: Path) -> None:
     rng = np.random.default_rng(7)
     reduced = world(tmp_path, SHAPES[name], rng)
-    compiled, plain = CompiledQuery(reduced), PlainQuery(reduced)
+    compiled, plain = Query(reduced), PlainQuery(reduced)
     rows = penetrating = 0
     for reach in (0.05, 0.4):
         reaches = np.full(len(reduced.pairs.margin), reach)
         at = rng.uniform(*limits(reduced), (40, 4))
-        found = plain.near(at, reaches)
+        found = plain.close_pairs(at, reaches)
         penetrating += int((found.distance < 0.0).sum())
-        rows += compare(compiled.near(at, reaches), found, reaches, name in EXACT)
+        rows += compare(compiled.close_pairs(at, reaches), found, reaches, name in EXACT)
     assert rows > 200 and penetrating > 10
 
 
@@ -93,7 +92,7 @@ def test_nothing_is_lost_along_a_changing_motion(seed: int, tmp_path: Path) -> N
     """Bounds are kept from one call to the next; steps of all sizes, as an optimiser makes them."""
     rng = np.random.default_rng(seed)
     reduced = world(tmp_path, SHAPES["box"], rng, others=12)
-    compiled = CompiledQuery(reduced)
+    compiled = Query(reduced)
     reach = reduced.pairs.margin + rng.uniform(0.05, 0.3, len(reduced.pairs.margin))
     lower, upper = limits(reduced)
     ends = rng.uniform(lower, upper, (2, 4))
@@ -103,14 +102,16 @@ def test_nothing_is_lost_along_a_changing_motion(seed: int, tmp_path: Path) -> N
         motion = np.clip(
             motion + size * rng.normal(size=4) * np.sin(np.linspace(0, np.pi, 37))[:, None], lower, upper
         )
-        rows += compare(compiled.near(motion, reach), PlainQuery(reduced).near(motion, reach), reach, True)
+        rows += compare(
+            compiled.close_pairs(motion, reach), PlainQuery(reduced).close_pairs(motion, reach), reach, True
+        )
     assert rows > 30
 
 
 def test_kinematics_and_displacement(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     reduced = world(tmp_path, SHAPES["box"], rng)
-    compiled, plain = CompiledQuery(reduced), PlainQuery(reduced)
+    compiled, plain = Query(reduced), PlainQuery(reduced)
     start, end = rng.uniform(*limits(reduced), (2, 25, 4))
     one, other = compiled.kinematics(start), plain.kinematics(start)
     for name in ("rotation", "translation", "jacobian"):
@@ -121,12 +122,12 @@ def test_kinematics_and_displacement(tmp_path: Path) -> None:
 def test_work_is_saved_and_counted(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     reduced = world(tmp_path, SHAPES["box"], rng, others=20)
-    query = CompiledQuery(reduced)
+    query = Query(reduced)
     reach = np.full(len(reduced.pairs.margin), 0.03)
     motion = np.linspace(*rng.uniform(*limits(reduced), (2, 4)), 60)
-    query.near(motion, reach)
+    query.close_pairs(motion, reach)
     first = query.counts.bounds, query.counts.distances
-    query.near(motion + 1e-3, reach)
+    query.close_pairs(motion + 1e-3, reach)
     assert query.counts.bounds - first[0] < 0.2 * first[0]
     assert query.counts.forward_kinematics == 120
 
@@ -138,8 +139,10 @@ def test_several_motions_on_several_threads(tmp_path: Path) -> None:
     motions = [np.linspace(*rng.uniform(*limits(reduced), (2, 4)), 50) for _ in range(12)]
 
     def distances(motion: Floats) -> Floats:
-        query = CompiledQuery(reduced)
-        return np.concatenate([query.near(motion + shift, reach).distance for shift in (0.0, 0.01, 0.02)])
+        query = Query(reduced)
+        return np.concatenate(
+            [query.close_pairs(motion + shift, reach).distance for shift in (0.0, 0.01, 0.02)]
+        )
 
     alone = [distances(motion) for motion in motions]
     with ThreadPoolExecutor(4) as pool:
@@ -165,22 +168,22 @@ def test_a_foreign_object_is_refused(tmp_path: Path) -> None:
 
 
 def test_arrays_of_the_wrong_shape_are_refused(tmp_path: Path) -> None:
-    query = CompiledQuery(world(tmp_path, SHAPES["box"], np.random.default_rng(0)))
+    query = Query(world(tmp_path, SHAPES["box"], np.random.default_rng(0)))
     reach = np.full(len(query.reduced.pairs.margin), 0.1)
     with pytest.raises(ValueError, match="one position for each joint"):
-        query.near(np.zeros((2, 3)), reach)
+        query.close_pairs(np.zeros((2, 3)), reach)
     with pytest.raises(ValueError, match="one reach for each pair"):
-        query.near(np.zeros((2, 4)), reach[:-1])
+        query.close_pairs(np.zeros((2, 4)), reach[:-1])
     with pytest.raises(ValueError, match="as many ends as starts"):
         query.displacement(np.zeros((2, 4)), np.zeros((3, 4)))
-    assert len(query.near(np.zeros((0, 4)), reach).distance) == 0
+    assert len(query.close_pairs(np.zeros((0, 4)), reach).distance) == 0
 
 
 def test_torques(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     reduced = world(tmp_path, SHAPES["box"], rng)
     states = rng.uniform(*limits(reduced), (20, 4)), rng.normal(size=(20, 4)), rng.normal(size=(20, 4))
-    plain, compiled = PlainDynamics(reduced), CompiledDynamics(reduced)
+    plain, compiled = PlainDynamics(reduced), DynamicsQuery(reduced)
     np.testing.assert_allclose(compiled.torque(*states), plain.torque(*states), atol=1e-10)
     with pytest.raises(ValueError, match="one number for each state and joint"):
         compiled.torque(states[0], states[1][:5], states[2])

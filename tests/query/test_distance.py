@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.oracles.query import PlainQuery
 from tests.robots_for_tests import odd_arm
 from trajopt.model.reduced import reduce_model
 from trajopt.model.shapes import Shape
-from trajopt.query.compiled import CompiledQuery
-from trajopt.query.plain import PlainQuery
-from trajopt.query.query import Query
+from trajopt.query import Query
 
-Body = type[PlainQuery] | type[CompiledQuery]
-both_bodies = pytest.mark.parametrize("body", [PlainQuery, CompiledQuery])
+Body = type[PlainQuery] | type[Query]
+both_bodies = pytest.mark.parametrize("body", [PlainQuery, Query])
 
 
 def query(body: Body, scene: to.Scene) -> Query:
@@ -24,7 +23,7 @@ def query(body: Body, scene: to.Scene) -> Query:
 def tip_distance(asked: Query, positions: list[float], thing: str) -> float:
     """Measure the tip's sphere against a thing."""
     bodies, pairs = asked.reduced.bodies, asked.reduced.pairs
-    found = asked.near(np.array([positions]), np.full(len(pairs.margin), 10.0))
+    found = asked.close_pairs(np.array([positions]), np.full(len(pairs.margin), 10.0))
     for pair, distance in zip(found.pair, found.distance, strict=True):
         if {bodies[pairs.first[pair]].owner, bodies[pairs.second[pair]].owner} == {"tip", thing}:
             return float(distance)
@@ -64,9 +63,9 @@ def test_culling_loses_nothing(tmp_path: Path, body: Body) -> None:
     asked = query(body, scene)
     margin, counts = asked.reduced.pairs.margin, asked.counts
     at = rng.uniform(-1.0, 1.0, (20, 4))
-    everything = asked.near(at, np.full(len(margin), 50.0))
+    everything = asked.close_pairs(at, np.full(len(margin), 50.0))
     assert counts.distances == 20 * len(margin)
-    near = asked.near(at, np.full(len(margin), 0.05))
+    near = asked.close_pairs(at, np.full(len(margin), 0.05))
     assert counts.distances < 1.5 * 20 * len(margin)
     expected = {
         (s, p)
@@ -100,7 +99,7 @@ def test_thin_cylinder_deep_inside_is_finite(tmp_path: Path, body: Body) -> None
     scene = to.Scene(odd_arm(tmp_path)).add("pole", to.Cylinder(0.05, 0.8), to.placement((0.6, 0.0, 0.3)))
     asked = query(body, scene)
     samples = np.random.default_rng(1).uniform([-0.3, 0, -1, -3], [0.3, 0.3, 1, 3], (300, 4))
-    found = asked.near(samples, np.zeros(len(asked.reduced.pairs.margin)))
+    found = asked.close_pairs(samples, np.zeros(len(asked.reduced.pairs.margin)))
     assert len(found.distance) > 100
     assert np.abs(found.distance).max() < 1.0
     assert np.linalg.norm(found.normal, axis=1) == pytest.approx(1.0, abs=1e-6)

@@ -7,14 +7,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import trajopt as to
+from tests.oracles.query import PlainQuery
 from tests.verify.arms import joint, link, reduced, robot
 from tests.verify.test_enclosure import EXACT, SOLIDS, crossings, cube, hollow, without_lid
 from trajopt.model.shapes import Shape
-from trajopt.query.compiled import CompiledQuery
-from trajopt.query.plain import PlainQuery
+from trajopt.query import Query
 
 TIP = 0.02
-BODIES = (PlainQuery, CompiledQuery)
+BODIES = (PlainQuery, Query)
 
 
 def slide(folder: Path, obstacle: Shape, carried: Shape) -> to.Scene:
@@ -27,7 +27,7 @@ def slide(folder: Path, obstacle: Shape, carried: Shape) -> to.Scene:
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("carried", [to.Sphere(TIP), cube(2.0 * TIP)], ids=["sphere", "mesh"])
 def test_the_way_to_the_surface_and_its_slope(
-    tmp_path: Path, body: type[PlainQuery] | type[CompiledQuery], carried: Shape
+    tmp_path: Path, body: type[PlainQuery] | type[Query], carried: Shape
 ) -> None:
     for obstacle, at, expected, slope in (
         (cube(1.0), 0.2, -(0.3 - TIP), 1.0),
@@ -38,17 +38,17 @@ def test_the_way_to_the_surface_and_its_slope(
         (without_lid(1.0), 0.2, 0.3 - TIP, -1.0),
     ):
         asked = body(reduced(slide(tmp_path, obstacle, carried), [0.0]))
-        found = asked.near(np.array([[at]]), np.array([1.0]))
+        found = asked.close_pairs(np.array([[at]]), np.array([1.0]))
         assert found.distance == pytest.approx([expected], abs=1e-6)
         assert found.jacobian.ravel() == pytest.approx([slope], abs=1e-6)
-        found = asked.near(np.array([[at]]), np.array([0.001]))
+        found = asked.close_pairs(np.array([[at]]), np.array([0.001]))
         assert len(found.distance) == (expected < 0.0), "also where the surface is beyond the reach"
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_a_mesh_around_another_body(tmp_path: Path, body: type[PlainQuery] | type[CompiledQuery]) -> None:
+def test_a_mesh_around_another_body(tmp_path: Path, body: type[PlainQuery] | type[Query]) -> None:
     asked = body(reduced(slide(tmp_path, cube(0.1), cube(1.0)), [0.0]))
-    found = asked.near(np.array([[0.1]]), np.array([0.0]))
+    found = asked.close_pairs(np.array([[0.1]]), np.array([0.0]))
     assert found.distance == pytest.approx([-(0.5 - 0.15)], abs=1e-6)
 
 
@@ -70,7 +70,7 @@ def test_random_places_against_the_even_odd_rule(tmp_path: Path, which: int) -> 
         expected = size - off if crossings(seen, mesh, rng) else off - size
         outside, within = outside + (expected > 0.0), within + (expected < 0.0)
         for body in BODIES:
-            found = body(model).near(np.zeros((1, 1)), np.array([2.0]))
+            found = body(model).close_pairs(np.zeros((1, 1)), np.array([2.0]))
             assert found.distance == pytest.approx([expected], abs=1e-6)
     assert outside > 2 and within > 2
 

@@ -8,12 +8,12 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.model.reduced import reduce_model
-from trajopt.query.dynamics import dynamics_of
+from trajopt.query.dynamics import DynamicsQuery
 
 
 def test_slopes_are_those_of_the_torque(tmp_path: Path) -> None:
     robot = odd_arm(tmp_path)
-    query = dynamics_of(reduce_model(to.Scene(robot), "all", robot.positions()))
+    query = DynamicsQuery(reduce_model(to.Scene(robot), "all", robot.positions()))
     rng = np.random.default_rng(6)
     state = [rng.uniform(-1.0, 1.0, (5, 4)) for _ in range(3)]
     found = query.torque_slopes(state[0], state[1], state[2])

@@ -10,7 +10,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt import terms
 from trajopt.errors import ObjectNotFound, ProblemError
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms.motion import Motion
 from trajopt.terms.smoothness import Acceleration, Velocity
 
@@ -27,7 +27,7 @@ def test_missing_distance_against_closed_form(tmp_path: Path) -> None:
     reduced = to.Problem(
         scene=scene(tmp_path), group="all", start={}, goal=to.joint_positions({"pan": 1.0})
     ).reduced
-    query, rng = query_of(reduced), np.random.default_rng(4)
+    query, rng = Query(reduced), np.random.default_rng(4)
     residual = terms.berth(1e-3, pairs={("ball", "tip"): terms.Wished(0.6, 9.0)}).residual
     seen = 0
     for _ in range(60):
@@ -47,7 +47,7 @@ def test_missing_distance_against_closed_form(tmp_path: Path) -> None:
 def clearance_of_ball(plan: to.Plan) -> float:
     reduced = plan.problem.reduced
     positions = plan.trajectory(np.linspace(0.0, plan.trajectory.duration, 300))
-    contacts = query_of(reduced).near(positions, np.full(len(reduced.pairs.margin), 1.0))
+    contacts = Query(reduced).close_pairs(positions, np.full(len(reduced.pairs.margin), 1.0))
     of_ball = np.array(["ball" in reduced.owners(int(pair)) for pair in contacts.pair])
     return float(contacts.distance[of_ball].min())
 

@@ -20,7 +20,7 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Gaze, RotationCoordinates, follows_curve
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.nlp import Rows
-from trajopt.query import Query, query_of
+from trajopt.query import Query
 from trajopt.terms.expression import Expression
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import Residual
@@ -58,7 +58,7 @@ def world(folder: Path, shape: Shape, where: to.Placement) -> World:
         mass=0.7,
     )
     reduced = reduce_model(scene, "all", robot.positions())
-    return World(reduced, query_of(reduced))
+    return World(reduced, Query(reduced))
 
 
 def frame_error(coordinates: RotationCoordinates, reference: str) -> Callable[[World], Residual]:

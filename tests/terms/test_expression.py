@@ -10,7 +10,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.errors import FrameNotFound, ProblemError, ShapeError
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms import constraint
 from trajopt.terms.expression import Expression
 from trajopt.terms.frames import relative_frame
@@ -31,7 +31,7 @@ def reduced(tmp_path: Path) -> ReducedModel:
 def motion(reduced: ReducedModel, count: int) -> Motion:
     lower, upper = np.maximum(reduced.limits.lower, -3.0), np.minimum(reduced.limits.upper, 3.0)
     knots = np.random.default_rng(4).uniform(lower, upper, (count, len(lower)))
-    return Motion.through(knots, np.ones(count - 1, dtype=np.int64), query_of(reduced))
+    return Motion.through(knots, np.ones(count - 1, dtype=np.int64), Query(reduced))
 
 
 @pytest.mark.parametrize(("frame", "reference"), [("tip", "world"), ("held", "slide"), ("finger", "fore")])

@@ -11,7 +11,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt import terms
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import RotationCoordinates
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms.motion import Motion
 
 angles = st.floats(-1.4, 1.4)
@@ -25,7 +25,7 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 
 
 def standing(reduced: ReducedModel, at: tuple[float, ...]) -> Motion:
-    return Motion.standing(np.array(at), query_of(reduced))
+    return Motion.standing(np.array(at), Query(reduced))
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -64,7 +64,7 @@ def test_mimic_joint_moves_with_its_source(reduced: ReducedModel) -> None:
     full = reduced.all_positions(at)
     names = reduced.scene.robot.joint_names
     assert full[names.index("follow")] == pytest.approx(-0.5 * 0.8 + 0.2)
-    kinematics = query_of(reduced).kinematics(at[None])
+    kinematics = Query(reduced).kinematics(at[None])
     joint, held = reduced.attachment("finger")
     expected = reduced.scene.placement_of("finger", full)
     found = kinematics.rotation[0, joint] @ held.translation + kinematics.translation[0, joint]
@@ -76,5 +76,5 @@ def test_mimic_joint_moves_with_its_source(reduced: ReducedModel) -> None:
 )
 def test_differences(reduced: ReducedModel, term: terms.Residual, order: int) -> None:
     knots = np.random.default_rng(0).normal(size=(6, 4))
-    motion = Motion.through(knots, np.ones(5, dtype=np.int64), query_of(reduced))
+    motion = Motion.through(knots, np.ones(5, dtype=np.int64), Query(reduced))
     assert term.linearise(motion).value == pytest.approx(np.diff(knots, n=order, axis=0).ravel())

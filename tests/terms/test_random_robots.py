@@ -8,11 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import trajopt as to
+from tests.oracles.query import PlainQuery
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.query.compiled import CompiledQuery
-from trajopt.query.plain import PlainQuery
-from trajopt.query.query import Query
+from trajopt.query import Query
 from trajopt.terms import constrain
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE, Constraint
@@ -99,7 +98,7 @@ def values(item: Constraint, at: Floats, query: Query) -> Floats:
 @given(seed=st.integers(0, 10**6))
 def test_jacobians(seed: int) -> None:
     reduced, rng = random_world(seed)
-    query, at, step = CompiledQuery(reduced), positions(reduced, rng, 4), 1e-6
+    query, at, step = Query(reduced), positions(reduced, rng, 4), 1e-6
     direction = rng.normal(size=at.shape)
     for required in requirements(reduced, rng):
         for item in constrain(required, reduced, WHOLE):
@@ -118,12 +117,12 @@ def test_jacobians(seed: int) -> None:
 @given(seed=st.integers(0, 10**6))
 def test_bodies_of_the_query_agree(seed: int) -> None:
     reduced, rng = random_world(seed)
-    compiled, plain, at = CompiledQuery(reduced), PlainQuery(reduced), positions(reduced, rng, 5)
+    compiled, plain, at = Query(reduced), PlainQuery(reduced), positions(reduced, rng, 5)
     for name in ("rotation", "translation", "jacobian"):
         one, other = (getattr(query.kinematics(at), name) for query in (compiled, plain))
         np.testing.assert_allclose(one, other, atol=1e-12)
     reach = np.full(len(reduced.pairs.margin), 0.2)
-    mine, theirs = compiled.near(at, reach), plain.near(at, reach)
+    mine, theirs = compiled.close_pairs(at, reach), plain.close_pairs(at, reach)
     found = dict(zip(zip(mine.sample, mine.pair, strict=True), mine.distance, strict=True))
     for sample, pair, distance in zip(theirs.sample, theirs.pair, theirs.distance, strict=True):
         if distance < 0.2 - 1e-4:

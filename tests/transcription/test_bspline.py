@@ -11,7 +11,7 @@ from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.nlp import Linearisation, Nlp
 from trajopt.planning.seeds import straight_line
-from trajopt.query.dynamics import dynamics_of
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.transcription import transcribe
 from trajopt.transcription.basis import SplineBasis, fitted
 from trajopt.transcription.bspline import BsplineNlp, Places, over_control_points
@@ -40,7 +40,7 @@ def spline(folder: Path, degree: int = 3, pieces: int = 8, resting: int = 1) -> 
 def free(folder: Path) -> tuple[FreeDurationNlp, Floats]:
     nlp, control = spline(folder, pieces=10, resting=RESTING)
     model = nlp.base.problem.reduced
-    timed = FreeDurationNlp(nlp, nlp.base.problem.limits, 2.0, dynamics_of(model), np.zeros(4))
+    timed = FreeDurationNlp(nlp, nlp.base.problem.limits, 2.0, DynamicsQuery(model), np.zeros(4))
     return timed, np.hstack((control, np.full((len(control), 1), 0.9)))
 
 
@@ -101,7 +101,7 @@ def test_the_stated_duration_is_the_least_that_holds_the_limits(tmp_path: Path) 
         for order, limit in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk))
     ]
     torque = np.abs(
-        dynamics_of(nlp.spline.base.problem.reduced).torque(*(motion(times, r) for r in range(3)))
+        DynamicsQuery(nlp.spline.base.problem.reduced).torque(*(motion(times, r) for r in range(3)))
     )
     shares.append(torque.max(axis=0) / limits.effort)
     assert max(float(share.max()) for share in shares) == pytest.approx(1.0, abs=5e-3)

@@ -9,7 +9,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
 from trajopt.planning.seeds import straight_line
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
 from trajopt.transcription.knots import shortest_duration
 from trajopt.transcription.margins import TaperedMargins
@@ -70,7 +70,7 @@ def test_violation_agrees_with_the_distance(scene: to.Scene) -> None:
     row = int(np.argmax(clearance.violation))
     place = clearance.rows.place[row]
     q = seed[int(place)] + (place % 1.0) * (seed[min(int(place) + 1, len(seed) - 1)] - seed[int(place)])
-    contacts = nlp.query.near(q[None], np.full(len(problem.reduced.pairs.margin), 0.05))
+    contacts = nlp.query.close_pairs(q[None], np.full(len(problem.reduced.pairs.margin), 0.05))
     expected = contacts.distance[list(contacts.pair).index(clearance.rows.component[row])]
     assert clearance.rows.value[row] == pytest.approx(expected - 0.01, abs=1e-9)
 
@@ -123,7 +123,7 @@ def test_a_whole_turn_in_one_segment_is_no_standstill() -> None:
     reduced = to.Problem(
         scene=to.Scene(robot), start={}, goal=to.joint_positions({robot.joint_names[0]: 1.0})
     ).reduced
-    query = query_of(reduced)
+    query = Query(reduced)
     turn = np.array(((-np.pi, 0.0), (np.pi, 0.0), (np.pi, 0.1)))
     samples = swept_samples(query, turn)
     steps = np.linspace(turn[0], turn[1], samples[0] + 1)

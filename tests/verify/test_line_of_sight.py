@@ -10,7 +10,7 @@ from tests.verify.arms import joint, link, quintic, reduced, robot
 from trajopt import terms
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms.motion import Motion
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
@@ -36,7 +36,7 @@ def judged(model: ReducedModel, begin: float, end: float, margin: float, *ignore
 
 
 def test_the_distance_of_a_ball_by_hand(model: ReducedModel) -> None:
-    query = query_of(model)
+    query = Query(model)
     for at in np.linspace(-0.4, 1.4, 19):
         way = np.array((-at, 0.0, 2.0)) / np.hypot(at, 2.0)
         centre = np.array((0.5 - at, 0.0, 1.0))

@@ -14,7 +14,7 @@ from trajopt.inputs import one_of, sequence
 from trajopt.methods import Method, method_named
 from trajopt.planning.result import Result
 from trajopt.problem import Problem
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.solvers import Iteration
 
 TIP_SAMPLES = 60
@@ -144,4 +144,4 @@ def _tip(result: Result) -> tuple[tuple[float, ...], ...]:
     reduced = result.problem.reduced
     positions = trajectory(np.linspace(0.0, trajectory.duration, TIP_SAMPLES))
     joint = reduced.model.getJointId(reduced.joint_names[-1])
-    return points(query_of(reduced).kinematics(positions).translation[:, joint])
+    return points(Query(reduced).kinematics(positions).translation[:, joint])

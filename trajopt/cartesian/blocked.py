@@ -77,7 +77,7 @@ def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
     query = on_curve.query
     goal: Floats | None = None
     if found.reached >= on_curve.required.until:
-        touched = query.near(found.positions[-1:], query.reduced.pairs.required)
+        touched = query.close_pairs(found.positions[-1:], query.reduced.pairs.required)
         goal = found.positions[-1] if len(touched.distance) == 0 else None
     return tapered_margins(query, max(len(found.stations), 2), goal, found.reached / CAUTIOUS)
 
@@ -85,7 +85,7 @@ def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
 def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
     """Return the clearance that pairs keep on the way: their margins, or what the starts have, shape (p,)."""
     margin = on_curve.reduced.pairs.margin - CLEARANCE_TOLERANCE
-    contacts = on_curve.query.near(starts, margin)
+    contacts = on_curve.query.close_pairs(starts, margin)
     np.minimum.at(margin, contacts.pair, contacts.distance - CLEARANCE_TOLERANCE)
     required = on_curve.reduced.pairs.required
     return np.where(required > 0.0, np.maximum(margin, required), margin)
@@ -94,7 +94,7 @@ def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
 def _first_blocked(
     on_curve: OnCurve, positions: Floats, places: Floats, margin: TaperedMargins
 ) -> _Blocked | None:
-    contacts = on_curve.query.near(positions, on_curve.reduced.pairs.margin)
+    contacts = on_curve.query.close_pairs(positions, on_curve.reduced.pairs.margin)
     asked = margin(contacts.pair, places[contacts.sample])
     short = asked - contacts.distance
     required = on_curve.reduced.pairs.required[contacts.pair]

@@ -26,7 +26,7 @@ from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Path
 from trajopt.planning.judgement import judge
 from trajopt.problem import Problem
-from trajopt.query import Counts, query_of
+from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
 from trajopt.verify import Certificate, Judge, Moment
 
@@ -102,7 +102,7 @@ class _Following:
     def on_curve(self) -> OnCurve:
         """The curve and the arm."""
         reduced = self.problem.reduced
-        return OnCurve(reduced, self.required, query_of(reduced, self.counts))
+        return OnCurve(reduced, self.required, Query(reduced, self.counts))
 
     def run(self) -> Followed:
         """Choose where to begin, find the way that gets farthest, time it and have it judged."""

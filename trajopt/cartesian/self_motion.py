@@ -60,7 +60,7 @@ class SelfMotions:
         if len(q) == 0:
             return q
         blocked = np.zeros(len(q), dtype=np.bool_)
-        blocked[self.on_curve.query.near(q, self.margin).sample] = True
+        blocked[self.on_curve.query.close_pairs(q, self.margin).sample] = True
         return q[~blocked]
 
     def _spread(self, seeds: Floats, s: float) -> Floats:

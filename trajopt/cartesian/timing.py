@@ -16,7 +16,7 @@ from trajopt.methods.timing import tool_limits
 from trajopt.model.payload import loaded_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
-from trajopt.query.dynamics import dynamics_of
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
 
 BODIES = 0.1
@@ -57,7 +57,7 @@ def timed_along(
         found = retime(
             leg,
             limits,
-            inverse_dynamics=dynamics_of(loaded).torque if np.isfinite(limits.effort).any() else None,
+            inverse_dynamics=DynamicsQuery(loaded).torque if np.isfinite(limits.effort).any() else None,
             tools=tool_limits(query, problem.tool_speeds),
             deviation=deviation,
             options=replace(usual, path_tolerance=tolerance, points=points),

@@ -14,7 +14,7 @@ from trajopt.commander.robot_states import joint_names, state_message, state_pos
 from trajopt.commander.settings import PIPELINE, PLANNERS
 from trajopt.model.mimic_limits import followed_limits
 from trajopt.model.reduced import reduce_model
-from trajopt.query import query_of
+from trajopt.query import Query
 
 
 class GroupState(GroupBase):
@@ -118,7 +118,7 @@ class GroupState(GroupBase):
         values = floats("joint_values", joint_values, (len(self._group.joints),))
         point = floats("reference_point", reference_point or (0.0, 0.0, 0.0), (3,))
         reduced = reduce_model(self._world.scene, self._group.name, self._world.positions)
-        query, (joint, where) = query_of(reduced), reduced.attachment(self._link(""))
+        query, (joint, where) = Query(reduced), reduced.attachment(self._link(""))
         kinematics = query.kinematics(values[None])
         carrier = kinematics.rotation[:, joint] @ (where * point) + kinematics.translation[:, joint]
         linear = query.point_jacobian(kinematics.jacobian, np.array([joint], dtype=np.int64), carrier)

@@ -6,7 +6,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import joint_positions
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.retime import RetimeFailure
 
 ALGORITHMS = (
@@ -44,7 +44,7 @@ def retimed(
         acceleration_scaling=acceleration,
     )
     path = Path(reduced.joint_names, trajectory.positions)
-    motion = timed(problem, query_of(problem.reduced), path, tolerance=PATH_TOLERANCE)
+    motion = timed(problem, Query(problem.reduced), path, tolerance=PATH_TOLERANCE)
     if isinstance(motion, RetimeFailure):
         raise MoveItCommanderException(f"retime_trajectory: {motion.reason}")
     return motion.trajectory

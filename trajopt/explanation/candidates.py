@@ -23,7 +23,7 @@ from trajopt.infeasibility.reasons import Block, BlockKind
 from trajopt.model.requirements import WORLD, FramePlacement, Requirement
 from trajopt.planning.result import Status
 from trajopt.problem import Problem
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms import constrain
 from trajopt.terms.joint_positions import fixed_positions
 from trajopt.terms.motion import Motion
@@ -135,7 +135,7 @@ def _widened(problem: Problem, required: Requirement, way: Widening, amount: flo
 
 def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[Change]:
     """Yield path constraints widened to what they are at a configuration."""
-    motion = Motion.standing(positions, query_of(problem.reduced))
+    motion = Motion.standing(positions, Query(problem.reduced))
     for required in always:
         excess = max(item.excess(motion) for item in constrain(required, problem.reduced, WHOLE))
         if excess > 0.0:
@@ -164,7 +164,7 @@ def _contacts(known: Explanation) -> Iterator[Change]:
             yield margin
     if known.configuration is None:
         return
-    seen = query_of(reduced).near(known.configuration[None], reduced.pairs.margin)
+    seen = Query(reduced).close_pairs(known.configuration[None], reduced.pairs.margin)
     for row in np.argsort(seen.distance).tolist():
         owners = reduced.owners(int(seen.pair[row]))
         if not any(block.subjects == owners for block in pairs):

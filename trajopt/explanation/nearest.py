@@ -12,7 +12,7 @@ from trajopt.kinematics.goal_candidates import random_starts
 from trajopt.kinematics.projection import Projection
 from trajopt.model.requirements import Requirement
 from trajopt.problem import Problem
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.values import Value
 from trajopt.verify import Moment, examine
 
@@ -68,7 +68,7 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
     reduced, rng = problem.reduced, np.random.default_rng(SEED)
     always = always_at_start(problem) if moment is Moment.START else always_at_end(problem)
     asked = Standing(reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0)
-    query = query_of(reduced)
+    query = Query(reduced)
     starts = [
         positions + rng.normal(scale=spread, size=positions.shape) for spread in SPREADS for _ in (0, 1)
     ]
@@ -91,7 +91,7 @@ def least_missed(
         The one that misses least, then the nearest to the start; None if none was found.
     """
     reduced, rng = problem.reduced, np.random.default_rng(SEED)
-    query, near = query_of(reduced), reduced.start_positions
+    query, near = Query(reduced), reduced.start_positions
     begin = random_starts(reduced, rng, STARTS)
     ended = Projection(reduced, (*soft, *hard), query)(begin)
     order = np.argsort(ended.violation, kind="stable")[:POLISHED]

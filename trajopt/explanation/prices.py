@@ -17,7 +17,7 @@ from trajopt.model.requirements import Requirement
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Result
 from trajopt.problem import Problem
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.retime import Retimed
 from trajopt.solvers import Sqp
 from trajopt.terms import Clearance, constrain
@@ -132,7 +132,7 @@ def _waypoint_knots(problem: Problem, knots: Floats) -> list[int]:
     for number, wanted in enumerate(problem.waypoint_requirements):
         first = places[-1] + 1 if places else 1
         last = len(knots) - 1 - (count - 1 - number)
-        off = Projection(problem.reduced, wanted, query_of(problem.reduced)).violation(knots[first:last])
+        off = Projection(problem.reduced, wanted, Query(problem.reduced)).violation(knots[first:last])
         places.append(first + int(np.argmin(off)))
     return places
 

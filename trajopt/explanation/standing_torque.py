@@ -9,7 +9,7 @@ from trajopt.infeasibility.chain import Chain
 from trajopt.infeasibility.reasons import Block, BlockKind
 from trajopt.model.payload import loaded_model
 from trajopt.problem import Problem
-from trajopt.query.dynamics import dynamics_of
+from trajopt.query.dynamics import DynamicsQuery
 
 
 def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:
@@ -22,7 +22,7 @@ def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:
     reduced, limits = problem.reduced, problem.limits
     loaded = replace(reduced, model=loaded_model(reduced))
     still = np.zeros((1, len(positions)))
-    need = np.abs(dynamics_of(loaded).torque(positions[None], still, still)[0])
+    need = np.abs(DynamicsQuery(loaded).torque(positions[None], still, still)[0])
     excess = need - limits.effort
     return tuple(
         Block(

@@ -13,7 +13,7 @@ from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.srdf import EndEffector
 from trajopt.model.tool_frame import tool_frame
-from trajopt.query import query_of
+from trajopt.query import Query
 
 SAMPLES = 17
 """Openings that are measured."""
@@ -109,7 +109,7 @@ def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
     limits, robot = reduced.limits, reduced.scene.robot
     apart = reduce_model(reduced.scene.allow(*fingers, allowed=False), reduced.group, reduced.start)
     positions = limits.lower + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (limits.upper - limits.lower)
-    contacts = query_of(apart).near(positions, np.full(len(apart.pairs.margin), FAR))
+    contacts = Query(apart).close_pairs(positions, np.full(len(apart.pairs.margin), FAR))
     between = [set(apart.owners(int(pair))) == set(fingers) for pair in contacts.pair]
     sample, distance = contacts.sample[between], contacts.distance[between]
     gaps = np.full(SAMPLES, np.inf)

@@ -10,7 +10,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Shape
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.query.geometry import collision_geometry
 
 TOUCHING = 2e-3
@@ -75,7 +75,7 @@ def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
         positions: The group's positions where the straight motion begins or ends, shape (n,).
     """
     scene = reduced.scene
-    contacts = query_of(reduced).near(positions[None], reduced.pairs.margin)
+    contacts = Query(reduced).close_pairs(positions[None], reduced.pairs.margin)
     gaps: dict[frozenset[str], float] = {}
     for pair, distance in zip(contacts.pair.tolist(), contacts.distance.tolist(), strict=True):
         owners = frozenset(reduced.owners(pair))

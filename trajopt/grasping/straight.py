@@ -18,7 +18,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement, frame_placement, joint_positions, point_on_line
 from trajopt.model.scene import Scene
 from trajopt.problem import Problem
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms.residual import Constraint
 
 STEPS = 8
@@ -75,7 +75,7 @@ def follow(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> Follow
         at: The group's positions at its beginning, shape (n,), where contact is no matter.
         away: Its way in the world, shape (3,) [m].
     """
-    query = query_of(reduced)
+    query = Query(reduced)
     begin = reduced.scene.placement_of(tool, reduced.all_positions(at))
     now = at
     for share in np.linspace(0.0, 1.0, STEPS + 1)[1:].tolist():
@@ -87,7 +87,7 @@ def follow(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> Follow
             return Followed(now, f"no configuration {way}")
         if np.abs(after - now).max() > JUMP:
             return Followed(now, f"the arm would have to change its posture {way}")
-        contacts = query.near(after[None], reduced.pairs.required)
+        contacts = query.close_pairs(after[None], reduced.pairs.required)
         if len(contacts.distance):
             deepest = int(np.argmin(contacts.distance))
             first, second = reduced.owners(int(contacts.pair[deepest]))

@@ -8,7 +8,7 @@ from trajopt.kinematics.goal_candidates import random_starts
 from trajopt.kinematics.projection import Projection
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.query import Counts, query_of
+from trajopt.query import Counts, Query
 
 STARTS = 1024
 """Configurations that each subset is searched from: a set that can be held must not be called a conflict."""
@@ -29,7 +29,7 @@ def conflicting(
         rng: Draws the starts of the search.
         counts: Takes the work done.
     """
-    query, begin = query_of(reduced, counts), random_starts(reduced, rng, STARTS)
+    query, begin = Query(reduced, counts), random_starts(reduced, rng, STARTS)
     kept = list(requirements)
     for item in requirements:
         rest = [other for other in kept if other is not item]

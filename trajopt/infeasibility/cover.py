@@ -17,7 +17,7 @@ from trajopt.arrays import Bools, Floats
 from trajopt.infeasibility.chain import Chain
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
-from trajopt.query import query_of
+from trajopt.query import Query
 
 ACCURACY = 1e-4
 """Depth that measurements may be wrong by [m]."""
@@ -46,7 +46,7 @@ class Cover:
             reduced: The robot and its surroundings.
             most: Boxes that are looked at, in all calls together, before a question is left undecided.
         """
-        self._reduced, self._query = reduced, query_of(reduced)
+        self._reduced, self._query = reduced, Query(reduced)
         self._levers = _pair_levers(reduced)
         self._required = reduced.pairs.required
         self._reach = np.where(np.isfinite(self._levers).all(axis=1), self._required, -np.inf)
@@ -67,7 +67,7 @@ class Cover:
                 return Closed(tuple(sorted(closing, key=lambda names: -closing[names])), seen)
             seen += len(middle)
             self._left -= len(middle)
-            contacts = self._query.near(middle, self._reach)
+            contacts = self._query.close_pairs(middle, self._reach)
             travel = np.einsum("mn,mn->m", self._levers[contacts.pair], half[contacts.sample])
             spare = self._required[contacts.pair] - contacts.distance - ACCURACY - travel
             order = np.argsort(-spare, kind="stable")

@@ -20,7 +20,7 @@ def clear(query: Query, positions: Floats, margin: Floats) -> Bools:
         Shape (S,).
     """
     free = np.ones(len(positions), dtype=np.bool_)
-    free[query.near(positions, margin).sample] = False
+    free[query.close_pairs(positions, margin).sample] = False
     return free
 
 

@@ -12,7 +12,7 @@ from trajopt.kinematics.asked import frame_of
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
-from trajopt.query import Query, query_of
+from trajopt.query import Query
 from trajopt.shown import shown
 from trajopt.terms.frames import RelativeFrame, relative_frame
 from trajopt.terms.motion import Motion
@@ -68,7 +68,7 @@ def forward_kinematics(
         FrameNotFound: If a frame is unknown.
         ShapeError: If there is not one finite position for each joint.
     """
-    at = moving_frame(query_of(reduced), frame, configurations(reduced, positions), reference, offset)
+    at = moving_frame(Query(reduced), frame, configurations(reduced, positions), reference, offset)
     return Placements(readonly(at.rotation), readonly(at.point))
 
 
@@ -99,7 +99,7 @@ def frame_jacobian(
         FrameNotFound: If a frame is unknown.
         ShapeError: If there is not one finite position for each joint.
     """
-    at = moving_frame(query_of(reduced), frame, configurations(reduced, positions), reference, offset)
+    at = moving_frame(Query(reduced), frame, configurations(reduced, positions), reference, offset)
     return stacked_jacobian(at)
 
 

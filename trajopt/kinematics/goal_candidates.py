@@ -10,7 +10,7 @@ from trajopt.kinematics.projection import Projection, turning_joints
 from trajopt.model.limits import JointLimits, draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.query import Counts, Query, query_of
+from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import joint_box
 from trajopt.values import Value
 
@@ -73,7 +73,7 @@ def goal_candidates(
         starts: How many starts to search from at once.
         check: Called before every wave of starts; may raise to stop.
     """
-    query = query_of(reduced, counts)
+    query = Query(reduced, counts)
     projection = Projection(reduced, goals, query)
     box = joint_box(goals, reduced)
     narrow = bool((box[1] - box[0] <= SAME).all())
@@ -185,7 +185,7 @@ def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
     for pair, allowance in pairs.allowances:
         if allowance.last > 0.0:
             least[pair] = min(least[pair], 0.0, -allowance.depth)
-    contacts = query.near(found, pairs.required)
+    contacts = query.close_pairs(found, pairs.required)
     depth, worst = np.zeros(len(found)), np.zeros(len(found), dtype=np.int64)
     lack = pairs.required[contacts.pair] - contacts.distance
     for place in np.flatnonzero(contacts.distance < least[contacts.pair]):

@@ -17,7 +17,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.requirements.requirement import direction_of
 from trajopt.model.requirements.singularity_distance import LENGTH
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.values import Value
 
 CELL = 0.05
@@ -181,7 +181,7 @@ def reach_map(
     axis = direction_of("approach", approach)
     frame_of(reduced, frame)
     frame_of(reduced, reference)
-    query = query_of(reduced)
+    query = Query(reduced)
     sampler = Sampler(query, (), pair_margins(reduced, margin), rng)
     sphere = even_directions(directions)
     parts: list[_Met] = []

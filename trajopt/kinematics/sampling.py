@@ -12,7 +12,7 @@ from trajopt.kinematics.projection import Projection
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.query import Query, query_of
+from trajopt.query import Query
 from trajopt.values import Value
 
 BATCH = 4096
@@ -77,7 +77,7 @@ def random_configurations(
     """
     wanted = requirements_of(reduced, "requirements", requirements)
     count_of("count", count)
-    sampler = Sampler(query_of(reduced), wanted, pair_margins(reduced, margin), rng)
+    sampler = Sampler(Query(reduced), wanted, pair_margins(reduced, margin), rng)
     found: list[Floats] = []
     kept = drawn = missed = colliding = 0
     most = max(MOST_DRAWS * count, 4 * BATCH)

@@ -14,7 +14,7 @@ from trajopt.kinematics.clearance import clear
 from trajopt.kinematics.projection import Projection
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.values import Value
 
 STEP = 0.05
@@ -81,7 +81,7 @@ def self_motion(
     if joint is not None and one_of("joint", joint, str) not in reduced.joint_names:
         raise JointNotFound("joint in the group", joint, reduced.joint_names)
     wanted = requirements_of(reduced, "goal", goal)
-    query = query_of(reduced)
+    query = Query(reduced)
     sweep = _Sweep(reduced, Projection(reduced, wanted, query), step)
     missed = float(sweep.projection.violation(begin[None])[0])
     if missed > 0.0:

@@ -16,7 +16,7 @@ from trajopt.kinematics.sampling import BATCH, Progress
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
-from trajopt.query import Query, query_of
+from trajopt.query import Query
 from trajopt.values import Value
 
 HOPELESS = 100 * BATCH
@@ -122,7 +122,7 @@ def sample_table(
         ShapeError: If a number is not usable, or nothing is clear.
     """
     count_of("count", count)
-    query, margins = query_of(reduced), pair_margins(reduced, margin)
+    query, margins = Query(reduced), pair_margins(reduced, margin)
     frame_of(reduced, frame)
     frame_of(reduced, reference)
     parts: list[ConfigurationTable] = []

@@ -13,8 +13,8 @@ from trajopt.methods.timing import timed
 from trajopt.model.payload import loaded_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
-from trajopt.query import Counts, query_of
-from trajopt.query.dynamics import dynamics_of
+from trajopt.query import Counts, Query
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import RetimeFailure
 from trajopt.solvers import Sqp
 from trajopt.solvers.trust_region import TrustRegion
@@ -98,7 +98,7 @@ class FreeDurationProgram:
         if not found.solve.feasible:
             return found
         moving = bool(self.problem.start_velocities.any())
-        motion = timed(self.problem, query_of(self.problem.reduced), found.path, tolerance=SEED_TOLERANCE)
+        motion = timed(self.problem, Query(self.problem.reduced), found.path, tolerance=SEED_TOLERANCE)
         if isinstance(motion, RetimeFailure):
             return found
         faster = self._freed(found, motion.trajectory, progress)
@@ -125,7 +125,7 @@ class FreeDurationProgram:
         spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
         limited = np.isfinite(self.problem.limits.effort).any()
         loaded = replace(reduced, model=loaded_model(reduced))
-        dynamics, moving = dynamics_of(loaded) if limited else None, self.problem.start_velocities
+        dynamics, moving = DynamicsQuery(loaded) if limited else None, self.problem.start_velocities
         if moving.any():
             spline.lower[1:RESTING], spline.upper[1:RESTING] = base.lower[1], base.upper[1]
         return FreeDurationNlp(spline, self.problem.limits, motion.duration, dynamics, moving)

@@ -11,7 +11,7 @@ from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Path
 from trajopt.problem import Problem
 from trajopt.query import Query
-from trajopt.query.dynamics import dynamics_of
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
 
 
@@ -34,7 +34,7 @@ def timed(problem: Problem, query: Query, path: Path, *, tolerance: float) -> Re
     return retime(
         path,
         limits,
-        inverse_dynamics=dynamics_of(loaded).torque if limited else None,
+        inverse_dynamics=DynamicsQuery(loaded).torque if limited else None,
         tools=tool_limits(query, problem.tool_speeds),
         deviation=deviation,
         options=replace(RetimeOptions(), path_tolerance=tolerance),

@@ -1,4 +1,4 @@
-"""Kinematics of all samples and rows of near pairs; see `trajopt.query.compiled`."""
+"""Kinematics of all samples and rows of near pairs; see `trajopt.query`."""
 
 import coal
 import pinocchio as pin

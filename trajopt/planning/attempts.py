@@ -13,7 +13,7 @@ from trajopt.planning.meter import Meter
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.problem import Problem
-from trajopt.query import Counts, query_of
+from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
 from trajopt.solvers import Iteration
 from trajopt.verify import Certificate, Judge
@@ -73,7 +73,7 @@ class Attempts:
             Stopped: If the budget ends before.
         """
         reduced, counts = self.problem.reduced, Counts()
-        touching = query_of(reduced, counts).near(seed, reduced.pairs.required)
+        touching = Query(reduced, counts).close_pairs(seed, reduced.pairs.required)
         self.meter.count_work(counts)
         self.meter.check()
         return None if len(touching.pair) else self._timed(Path(reduced.joint_names, seed))
@@ -125,7 +125,7 @@ class Attempts:
         result: Result | None = None
         for tolerance in (*PATH_TOLERANCES, *((WAYPOINT_TOLERANCE,) if problem.waypoints else ())):
             with self.meter.stage("retime"):
-                timed = time_path(problem, query_of(problem.reduced), path, tolerance=tolerance)
+                timed = time_path(problem, Query(problem.reduced), path, tolerance=tolerance)
             if isinstance(timed, RetimeFailure):
                 return self.result(Status.NO_TIMING, timed.reason, path=path, found=found)
             result = self._judged(timed.trajectory, path=path, found=found, timed=timed)

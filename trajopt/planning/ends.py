@@ -17,7 +17,7 @@ from trajopt.planning.attempts import Attempts
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
-from trajopt.query import Counts, query_of
+from trajopt.query import Counts, Query
 from trajopt.terms import constrain
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
@@ -199,7 +199,7 @@ class Ends:
     def _broken(self, positions: Floats, stop: int) -> str:
         """Say which path constraint does not hold at a configuration, or nothing."""
         problem = self.attempts.problem
-        motion = Motion.standing(positions, query_of(problem.reduced))
+        motion = Motion.standing(positions, Query(problem.reduced))
         for required in problem.requirements_at(stop):
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):
                 excess = replace(item, tolerance=max(item.tolerance, EXCESS)).excess(motion)

@@ -3,7 +3,7 @@
 from trajopt.model.requirements import During, Requirement
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.terms import Constraint
 from trajopt.terms.along import Along, judged
 from trajopt.verify import Certificate, Judge
@@ -26,7 +26,7 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
         constraints=problem.requirements,
         waypoints=dict(zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)),
         partial=_partial(problem),
-        sampled=judged(problem.own_constraints, query_of(problem.reduced)),
+        sampled=judged(problem.own_constraints, Query(problem.reduced)),
         limits=problem.moving_limits,
         tool_speeds=problem.tool_speeds,
         start_velocities=problem.start_velocities,
@@ -34,7 +34,7 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
 
 
 def _partial(problem: Problem) -> list[During[Requirement] | During[Along]]:
-    query = query_of(problem.reduced)
+    query = Query(problem.reduced)
     found: list[During[Requirement] | During[Along]] = []
     for part in problem.partial:
         asked = part.required

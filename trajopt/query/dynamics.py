@@ -1,6 +1,5 @@
-"""Joint torques of a reduced model: the compiled body and the plain one."""
+"""Joint torques of a reduced model, and their derivatives."""
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,7 +9,7 @@ import pinocchio as pin
 from trajopt.arrays import Floats
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.robot import configuration
-from trajopt.native import installed
+from trajopt.native import proximity
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +29,15 @@ class TorqueSlopes:
     acceleration: Floats
 
 
-class DynamicsQuery(ABC):
+class DynamicsQuery:
     """Inverse dynamics; owns scratch memory, so one per thread."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Allocate the scratch memory."""
+        """Hand the model to the core."""
         self._reduced = reduced
         self._data = reduced.model.createData()
+        mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
+        self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
 
     def torque_slopes(self, positions: Floats, velocities: Floats, accelerations: Floats) -> TorqueSlopes:
         """Return torques and their derivatives; arguments as of `torque`.
@@ -64,7 +65,6 @@ class DynamicsQuery(ABC):
             q = np.array([configuration(model, row) for row in q])
         return zip(q, velocities @ mimic_matrix, accelerations @ mimic_matrix, strict=True)
 
-    @abstractmethod
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Return the torques that a motion needs, by the recursive Newton-Euler algorithm.
 
@@ -78,35 +78,5 @@ class DynamicsQuery(ABC):
         Returns:
             Shape (S, n) [Nm | N]. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5.
         """
-
-
-def dynamics_of(reduced: ReducedModel) -> DynamicsQuery:
-    """Return the compiled body where it is installed, else the plain one; both answer the same."""
-    return CompiledDynamics(reduced) if installed("proximity") else PlainDynamics(reduced)
-
-
-class CompiledDynamics(DynamicsQuery):
-    """All states in one call of the native core."""
-
-    def __init__(self, reduced: ReducedModel) -> None:
-        """Hand the model over."""
-        super().__init__(reduced)
-        from trajopt.native import proximity
-
-        mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
-        self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
-
-    def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
-        """Return the torques that a motion needs; see `DynamicsQuery.torque`."""
         states = (np.ascontiguousarray(rows) for rows in (positions, velocities, accelerations))
         return self._core.torques(*states)
-
-
-class PlainDynamics(DynamicsQuery):
-    """One state after the other, by pinocchio's own binding."""
-
-    def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
-        """Return the torques that a motion needs; see `DynamicsQuery.torque`."""
-        states = self._states(positions, velocities, accelerations)
-        full = np.array([pin.rnea(self._reduced.model, self._data, *state) for state in states])
-        return full.reshape(len(positions), -1) @ self._reduced.mimic_matrix

@@ -1,27 +1,20 @@
-"""Shapes as Coal's collision geometries."""
+"""Shapes as Coal's collision geometries, and the boxes and spheres that bound the bodies of a model."""
+
+from dataclasses import dataclass
 
 import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Ints
+from trajopt.model.closed_surface import closed_surface
 from trajopt.model.derived import once_each
 from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, bounding_box
 
-
-def _points(vertices: Floats) -> coal.StdVec_Vec3s:
-    points = coal.StdVec_Vec3s()
-    for vertex in vertices:
-        points.append(vertex)
-    return points
-
-
-def _triangles(faces: NDArray[np.integer]) -> coal.StdVec_Triangle:
-    triangles = coal.StdVec_Triangle()
-    for a, b, c in faces.tolist():
-        triangles.append(coal.Triangle(a, b, c))
-    return triangles
+PLANE_EXTENT = 1e3
+"""Half the edge of the box that stands for a half-space [m]."""
 
 
 @once_each
@@ -49,3 +42,56 @@ def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
             geometry.endModel()
     geometry.computeLocalAABB()
     return geometry
+
+
+def _points(vertices: Floats) -> coal.StdVec_Vec3s:
+    points = coal.StdVec_Vec3s()
+    for vertex in vertices:
+        points.append(vertex)
+    return points
+
+
+def _triangles(faces: NDArray[np.integer]) -> coal.StdVec_Triangle:
+    triangles = coal.StdVec_Triangle()
+    for a, b, c in faces.tolist():
+        triangles.append(coal.Triangle(a, b, c))
+    return triangles
+
+
+def closed_triangles(shape: Shape) -> Floats:
+    """Return the triangles that a body can be inside of without touching them, shape (k, 3, 3) [m]."""
+    return closed_surface(shape).triangles if isinstance(shape, Mesh) else np.empty((0, 3, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundingBoxes:
+    """Bounding boxes of B bodies, and the spheres around those.
+
+    Attributes:
+        joint: Joint that carries each body; 0 is the world, shape (B,).
+        rotation: Of each body's shape in the joint's frame, shape (B, 3, 3).
+        translation: Of the shape's origin there, shape (B, 3) [m].
+        centre: Of the box there, shape (B, 3) [m].
+        half: Half the box's edges, along the shape's axes, shape (B, 3) [m].
+        radius: Of the sphere around the box, shape (B,) [m].
+    """
+
+    joint: Ints
+    rotation: Floats
+    translation: Floats
+    centre: Floats
+    half: Floats
+    radius: Floats
+
+    @staticmethod
+    def of(reduced: ReducedModel) -> "BoundingBoxes":
+        """Bound the bodies of a reduced model."""
+        bodies = reduced.bodies
+        joint = np.array([body.joint for body in bodies], dtype=np.int64)
+        rotation = np.array([body.placement.rotation for body in bodies]).reshape(-1, 3, 3)
+        translation = np.array([body.placement.translation for body in bodies]).reshape(-1, 3)
+        boxes = np.array([bounding_box(body.shape) for body in bodies]).reshape(-1, 2, 3)
+        corners = np.clip(boxes, -PLANE_EXTENT, PLANE_EXTENT)
+        half = (corners[:, 1] - corners[:, 0]) / 2
+        centre = np.einsum("bij,bj->bi", rotation, corners.mean(axis=1)) + translation
+        return BoundingBoxes(joint, rotation, translation, centre, half, np.linalg.norm(half, axis=1))

@@ -1,17 +1,91 @@
-"""Query: what is asked of a robot among its obstacles, the same of the compiled body and the plain one."""
+"""Query: placements, Jacobians, distances and motion bounds of a robot among its obstacles."""
 
-from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.model.closed_surface import part_points
+from trajopt.model.derived import once_each
 from trajopt.model.reduced import ReducedModel
-from trajopt.query.contacts import Contacts
-from trajopt.query.kinematics import Counts, Kinematics
+from trajopt.model.shapes import Shape
+from trajopt.native import proximity
+from trajopt.query.geometry import BoundingBoxes, closed_triangles, collision_geometry
+from trajopt.values import Value
+
+GJK_TOLERANCE = 1e-9
+"""Coal's default of 1e-6 costs the same time and makes normals wrong by up to 1e-3."""
+EPA_TOLERANCES = (1e-6, 1e-4)
+"""For penetration, tried in turn: on curved shapes Coal's expanding polytope fails at tight ones and
+reports the largest float as depth."""
 
 
-class Query(ABC):
-    """Numbers of given configurations of a reduced model; owns scratch memory, so one per thread.
+@dataclass(eq=False)
+class Counts:
+    """Exact numbers of the work done so far; the same on every machine.
+
+    Attributes:
+        forward_kinematics: Configurations at which all joints were placed.
+        bounds: Spheres tested against boxes, before any distance is measured.
+        distances: Calls of Coal's distance function.
+    """
+
+    forward_kinematics: int = 0
+    bounds: int = 0
+    distances: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Kinematics(Value):
+    """Joint placements and Jacobians at S configurations of a reduced model with J joints.
+
+    Attributes:
+        rotation: Of each joint frame (the world first), shape (S, J, 3, 3).
+        translation: Shape (S, J, 3) [m].
+        jacobian: Spatial velocity at the world's origin (linear, angular) of each of the group's
+            joints at unit speed, shape (S, 6, model joints).
+    """
+
+    rotation: Floats
+    translation: Floats
+    jacobian: Floats
+
+    def take(self, index: Ints) -> "Kinematics":
+        """Return the kinematics of some of the configurations."""
+        return Kinematics(self.rotation[index], self.translation[index], self.jacobian[index])
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts(Value):
+    """Nearest points of pairs that come near each other, at many configurations.
+
+    Attributes:
+        sample: Configuration of each contact, shape (m,).
+        pair: Index of the pair, shape (m,).
+        distance: Signed: positive apart, negative in penetration, shape (m,) [m]; inside an exact
+            mesh minus the way to its surface.
+        normal: Unit vector from the first body to the second, Coal's own (rebuilt from the
+            witness points it would flip in penetration), the other way inside an exact mesh, in
+            the world, shape (m, 3).
+        point_first: Witness point on the first body, in the world, shape (m, 3) [m].
+        point_second: Witness point on the second body, in the world, shape (m, 3) [m].
+        jacobian: Derivative of the distance by the group's positions, shape (m, n) [m/rad | 1].
+    """
+
+    sample: Ints
+    pair: Ints
+    distance: Floats
+    normal: Floats
+    point_first: Floats
+    point_second: Floats
+    jacobian: Floats
+
+
+class Query:
+    """Measures configurations of a reduced model; owns scratch memory, so one per thread.
+
+    The loops are C++ (`trajopt.native.proximity`), on the model and geometries that Python made. A query
+    remembers what it measured: configurations near the last ones cost little.
 
     Attributes:
         reduced: The robot and its surroundings.
@@ -19,34 +93,46 @@ class Query(ABC):
     """
 
     def __init__(self, reduced: ReducedModel, counts: Counts | None = None) -> None:
-        """Note which joints carry which."""
+        """Hand the model and the geometries to the core; once for each reduced model.
+
+        Args:
+            reduced: The robot and its surroundings.
+            counts: Takes the work done; counts of its own when None.
+        """
         self.reduced = reduced
         self.counts = Counts() if counts is None else counts
         self._supports = reduced.derived(_supports)
+        self._core = proximity.Query(reduced.derived(_cell))
 
-    @abstractmethod
     def kinematics(self, positions: Floats) -> Kinematics:
         """Place all joints at configurations.
 
         Args:
             positions: The group's positions, shape (S, n) [rad | m].
         """
+        self.counts.forward_kinematics += len(positions)
+        return Kinematics(*self._core.placements(np.ascontiguousarray(positions)))
 
-    @abstractmethod
-    def near(self, positions: Floats, reach: Floats) -> Contacts:
+    def close_pairs(self, positions: Floats, reach: Floats) -> Contacts:
         """Measure every pair that is nearer than its reach.
 
         Args:
-            positions: S configurations of the group, shape (S, n) [rad | m]. Asking again at as
-                many that lie near the last ones is cheaper, and answers the same.
+            positions: S configurations of the group, shape (S, n) [rad | m]. Another call with as many
+                configurations near the last ones is cheaper; the result is the same.
             reach: Distance of interest, one for each pair, shape (p,) [m].
 
         Returns:
             One contact for each configuration and pair with a signed distance below the reach, in
             no particular order.
         """
+        core, counts = self._core, self.counts
+        bounds, distances = core.bounds, core.distances
+        contacts = Contacts(*core.near(np.ascontiguousarray(positions), reach))
+        counts.forward_kinematics += len(positions)
+        counts.bounds += core.bounds - bounds
+        counts.distances += core.distances - distances
+        return contacts
 
-    @abstractmethod
     def displacement(self, start: Floats, end: Floats) -> Floats:
         """Bound how far any point of a body is from where it is at other configurations.
 
@@ -60,6 +146,8 @@ class Query(ABC):
         Returns:
             Largest bound over all bodies that move, shape (S,) [m].
         """
+        self.counts.forward_kinematics += 2 * len(start)
+        return self._core.displacement(np.ascontiguousarray(start), np.ascontiguousarray(end))
 
     def point_jacobian(self, jacobian: Floats, joints: Ints, points: Floats) -> Floats:
         """Return Jacobians of points carried by joints, by the group's positions.
@@ -91,3 +179,29 @@ def _supports(reduced: ReducedModel) -> Floats:
         for ancestor in list(model.supports[joint])[1:]:
             supports[joint, model.joints[ancestor].idx_v] = 1.0
     return supports
+
+
+def _cell(reduced: ReducedModel) -> proximity.Cell:
+    boxes = BoundingBoxes.of(reduced)
+    return proximity.Cell(
+        model=reduced.model,
+        expand=np.ascontiguousarray(reduced.mimic_matrix),
+        offset=reduced.mimic_offset,
+        geometries=[collision_geometry(body.shape) for body in reduced.bodies],
+        solids=[_solid(body.shape) for body in reduced.bodies],
+        joint=boxes.joint,
+        rotation=boxes.rotation,
+        translation=boxes.translation,
+        centre=boxes.centre,
+        half=boxes.half,
+        first=reduced.pairs.first,
+        second=reduced.pairs.second,
+        accuracy=(GJK_TOLERANCE, *EPA_TOLERANCES),
+    )
+
+
+@once_each
+def _solid(shape: Shape) -> proximity.Solid:
+    return proximity.Solid(
+        np.ascontiguousarray(part_points(shape)), np.ascontiguousarray(closed_triangles(shape))
+    )

@@ -12,7 +12,7 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.srdf import Srdf
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.srdf_assistant.evidence import Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.link_tree import LinkTree
 from trajopt.srdf_assistant.pair_counts import LinkPairs, PairCounts, count_pairs, descend
@@ -59,7 +59,7 @@ def judge_pairs(
         One for each pair of links with collision bodies, in the order of the robot's links.
     """
     reduced = all_joints_free(robot)
-    pairs, query = LinkPairs.of(reduced), query_of(reduced)
+    pairs, query = LinkPairs.of(reduced), Query(reduced)
     tree = LinkTree.of(robot)
     judge = _PairJudge(tree, frozenset(body.owner for body in robot.bodies), confidence, len(pairs.names))
     samples = confidence.samples(max(len(pairs.names), 1))
@@ -70,7 +70,7 @@ def judge_pairs(
         if counts.collisions[place] == 0 and not judge.adjacent(names)
     ]
     descend(query, pairs, counts, unseen, rng=rng)
-    at_zero = query.near(reduced.start_positions[None], np.full(len(pairs.of_body_pair), 1e-12))
+    at_zero = query.close_pairs(reduced.start_positions[None], np.full(len(pairs.of_body_pair), 1e-12))
     zero = {pairs.names[int(place)] for place in pairs.of_body_pair[at_zero.pair]}
     found = {
         frozenset(names): judge(names, counts, place, default=names in zero)

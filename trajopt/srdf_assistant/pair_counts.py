@@ -115,7 +115,7 @@ def count_pairs(
     while counts.samples < samples:
         size = min(BATCH if counts.samples else FIRST_BATCH, samples - counts.samples)
         positions = draw_positions(query.reduced.limits, size, rng=rng)
-        counts.take(pairs, positions, query.near(positions, counts.reach(pairs)))
+        counts.take(pairs, positions, query.close_pairs(positions, counts.reach(pairs)))
         if progress is not None:
             progress(counts.samples)
     return counts
@@ -163,7 +163,7 @@ def descend(
 
 def _nearest(query: Query, positions: Floats, reach: Floats) -> tuple[Floats, Floats]:
     """Return the smallest distance at each configuration, (S,), and its slope, (S, n)."""
-    contacts = query.near(positions, reach)
+    contacts = query.close_pairs(positions, reach)
     order = np.argsort(-contacts.distance, kind="stable")
     distance, slope = np.full(len(positions), np.inf), np.zeros(positions.shape)
     distance[contacts.sample[order]] = contacts.distance[order]

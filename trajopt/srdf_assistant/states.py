@@ -13,7 +13,7 @@ from trajopt.model.reduced import reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import bounding_sphere
-from trajopt.query import query_of
+from trajopt.query import Query
 from trajopt.srdf_assistant.groups import ProposedGroup
 from trajopt.srdf_assistant.judged_pairs import all_joints_free
 
@@ -50,7 +50,7 @@ def home_positions(
     for margin in (HOME_MARGIN, 0.0):
         reach = np.full(len(reduced.pairs.margin), max(margin, 1e-12))
         touching = np.zeros(len(tried), dtype=np.bool_)
-        touching[query_of(reduced).near(tried, reach).sample] = True
+        touching[Query(reduced).close_pairs(tried, reach).sample] = True
         if not touching.all():
             return tried[int(np.argmin(touching))]
     return None

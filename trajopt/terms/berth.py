@@ -58,7 +58,7 @@ class Berth:
         if self not in wished:
             wished[self] = self._by_pair(reduced)
         distance, root = wished[self]
-        contacts = motion.query.near(motion.positions, distance)
+        contacts = motion.query.close_pairs(motion.positions, distance)
         factor = root[contacts.pair]
         missing = factor * (distance[contacts.pair] - contacts.distance)
         return motion.rows(contacts.sample, missing, -factor[:, None] * contacts.jacobian, contacts.pair)

@@ -44,7 +44,7 @@ class Clearance:
     def linearise(self, motion: Motion) -> Rows:
         """Measure the near pairs at all samples and differentiate."""
         pairs = self.reduced.pairs
-        contacts = motion.query.near(motion.positions, pairs.margin + self.activation)
+        contacts = motion.query.close_pairs(motion.positions, pairs.margin + self.activation)
         if self.margin is None:
             margin = pairs.margin[contacts.pair]
         else:

@@ -14,7 +14,7 @@ from trajopt.model.requirements import During, Requirement, together
 from trajopt.model.trajectory import Path
 from trajopt.nlp import Linearisation
 from trajopt.problem import Asked, Problem
-from trajopt.query import Counts, Query, query_of
+from trajopt.query import Counts, Query
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
@@ -128,7 +128,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     _check_waypoints(problem, waypoint_knots)
     reduced = problem.reduced
     counts = Counts()
-    query = query_of(reduced, counts)
+    query = Query(reduced, counts)
     limits, count = reduced.limits, problem.knots
     goal = fixed_goal(problem)
     lower, upper = (np.tile(side, (count, 1)) for side in (limits.lower, limits.upper))
@@ -138,7 +138,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     stops = seed[[0, *waypoint_knots, len(seed) - 1]]
     guess = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
     duration = 1.5 * max(guess, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
-    margins = tapered_margins(query_of(reduced, counts), count, goal, duration)
+    margins = tapered_margins(Query(reduced, counts), count, goal, duration)
     distance = Clearance(reduced, margins)
     clearance = constraint(
         distance,

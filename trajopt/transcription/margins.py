@@ -71,7 +71,7 @@ def tapered_margins(
     pairs, last = query.reduced.pairs, float(knots - 1)
 
     def available(positions: Floats) -> Floats:
-        contacts = query.near(positions[None, :], pairs.margin)
+        contacts = query.close_pairs(positions[None, :], pairs.margin)
         margin = pairs.margin.copy()
         margin[contacts.pair] = np.minimum(contacts.distance, margin[contacts.pair])
         return margin

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats
 from trajopt.model.reduced import ReducedModel
-from trajopt.query import query_of
+from trajopt.query import Query
 
 REACHES = (0.03, 0.15, 0.6, np.inf)
 """Distances within which the nearest pair is looked for, one after the other [m]."""
@@ -49,7 +49,7 @@ class ClearanceQuery:
         """Build the query for a motion of that duration [s]."""
         self._reduced = reduced
         self._duration = duration
-        self.query = query_of(reduced)
+        self.query = Query(reduced)
 
     def nearest(self, t: float, positions: Floats) -> Nearest | None:
         """Return the nearest pair at a time, or None where nothing can come near anything.
@@ -61,7 +61,7 @@ class ClearanceQuery:
         pairs = self._reduced.pairs
         checked = ~self.meant(np.array([t]))[0]
         for reach in REACHES:
-            found = self.query.near(positions[None], np.where(checked, reach, -np.inf))
+            found = self.query.close_pairs(positions[None], np.where(checked, reach, -np.inf))
             if len(found.distance):
                 best = int(found.distance.argmin())
                 pair = int(found.pair[best])
@@ -85,7 +85,7 @@ class ClearanceQuery:
             For each kind that has pairs, shape (S,) [m]; inf where nothing is within reach.
         """
         kinds = self.kinds()
-        found = self.query.near(positions, np.full(len(kinds), reach))
+        found = self.query.close_pairs(positions, np.full(len(kinds), reach))
         counted = ~self.meant(times)[found.sample, found.pair]
         result: dict[PairKind, Floats] = {}
         for kind in PairKind:

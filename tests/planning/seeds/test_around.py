@@ -8,7 +8,7 @@ from tests.planning.walls import blocked_by, route_of, wall
 from tests.robots_for_tests import odd_arm
 from trajopt.planning.seeds import Around, NoGuess, SeedKind
 from trajopt.planning.seeds.around import SIDES, SIZES, bent
-from trajopt.query import Counts, query_of
+from trajopt.query import Counts, Query
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def test_every_side_moves_the_touching_body_there_and_keeps_the_ends(problem: to
     limits = problem.reduced.limits
     reach = np.full(len(problem.reduced.pairs.margin), -np.inf)
     reach[blocked.pair] = 1.0
-    here = query_of(problem.reduced).near(0.5 * (line[middle] + line[middle + 1])[None], reach)
+    here = Query(problem.reduced).close_pairs(0.5 * (line[middle] + line[middle + 1])[None], reach)
     shifts = []
     for side in range(SIDES):
         knots = bent(route, blocked, side, 0.1, counts=Counts())

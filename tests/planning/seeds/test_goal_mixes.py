@@ -15,7 +15,7 @@ from tests.robots_for_tests import odd_arm, two_arms
 from trajopt.kinematics.goal_candidates import GoalCandidates, goal_candidates
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import AxisAlignment, FramePlacement, JointPositions, RotationCoordinates
-from trajopt.query.kinematics import Counts
+from trajopt.query import Counts
 
 SAME = 1e-2
 

@@ -10,7 +10,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.kinematics.goal_candidates import GoalCandidates, goal_candidates
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.query.kinematics import Counts
+from trajopt.query import Counts
 
 
 @pytest.fixture

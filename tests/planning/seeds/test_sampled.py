@@ -11,7 +11,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt.planning.seeds import NoGuess, SampledPaths, SeedKind
 from trajopt.planning.seeds.rrt_connect import _Free, search
 from trajopt.planning.seeds.sampled import sampled
-from trajopt.query import Counts, query_of
+from trajopt.query import Counts, Query
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_a_search_that_looks_at_nothing_more_is_ended(arm: to.Robot, monkeypatch
 @pytest.mark.timeout(60)
 def test_an_end_a_hair_beyond_a_limit_is_left_and_reached(arm: to.Robot) -> None:
     problem = wall(arm)
-    query = query_of(problem.reduced, Counts())
+    query = Query(problem.reduced, Counts())
     start, goal = route_of(problem).line.knots[[0, -1]]
     limits = query.reduced.limits
     for asked, bound in (((start, goal), limits.lower), ((goal, start), limits.upper)):

@@ -13,7 +13,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, Guess, NoGuess, Route
-from trajopt.query import Counts, Query, query_of
+from trajopt.query import Counts, Query
 from trajopt.values import Value
 
 SIZES = (0.15, 0.35)
@@ -77,7 +77,7 @@ def bent(route: Route, blocked: Blocked, side: int, size: float, *, counts: Coun
     Raises:
         NoGuess: If the pair no longer comes near, or its point stands still.
     """
-    query = query_of(route.reduced, counts)
+    query = Query(route.reduced, counts)
     point = _TouchingPoint.of(query, blocked)
     direction = point.sides(_way(blocked))[side]
     moved = point.moved(size * direction, route.scale)
@@ -119,7 +119,7 @@ class _TouchingPoint:
         pairs = reduced.pairs
         reach = np.full(len(pairs.margin), -np.inf)
         reach[blocked.pair] = pairs.margin[blocked.pair] + ASKED
-        found = query.near(positions[None, :], reach)
+        found = query.close_pairs(positions[None, :], reach)
         if not len(found.pair):
             raise NoGuess("what blocked is no longer near")
         first, second = (

@@ -108,7 +108,7 @@ class _Free:
         pairs = query.reduced.pairs
         self._reach = pairs.required + KEPT * (pairs.margin - pairs.required)
         # As the tree will see them: scaled and back.
-        contacts = query.near(self.scaled(ends) * scale, self._reach)
+        contacts = query.close_pairs(self.scaled(ends) * scale, self._reach)
         np.minimum.at(self._reach, contacts.pair, contacts.distance - SURE)
 
     def between(self, start: Floats, end: Floats) -> bool:
@@ -120,7 +120,7 @@ class _Free:
 
     def _clear(self, samples: Floats) -> bool:
         self.left -= len(samples)
-        return len(self._query.near(samples, self._reach).pair) == 0
+        return len(self._query.close_pairs(samples, self._reach).pair) == 0
 
     def used_up(self) -> bool:
         """Say whether to stop; what is raised must not pass through C++."""

@@ -17,7 +17,7 @@ from trajopt.errors import MissingExtra
 from trajopt.kinematics.projection import Projection
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, Guess, NoGuess, Route
-from trajopt.query import Counts, Query, query_of
+from trajopt.query import Counts, Query
 from trajopt.values import Value
 
 CHECKED = 20_000
@@ -72,7 +72,7 @@ def sampled(
         raise MissingExtra("ompl", "ompl")
     from trajopt.planning.seeds.rrt_connect import search
 
-    query, knots = query_of(route.reduced, counts), route.line.knots
+    query, knots = Query(route.reduced, counts), route.line.knots
     places = (0, *route.line.places, len(knots) - 1)
     legs = [knots[:1]]
     for first, last in pairwise(places):

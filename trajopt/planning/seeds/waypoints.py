@@ -13,7 +13,7 @@ from trajopt.model.accepted import EXCESS
 from trajopt.model.clearances import how_near
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.query import Counts, Query, query_of
+from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.values import Value
 
@@ -65,7 +65,7 @@ def choose_waypoints(
         counts: Takes the work done.
         check: Called all along; may raise to stop.
     """
-    query = query_of(reduced, counts)
+    query = Query(reduced, counts)
     last = reduced.start_positions
     found: list[Floats] = []
     for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
@@ -96,7 +96,7 @@ def _middle(
     if (lower - upper > 2.0 * EXCESS).any():
         return None
     middle = np.where(lower <= upper, np.clip(asked, lower, upper), asked)
-    if len(query.near(middle[None], reduced.pairs.required).distance):
+    if len(query.close_pairs(middle[None], reduced.pairs.required).distance):
         return None
     return None if also and Projection(reduced, also, query).violation(middle[None])[0] > 0.0 else middle
 
