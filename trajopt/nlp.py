@@ -47,16 +47,18 @@ class CostRows(Value):
     """Rows that are penalised.
 
     Attributes:
-        name: Of the residual.
+        name: Of the residual; shown in reports.
         rows: The rows.
         weight: Weight w, shape (m,).
         loss: The loss.
+        kind: Class of the residual, which tells it from others of the same name.
     """
 
     name: str
     rows: Rows
     weight: Floats
     loss: Loss
+    kind: type[object] = object
 
     @cached_property
     def cost(self) -> float:
@@ -77,13 +79,14 @@ class ConstraintRows(Value):
     """Rows that must lie between bounds.
 
     Attributes:
-        name: Of the residual.
+        name: Of the residual; shown in reports.
         rows: The rows.
         lower: Lower bounds, shape (m,); -inf for none.
         upper: Upper bounds, shape (m,); inf for none.
         tolerance: Violation up to which the constraint counts as held, in the residual's unit.
         reach: Rows farther inside their bounds than this are left out, as far pairs of bodies are; inf
             where all rows are always there. Of use to solvers that take distances as a field.
+        kind: Class of the residual, which tells it from others of the same name.
     """
 
     name: str
@@ -92,6 +95,7 @@ class ConstraintRows(Value):
     upper: Floats
     tolerance: float
     reach: float = np.inf
+    kind: type[object] = object
 
     @cached_property
     def violation(self) -> Floats:

@@ -26,7 +26,7 @@ def test_multiplier_of_a_parabola_against_a_wall() -> None:
     at = Linearisation(x, (cost,), (wall,), np.zeros(0, dtype=np.int64))
     wide = np.array([[10.0]])
     found = multipliers(at, -wide, wide)
-    assert found.rows == {("wall", 0): pytest.approx(4.0)}
+    assert found.rows == {(object, "wall", 0): pytest.approx(4.0)}
     assert found.unbalanced == pytest.approx(0.0, abs=1e-12) and not found.bounds
     bound = multipliers(replace(at, constraints=()), -wide, np.array([[1.0]]))
     assert bound.bounds == {0: pytest.approx(4.0)} and not bound.rows
@@ -67,7 +67,8 @@ def test_prices_agree_with_finite_differences(pillar: to.Scene, name: str) -> No
         asked = problem(pillar, constraints=[held])
     nlp = transcribe(asked, path.knots)
     solved = TIGHT.solve(nlp, path.knots)
-    told = sum(v for (row, _), v in multipliers(solved.at, nlp.lower, nlp.upper).rows.items() if row == name)
+    rows = multipliers(solved.at, nlp.lower, nlp.upper).rows
+    told = sum(push for key, push in rows.items() if key.name == name)
     step = 2e-4
     costs = [TIGHT.solve(shifted(nlp, name, by), solved.x).at.cost for by in (-step, step)]
     assert told > 1e-3, "the constraint is active"

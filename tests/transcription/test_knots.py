@@ -83,7 +83,7 @@ def test_decode_is_the_path_through_the_knots(scene: to.Scene) -> None:
 
 
 def margins(**changes: object) -> TaperedMargins:
-    scene_pairs = type("Pairs", (), {"margin": np.array([0.01])})()
+    scene_pairs = type("Pairs", (), {"margin": np.array([0.01]), "required": np.zeros(1)})()
     given: dict[str, object] = {
         "pairs": scene_pairs,
         "last": 10.0,

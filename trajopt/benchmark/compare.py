@@ -132,8 +132,8 @@ def _violations(result: Result) -> dict[str, float]:
         }
     if result.solve is None:
         return {}
-    held = {block.name: block.tolerance for block in result.solve.at.constraints}
-    return {name: worst for name, worst in result.solve.violations().items() if worst > held[name]}
+    broken = [block for block in result.solve.at.constraints if block.worst > block.tolerance]
+    return {block.name: block.worst for block in sorted(broken, key=lambda block: block.worst)}
 
 
 def _tip(result: Result) -> tuple[tuple[float, ...], ...]:

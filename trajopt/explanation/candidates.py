@@ -27,7 +27,7 @@ from trajopt.query import Query
 from trajopt.terms import constrain
 from trajopt.terms.joint_positions import fixed_positions
 from trajopt.terms.motion import Motion
-from trajopt.terms.residual import WHOLE
+from trajopt.terms.residual import WHOLE, Residual
 
 AT_THE_START = {Status.START_IN_COLLISION, Status.START_OUT_OF_LIMITS, Status.START_BREAKS_CONSTRAINT}
 AT_THE_GOAL = {
@@ -148,10 +148,15 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
     for block in known.blocks:
         if block.kind is BlockKind.REQUIREMENT and block.place is not None:
             for required in everything(problem):
-                names = {item.residual.name for item in constrain(required, problem.reduced, WHOLE)}
-                if block.subjects[0] in names:
+                residuals = (item.residual for item in constrain(required, problem.reduced, WHOLE))
+                if any(_is_of(block, residual) for residual in residuals):
                     ways = widenings(required)
                     yield from (_widened(problem, required, way, block.amount) for way in ways)
+
+
+def _is_of(block: Block, residual: Residual) -> bool:
+    """Say whether a block is what a residual was violated by."""
+    return type(residual) is block.residual and block.subjects == (residual.name,)
 
 
 def _contacts(known: Explanation) -> Iterator[Change]:

@@ -7,7 +7,7 @@ Optimization (2006), chapter 12 and equation 18.21; signs by Lawson and Hanson's
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,18 +18,26 @@ ACTIVE = 2e-3
 """A row counts as active when it is no farther from its bound than this, in its own unit."""
 
 
+class RowKey(NamedTuple):
+    """Which rows of a linearisation belong together."""
+
+    kind: type[object]
+    name: str
+    component: int
+
+
 @dataclass(frozen=True, eq=False)
 class Multipliers:
     """What the active rows of each constraint push with.
 
     Attributes:
-        rows: By name of the constraint and component of the row: by how much the cost falls when the
-            bounds of all such rows are shifted outward by one unit.
+        rows: By class and name of the residual and component of the row: by how much the cost falls when
+            the bounds of all such rows are shifted outward by one unit.
         bounds: The same of the bounds of each variable, by its place in a knot, over all knots.
         unbalanced: Share of the gradient that the active rows do not balance: 0 at a perfect solution.
     """
 
-    rows: dict[tuple[str, int], float]
+    rows: dict[RowKey, float]
     bounds: dict[int, float]
     unbalanced: float
 
@@ -53,13 +61,13 @@ def multipliers(at: Linearisation, lower: Floats, upper: Floats) -> Multipliers:
         }[cost.loss]
         gradient += (weight * slope) @ _dense(cost.rows, size)
     columns: list[Floats] = []
-    owners: list[tuple[str, int]] = []
+    owners: list[RowKey] = []
     for block in at.constraints:
         jacobian = _dense(block.rows, size)
         for sign, side in ((1.0, block.upper), (-1.0, block.lower)):
             for row in np.flatnonzero(sign * (side - block.rows.value) <= ACTIVE).tolist():
                 columns.append(sign * jacobian[row])
-                owners.append((block.name, int(block.rows.component[row])))
+                owners.append(RowKey(block.kind, block.name, int(block.rows.component[row])))
     count = len(columns)
     places: list[int] = []
     for sign, side in ((1.0, upper), (-1.0, lower)):

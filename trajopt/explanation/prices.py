@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.explanation.asked import everything, with_requirement
 from trajopt.explanation.change import smaller_margin
-from trajopt.explanation.multipliers import Multipliers, multipliers
+from trajopt.explanation.multipliers import Multipliers, RowKey, multipliers
 from trajopt.explanation.widening import DEGREE, MILLIMETRE, widenings
 from trajopt.kinematics.projection import Projection
 from trajopt.methods.timing import timed
@@ -137,11 +137,11 @@ def _waypoint_knots(problem: Problem, knots: Floats) -> list[int]:
     return places
 
 
-def _clearances(base: _Solved, dear: dict[tuple[str, int], float], seconds: bool) -> Iterator[Price]:
+def _clearances(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
     reduced, total = base.problem.reduced, dict[tuple[str, str], float]()
-    for (name, pair), push in dear.items():
-        if name == Clearance.name:
-            owners = reduced.owners(pair)
+    for key, push in dear.items():
+        if key.kind is Clearance:
+            owners = reduced.owners(key.component)
             total[owners] = total.get(owners, 0.0) + push
     for (first, second), push in total.items():
         change = smaller_margin(base.problem, first, second, STEP * MILLIMETRE) if seconds else None
@@ -154,16 +154,17 @@ def _clearances(base: _Solved, dear: dict[tuple[str, int], float], seconds: bool
         )
 
 
-def _requirements(base: _Solved, dear: dict[tuple[str, int], float], seconds: bool) -> Iterator[Price]:
+def _requirements(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
     problem = base.problem
     for required in everything(problem):
-        names = {item.residual.name for item in constrain(required, problem.reduced, WHOLE)}
-        push = sum(value for (name, _), value in dear.items() if name in names)
+        residuals = [item.residual for item in constrain(required, problem.reduced, WHOLE)]
+        mine = {(type(residual), residual.name) for residual in residuals}
+        push = sum(value for key, value in dear.items() if (key.kind, key.name) in mine)
         if push == 0.0:
             continue
         unit, factor = _unit(required)
         yield Price(
-            what=", ".join(sorted(names)),
+            what=", ".join(sorted({residual.name for residual in residuals})),
             unit=unit,
             objective=push * factor,
             seconds=_saved_by(base, required) if seconds else None,

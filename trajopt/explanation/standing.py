@@ -118,7 +118,8 @@ def _rows(item: Constraint, motion: Motion) -> Rows:
 def _bounded(item: Constraint, motion: Motion) -> ConstraintRows:
     rows = _rows(item, motion)
     lower, upper = item.bounds(rows)
-    return ConstraintRows(item.residual.name, rows, lower, upper, item.tolerance)
+    residual = item.residual
+    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, kind=type(residual))
 
 
 def _elastic(item: Constraint, motion: Motion) -> CostRows:
@@ -136,4 +137,5 @@ def _elastic(item: Constraint, motion: Motion) -> CostRows:
         rows.component[both],
         rows.place[both],
     )
-    return CostRows(item.residual.name, doubled, np.full(len(both), ELASTIC), Loss.HINGE)
+    residual = item.residual
+    return CostRows(residual.name, doubled, np.full(len(both), ELASTIC), Loss.HINGE, type(residual))

@@ -40,6 +40,7 @@ class Block:
             or violation in the requirement's unit.
         place: Where on the way, from 0 (start) to 1 (goal); None where it is not on the way.
         words: All of it, as a phrase.
+        residual: Class of the residual that is not satisfied; None where no program was solved.
     """
 
     kind: BlockKind
@@ -47,6 +48,7 @@ class Block:
     amount: float
     place: float | None
     words: str
+    residual: type[object] | None = None
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold."""
@@ -86,22 +88,27 @@ def blocks_of(seen: Examination) -> tuple[Block, ...]:
 
 def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...]:
     """Return what a solver could not satisfy: each pair and constraint where it is worst, worst first."""
-    found: dict[tuple[str, ...], tuple[float, Block]] = {}
+    found: dict[tuple[object, ...], tuple[float, Block]] = {}
     for block in solved.at.constraints:
         for row in np.flatnonzero(block.violation > block.tolerance).tolist():
             amount, kind = float(block.violation[row]), BlockKind.REQUIREMENT
             place = float(block.rows.place[row]) / (problem.knots - 1)
             subjects, what = (block.name,), f"{block.name} by {amount:.3g}"
-            if block.name == Clearance.name:
+            if block.kind is Clearance:
                 kind, subjects = BlockKind.CONTACT, problem.reduced.owners(int(block.rows.component[row]))
                 what = f"clearance of {subjects[0]} from {subjects[1]} by {1000 * amount:.1f} mm"
             share = amount / block.tolerance
-            if subjects not in found or found[subjects][0] < share:
-                words = f"{what} at {place:.0%} of the way"
-                found[subjects] = (
-                    share,
-                    Block(kind=kind, subjects=subjects, amount=amount, place=place, words=words),
+            key = (block.kind, *subjects)
+            if key not in found or found[key][0] < share:
+                blocked = Block(
+                    kind=kind,
+                    subjects=subjects,
+                    amount=amount,
+                    place=place,
+                    words=f"{what} at {place:.0%} of the way",
+                    residual=block.kind,
                 )
+                found[key] = (share, blocked)
     return tuple(entry[1] for entry in sorted(found.values(), key=lambda entry: -entry[0]))
 
 

@@ -313,7 +313,7 @@ def _rank(result: Result) -> float:
 def _blocked(solved: SolveResult) -> tuple[Blocked, ...]:
     """Return where the worst pair undercuts its clearance most, if that is what is worst of all."""
     worst = max(solved.at.constraints, key=lambda block: block.worst / block.tolerance)
-    if worst.name != Clearance.name:
+    if worst.kind is not Clearance:
         return ()
     row = int(np.argmax(worst.violation))
     return (Blocked(solved.x, float(worst.rows.place[row]), int(worst.rows.component[row])),)

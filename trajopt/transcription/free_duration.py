@@ -7,7 +7,7 @@ so for them nothing is given away. T is one more coordinate of every control poi
 so that all rows stay near the diagonal.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,13 +93,9 @@ class FreeDurationNlp:
         """Evaluate and linearise the duration, the limits and everything that the problem asks."""
         at = self.spline.linearise(x[:, :-1], sampling)
         costs = [
-            CostRows(block.name, _widened(block.rows), SMOOTHNESS * block.weight, block.loss)
-            for block in at.costs
+            replace(block, rows=_widened(block.rows), weight=SMOOTHNESS * block.weight) for block in at.costs
         ]
-        constraints = [
-            ConstraintRows(block.name, _widened(block.rows), block.lower, block.upper, block.tolerance)
-            for block in at.constraints
-        ]
+        constraints = [replace(block, rows=_widened(block.rows), reach=np.inf) for block in at.constraints]
         constraints += [self._limit(x, order) for order in (1, 2, 3)]
         if self.dynamics is not None:
             constraints.append(self._torque(x))

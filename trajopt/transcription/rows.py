@@ -19,9 +19,10 @@ def cost_rows(costs: Sequence[Cost], motion: Motion, last: float) -> tuple[CostR
         last: Place of the motion's end.
     """
     return tuple(
-        CostRows(cost.residual.name, rows, np.full(len(rows.value), cost.weight), cost.loss)
+        CostRows(residual.name, rows, np.full(len(rows.value), cost.weight), cost.loss, type(residual))
         for cost in costs
-        for rows in (_in_window(cost.residual, motion, cost.window, last),)
+        for residual in (cost.residual,)
+        for rows in (_in_window(residual, motion, cost.window, last),)
     )
 
 
@@ -44,11 +45,10 @@ def _bounded(item: Constraint, motion: Motion, last: float, moves: Bools) -> Con
     lower, upper = item.bounds(rows)
     touched = rows.jacobian.any(axis=2) & moves[rows.knots]
     keep = touched.any(axis=1) & (np.isfinite(lower) | np.isfinite(upper))
-    if keep.all():
-        return ConstraintRows(item.residual.name, rows, lower, upper, item.tolerance, item.reach)
-    return ConstraintRows(
-        item.residual.name, _take(rows, keep), lower[keep], upper[keep], item.tolerance, item.reach
-    )
+    if not keep.all():
+        rows, lower, upper = _take(rows, keep), lower[keep], upper[keep]
+    residual = item.residual
+    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, item.reach, type(residual))
 
 
 def _take(rows: Rows, keep: Bools) -> Rows:
