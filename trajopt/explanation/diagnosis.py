@@ -84,11 +84,17 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
         kind, words = BlockKind.REQUIREMENT, result.message
         blocks = (Block(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
     proven = result.certainty is Certainty.PROVEN
-    whole = "it was measured at that very configuration"
-    if moment is Moment.END and proven:
-        whole += ", and nothing within the goal's tolerance can differ enough"
+    grounds = "it was measured at that very configuration"
+    lower, upper = joint_box(problem.goals, problem.reduced)
+    alone = moment is Moment.START or not (lower < upper).any()
+    if not proven and alone:
+        grounds += ", but by less than the distance may err"
+    elif not proven:
+        grounds = f"{result.message}; other configurations may be free"
+    elif moment is Moment.END:
+        grounds += ", and nothing within the goal's tolerance can differ enough"
     return _with(
-        _plain(result, whole if proven else f"{result.message}; other configurations may be free"),
+        _plain(result, grounds),
         blocks=blocks,
         configuration=positions,
         nearest=nearest_free(problem, positions, moment),

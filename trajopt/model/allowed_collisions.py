@@ -83,10 +83,12 @@ class ContactAllowance:
     last: float
 
     def __post_init__(self) -> None:
-        """Refuse negative numbers, and an allowance for no time at all."""
-        for label, value in (("depth", self.depth), ("first", self.first), ("last", self.last)):
-            if number(label, value) < 0.0:
+        """Take plain numbers; refuse negative ones, and an allowance for no time at all."""
+        for label in ("depth", "first", "last"):
+            value = number(label, getattr(self, label))
+            if value < 0.0:
                 raise ShapeError(label, f"is negative: {value:g}")
+            object.__setattr__(self, label, value)
         if self.first == 0.0 and self.last == 0.0:
             raise ModelError(f"allowance {shown(self.name)}: say for how long, `first` or `last` seconds")
 

@@ -16,7 +16,8 @@ PAIRS_DIFFER = " (single pairs differ)"
 def how_near(first: str, second: str, distance: float, required: float) -> str:
     """Say that two things are inside each other, or nearer than is required [m]."""
     if distance <= 0.0:
-        return f"{first} is {max(-distance, 0.0) * 1000:.1f} mm inside {second}"
+        depth = -distance * 1000
+        return f"{first} is {depth:.1f} mm inside {second}" if depth >= 0.05 else f"{first} touches {second}"
     return f"{first} is {distance * 1000:.1f} mm from {second}, {required * 1000:g} mm are required"
 
 

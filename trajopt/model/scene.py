@@ -49,8 +49,10 @@ class Scene(Value):
 
     def __post_init__(self) -> None:
         """Check the margin; start from the robot's disabled pairs when no matrix was given."""
-        if number("margin", self.margin) < 0.0:
-            raise ShapeError("margin", f"is negative: {self.margin:g} m")
+        margin = number("margin", self.margin)
+        if margin < 0.0:
+            raise ShapeError("margin", f"is negative: {margin:g} m")
+        object.__setattr__(self, "margin", margin)
         if self.allowed is ROBOTS_OWN:
             entries = dict.fromkeys(self.robot.disabled_pairs, True)
             object.__setattr__(self, "allowed", AllowedCollisions(entries))

@@ -43,7 +43,10 @@ class Ends:
         broken = self._broken(self._start, 0)
         if refusal is None and broken:
             refusal = self.attempts.result(Status.START_BREAKS_CONSTRAINT, broken)
-        return None if refusal is None else replace(refusal, certainty=Certainty.PROVEN)
+        if refusal is None:
+            return None
+        proven = seen.clear or seen.proven
+        return replace(refusal, certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE)
 
     def goals(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
         """Return goal configurations, or why there is none.
@@ -59,7 +62,7 @@ class Ends:
         refusal = None if middle is None else self._middle_refused(middle)
         if middle is not None and refusal is None and fixed_goal(problem) is not None:
             return (middle,)
-        if refusal is not None and refusal.certainty is Certainty.PROVEN:
+        if refusal is not None and (refusal.certainty is Certainty.PROVEN or not self._has_tolerance):
             return refusal
         first = () if middle is None or refusal is not None else (middle,)
         counts = Counts()
@@ -148,11 +151,12 @@ class Ends:
             refusal = self.attempts.result(Status.GOAL_BREAKS_CONSTRAINT, broken)
         if refusal is None:
             return None
-        everywhere = not (lower < upper).any() or (
-            box_collides(problem.reduced, lower, upper)
-            if seen.collisions
-            else any(box_breaks(item, problem.reduced, lower, upper) for item in self._always)
-        )
+        if not self._has_tolerance:
+            everywhere = seen.clear or seen.proven
+        elif seen.collisions:
+            everywhere = box_collides(problem.reduced, lower, upper)
+        else:
+            everywhere = any(box_breaks(item, problem.reduced, lower, upper) for item in self._always)
         return replace(refusal, certainty=Certainty.PROVEN if everywhere else Certainty.EVIDENCE)
 
     def waypoints(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
@@ -174,6 +178,12 @@ class Ends:
     @property
     def _start(self) -> Floats:
         return self.attempts.problem.reduced.start_positions
+
+    @property
+    def _has_tolerance(self) -> bool:
+        """Whether goals of all joints leave a joint any room."""
+        lower, upper = joint_box(self.attempts.problem.goals, self.attempts.problem.reduced)
+        return bool((lower < upper).any())
 
     @property
     def _last_stop(self) -> int:

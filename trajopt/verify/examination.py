@@ -37,12 +37,14 @@ class PairDistance:
         second: The other.
         distance: Signed distance, negative in penetration [m].
         required: Clearance that is required of them [m].
+        proven: Whether they are nearer than is required by more than the distance may err.
     """
 
     first: str
     second: str
     distance: float
     required: float = 0.0
+    proven: bool = False
 
     @property
     def words(self) -> str:
@@ -96,6 +98,11 @@ class Examination:
         """Whether nothing is wrong."""
         return not self.collisions and not self.out_of_limits
 
+    @property
+    def proven(self) -> bool:
+        """Whether something is wrong by more than numerical error."""
+        return bool(self.out_of_limits) or any(pair.proven for pair in self.collisions)
+
 
 def examine_with(
     kinematics: Kinematics,
@@ -103,7 +110,7 @@ def examine_with(
     positions: Floats,
     *,
     moment: Moment,
-    excess: float,
+    options: VerifyOptions,
 ) -> Examination:
     """Examine a configuration in given workspaces.
 
@@ -112,7 +119,7 @@ def examine_with(
         distances: Workspace for distances of the same reduced model.
         positions: Of the group's joints, shape (n,) [rad | m].
         moment: At which moment of a motion it is met.
-        excess: Numerical excess over a limit that is accepted, relative to the larger of it and 1.
+        options: Numbers to judge with.
 
     Raises:
         ShapeError: If there is not one finite position for each joint.
@@ -122,18 +129,20 @@ def examine_with(
     measured = distances.nearest(kinematics.poses(place[None]))
     judged = np.isfinite(measured) & ~_excused(reduced, measured, moment)
     required = reduced.pairs.required
+    proven = measured + distances.uncertainty(measured, options.distance_error) <= required
     nearest: dict[tuple[str, str], PairDistance] = {}
     for pair in np.flatnonzero(judged)[np.argsort(measured[judged])].tolist():
         first, second = owners = distances.owners(pair)
         distance, least = float(measured[pair]), float(required[pair])
-        nearest.setdefault(
-            owners, PairDistance(first=first, second=second, distance=distance, required=least)
+        seen = PairDistance(
+            first=first, second=second, distance=distance, required=least, proven=bool(proven[pair])
         )
+        nearest.setdefault(owners, seen)
     pairs = list(nearest.values())
     broken = [pair for pair in pairs if pair.distance <= pair.required]
     return Examination(
         collisions=tuple(sorted(broken, key=lambda pair: pair.distance - pair.required)),
-        out_of_limits=_out_of_limits(reduced, place, excess),
+        out_of_limits=_out_of_limits(reduced, place, options.excess),
         smallest=pairs[0] if pairs else None,
     )
 

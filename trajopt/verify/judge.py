@@ -139,7 +139,7 @@ class Judge:
             self._workspace.distances,
             positions,
             moment=moment,
-            excess=self._options.excess,
+            options=self._options,
         )
 
     def check(self, positions: Floats, requirements: Sequence[Requirement]) -> tuple[Check, ...]:

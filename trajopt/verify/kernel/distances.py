@@ -9,14 +9,12 @@ from trajopt.model.shapes import Mesh, Plane, bounding_sphere
 from trajopt.verify.kernel.coal_geometry import CoalPairs, hull_of
 from trajopt.verify.kernel.enclosure import inside
 from trajopt.verify.kernel.kinematics import Poses
-from trajopt.verify.kernel.pair_distances import PairDistances
+from trajopt.verify.kernel.pair_distances import DOUBTFUL, PairDistances
 from trajopt.verify.kernel.placed_bodies import Solid, gaps
 from trajopt.verify.kernel.support import largest_gap
 
 _FIRST_MEASURED = 48
 """So many pairs whose bounding spheres are nearest are measured before the others."""
-_DOUBTFUL = 1e-5
-"""Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
 
 
 class Distances(PairDistances):
@@ -167,7 +165,7 @@ class Distances(PairDistances):
             second=self._other[pair],
             directions=normals,
         )
-        for item in np.flatnonzero(~usable | (np.abs(found - proposed) > _DOUBTFUL)).tolist():
+        for item in np.flatnonzero(~usable | (np.abs(found - proposed) > DOUBTFUL)).tolist():
             found[item] = max(found[item], self._search(poses, int(cell[item]), int(pair[item])))
         return found - self._error
 

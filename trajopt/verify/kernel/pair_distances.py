@@ -8,8 +8,11 @@ import numpy as np
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.errors import ModelError
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.shapes import Plane
+from trajopt.model.shapes import Mesh, Plane
 from trajopt.verify.kernel.kinematics import Poses
+
+DOUBTFUL = 1e-5
+"""Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
 
 
 class PairDistances(ABC):
@@ -64,6 +67,23 @@ class PairDistances(ABC):
         strict = np.ones(len(self.first), dtype=np.bool_)
         strict[[pair for pair, _ in self.reduced.pairs.allowances]] = False
         return strict
+
+    def uncertainty(self, distance: Floats, error: float) -> Floats:
+        """Return by how much true distances may exceed measured ones.
+
+        Where an exact mesh is in contact, its hull was measured, which says nothing about the mesh.
+
+        Args:
+            distance: As measured, of every pair, shape (p,) [m].
+            error: Taken off every distance [m].
+
+        Returns:
+            Shape (p,) [m].
+        """
+        bodies = self.reduced.bodies
+        meshes = np.array([isinstance(body.shape, Mesh) for body in bodies], dtype=np.bool_)
+        hulled = (meshes[self.first] | meshes[self.second]) & ~self.planar & (distance <= 0.0)
+        return np.where(hulled, np.inf, 2.0 * error + DOUBTFUL)
 
     @property
     @abstractmethod
