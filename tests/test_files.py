@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-from trajopt.errors import FileFormatError, TrajoptError
+from trajopt.errors import SHOWN_LENGTH, FileFormatError, TrajoptError, shown
 from trajopt.io.document import Node
 from trajopt.io.files import read_json
 from trajopt.io.yaml_files import MOST_ALIASED, read_yaml
@@ -15,7 +15,6 @@ from trajopt.model.limits import read_joint_limits
 from trajopt.moveit import read_request, read_scene, read_trajectory
 from trajopt.moveit.collision_object import read_operation
 from trajopt.moveit.shapes import read_kind
-from trajopt.shown import LONGEST, shown
 
 pytestmark = pytest.mark.timeout(60)
 
@@ -62,7 +61,7 @@ HUGE: dict[str, object] = {
 @pytest.mark.parametrize("name", HUGE)
 def test_a_value_in_a_message_is_cut_before_it_is_written(name: str, planar_arm: to.Robot) -> None:
     value = HUGE[name]
-    assert len(shown(value)) <= LONGEST
+    assert len(shown(value)) <= SHOWN_LENGTH
     calls: tuple[Callable[[], object], ...] = (
         lambda: to.load_mesh([value]),  # pyright: ignore
         lambda: to.Budget(tries=[value]),  # pyright: ignore

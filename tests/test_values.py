@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt import errors
+from trajopt.arrays import Value
 from trajopt.cartesian import FollowOptions, follow, follows_curve, line
 from trajopt.explanation import explain
 from trajopt.grasping import gripper_of
@@ -38,7 +39,6 @@ from trajopt.terms import Cost, berth
 from trajopt.terms.clearance import MarginRule
 from trajopt.terms.expression import Expression
 from trajopt.terms.symbolic.kinematics import SymbolicKinematics
-from trajopt.values import Value
 
 WORKSPACES = {
     "Attempts", "Counts", "Judge", "KnotsNlp", "Meter", "MoveGroupCommander", "PlanningSceneInterface",
@@ -134,6 +134,7 @@ def sample_of_generic(origin: Any, inner: tuple[Any, ...], name: str) -> Any:
         abc.Mapping: lambda: {sample(inner[0], name): sample(inner[1], name)},
         abc.Callable: lambda: to.load,
         typing.Literal: lambda: inner[0],
+        type: lambda: to.Box,
     }
     make |= {types.UnionType: make[typing.Union], dict: make[abc.Mapping], list: make[abc.Sequence]}
     array = typing.get_args(ArrayLike)[0] in inner
@@ -183,7 +184,7 @@ KNOWN: dict[Any, Any] = {
     pin.Model: lambda: panda().model,
     to.Robot: panda,
     ReducedModel: reduced,
-    to.trajectory.Trajectory: lambda: solved().trajectory,
+    to.Trajectory: lambda: solved().trajectory,
     to.methods.Method: lambda: method_named("sqp"),
     to.terms.Residual: to.terms.Velocity,
     to.Result: solved,

@@ -1,18 +1,22 @@
-"""Read-only float arrays with checked shapes: what every value of trajopt is made of."""
+"""Read-only float arrays, immutable values, and checks of arguments that types alone would not explain."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from math import isfinite
-from typing import TypeAlias
+from pathlib import Path
+from typing import Any, Self, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trajopt.errors import ShapeError
-from trajopt.shown import shown
+from trajopt.errors import ProblemError, ShapeError, shown
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
 Bools: TypeAlias = NDArray[np.bool_]
+
+K = TypeVar("K")
+V = TypeVar("V")
 
 
 def readonly(array: Floats) -> Floats:
@@ -67,3 +71,96 @@ def number(name: str, value: float, *, infinite: bool = False) -> float:
     if type(value) is float and isfinite(value):
         return value
     return float(floats(name, value, (), infinite=infinite))
+
+
+class Value:
+    """An immutable dataclass whose copies and pickles are as immutable as itself.
+
+    They hold its fields, nothing that was computed of them, and arrays that were read-only stay so.
+    """
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return the fields by name."""
+        return {item.name: _kept(getattr(self, item.name)) for item in fields(cast("Any", self))}
+
+    def __copy__(self) -> Self:
+        """Return another value of the same fields."""
+        other = object.__new__(type(self))
+        for item in fields(cast("Any", self)):
+            object.__setattr__(other, item.name, getattr(self, item.name))
+        return other
+
+
+class _ReadOnly:
+    """Stands for a read-only array in a pickle: numpy itself forgets that it was."""
+
+    def __init__(self, array: NDArray[Any]) -> None:
+        self._array = array
+
+    def __reduce__(self) -> tuple[Any, tuple[NDArray[Any]]]:
+        return _closed, (self._array,)
+
+
+def _closed(array: NDArray[Any]) -> NDArray[Any]:
+    array.flags.writeable = False
+    return array
+
+
+def _kept(item: object) -> object:
+    """Return what to pickle in the place of a field."""
+    if isinstance(item, np.ndarray):
+        array = cast("NDArray[Any]", item)
+        return array if array.flags.writeable else _ReadOnly(array)
+    if type(item) is tuple:
+        several = cast("tuple[object, ...]", item)
+        kept = tuple(map(_kept, several))
+        return kept if any(a is not b for a, b in zip(kept, several, strict=True)) else several
+    if type(item) is dict:
+        named = cast("dict[object, object]", item)
+        by_name = {name: _kept(each) for name, each in named.items()}
+        return by_name if any(each is not named[name] for name, each in by_name.items()) else named
+    return item
+
+
+def mapping(name: str, value: Mapping[K, V]) -> Mapping[K, V]:
+    """Return a mapping.
+
+    Raises:
+        ProblemError: If it is none.
+    """
+    if not isinstance(value, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"{name} is a mapping by name, is {shown(value)}")
+    return value
+
+
+def sequence(name: str, value: Iterable[V]) -> Sequence[V]:
+    """Return the items of a collection.
+
+    Raises:
+        ProblemError: If it is none, or a single text.
+    """
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
+        raise ProblemError(f"{name} is a collection, is {shown(value)}")
+    return tuple(value)
+
+
+def one_of(name: str, value: object, kind: type[V]) -> V:
+    """Return a value of a class.
+
+    Raises:
+        ProblemError: If it is of another.
+    """
+    if not isinstance(value, kind):
+        raise ProblemError(f"{name} is a {kind.__name__}, is {shown(value)}")
+    return value
+
+
+def path(name: str, value: Path | str) -> Path:
+    """Return the path of a file.
+
+    Raises:
+        ProblemError: If it is none.
+    """
+    if not isinstance(value, Path | str):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"{name} is the path of a file, is {shown(value)}")
+    return Path(value)

@@ -6,9 +6,8 @@ a question at all. Each class also derives from the builtin exception that it re
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from reprlib import Repr
 from typing import Any
-
-from trajopt.shown import shown
 
 OPENGL_PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
 """What brings OpenGL to a Debian or Ubuntu without a graphics card."""
@@ -259,3 +258,38 @@ class PlanningFailed(TrajoptError):
         """Keep the result beside its sentence."""
         self.result = result
         super().__init__(message)
+
+
+SHOWN_LENGTH = 80
+"""Characters of a value in a message."""
+
+
+class _Short(Repr):
+    """Looks at a few members of a few levels only, so that nothing large is ever written out."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxlevel = 3
+        self.maxtuple = self.maxlist = self.maxdict = self.maxset = self.maxfrozenset = self.maxarray = 4
+        self.maxstring = self.maxother = self.maxlong = SHOWN_LENGTH
+
+    def repr_int(self, x: int, level: int) -> str:
+        """Show a whole number; Python itself refuses to write one of thousands of digits."""
+        return repr(x) if x.bit_length() < 200 else f"a whole number of {x.bit_length()} bits"
+
+    def repr_bytes(self, x: bytes, level: int) -> str:
+        """Show the beginning of bytes."""
+        return repr(x[:SHOWN_LENGTH])
+
+
+def shown(value: object) -> str:
+    """Return a value as Python writes it, cut short before it is written: for messages.
+
+    Args:
+        value: Anything, however large, deep or tangled.
+
+    Returns:
+        At most `SHOWN_LENGTH` characters.
+    """
+    text = _Short().repr(value)
+    return text if len(text) <= SHOWN_LENGTH else f"{text[: SHOWN_LENGTH - 3]}..."

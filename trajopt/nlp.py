@@ -11,8 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.values import Value
+from trajopt.arrays import Floats, Ints, Value
 
 
 class Loss(Enum):

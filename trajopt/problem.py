@@ -8,19 +8,16 @@ from typing import cast
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats, number, readonly
-from trajopt.errors import JointNotFound, ProblemError, ProblemNotFound, WaypointNotFound
-from trajopt.inputs import one_of, sequence
+from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
+from trajopt.errors import JointNotFound, ProblemError, ProblemNotFound, WaypointNotFound, shown
 from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import During, GoalSet, Requirement
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed
-from trajopt.shown import shown
 from trajopt.terms.residual import END, WHOLE, Constraint, Cost
 from trajopt.terms.smoothness import Acceleration, Velocity
-from trajopt.values import Value
 
 Asked = Requirement | Constraint
 """What can be asked of a motion on the way: plain data, or a residual of your own with bounds."""

@@ -9,9 +9,8 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "trajopt"
 
 ORDER = (
-    ("shown", "values"),
     ("errors",),
-    ("arrays", "inputs", "native", "io"),
+    ("arrays", "native", "io"),
     ("model", "nlp"),
     ("query", "solvers", "retime", "verify", "simulate"),
     ("terms",),

@@ -12,10 +12,10 @@ from tests.model.test_mimics import Stated, planar
 from tests.verify.arms import quintic, reduced
 from trajopt.errors import MimicOutOfRange, ProblemError
 from trajopt.kinematics import random_configurations
+from trajopt.model.description.mimic_limits import followed_limits
+from trajopt.model.description.urdf import Mimic
 from trajopt.model.limits import JointLimits, LimitKind
-from trajopt.model.mimic_limits import followed_limits
 from trajopt.model.trajectory import Trajectory
-from trajopt.model.urdf import Mimic
 from trajopt.verify import Certificate, Examination, examine, verify
 
 WIDE = 'lower="-3" upper="3" velocity="2" effort="500"'

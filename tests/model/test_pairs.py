@@ -5,7 +5,7 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import two_arms
-from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.reduced import ReducedModel, reduce_model
 
 GROUPS = ("both", "left", "right")

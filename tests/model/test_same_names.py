@@ -11,7 +11,7 @@ import trajopt as to
 from tests.robots_for_tests import ODD_ARM, odd_arm
 from trajopt.commander.robot_states import joint_names, link_names
 from trajopt.errors import JointNotFound, ModelError
-from trajopt.model.kinematics import link_placement
+from trajopt.model.description.pinocchio_model import link_placement
 from trajopt.srdf_assistant import propose_srdf
 
 NEW = {"pan": "turret", "reach": "fore", "elbow": "base", "wrist": "tip", "follow": "slide"}
@@ -52,7 +52,7 @@ def test_frames_by_name_are_links(tmp_path: Path) -> None:
     odd, same = robots(tmp_path)
     positions = np.array((0.3, 0.1, -0.4, 0.7, -0.15))
     for link in odd.links:
-        assert link_placement(same, link, positions) == link_placement(odd, link, positions)
+        assert link_placement(same.model, link, positions) == link_placement(odd.model, link, positions)
         assert same.frame(link) == odd.frame(link)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
-from trajopt.model.closed_surface import part_points
+from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Shape

@@ -2,7 +2,7 @@
 
 import pytest
 
-from trajopt.model.allowed_collisions import ContactAllowance
+from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.simulate.contacts import ContactLog
 
 PAIR = ("cup", "table")

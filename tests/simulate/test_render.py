@@ -14,11 +14,10 @@ from PIL import Image
 from tests.simulate.conftest import panda, reduced_all, smooth
 from trajopt.errors import FileFormatError, MissingExtra, ModelError, ShapeError
 from trajopt.model.placement import placement
-from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.model.robot import FrameAttachment, Robot
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cone, Plane, Sphere
-from trajopt.model.tool_frame import tool_frame
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate import CameraView, Layout, RenderingUnavailable, film, offscreen, render, simulate
 from trajopt.simulate.camera import FIELD_OF_VIEW, frame_points, visible_points

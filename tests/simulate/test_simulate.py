@@ -9,7 +9,7 @@ import pytest
 
 from tests.simulate.conftest import INERTIA, LENGTH, MASS, reduced_all, smooth
 from trajopt.errors import ModelError, ShapeError
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.collisions.bodies import MeshPolicy
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model

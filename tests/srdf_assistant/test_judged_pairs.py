@@ -11,9 +11,9 @@ import pytest
 
 import trajopt as to
 from trajopt.arrays import Floats
-from trajopt.model.bodies import CollisionBody
-from trajopt.model.kinematics import link_placement
-from trajopt.model.srdf import read_srdf
+from trajopt.model.collisions.bodies import CollisionBody
+from trajopt.model.description.pinocchio_model import link_placement
+from trajopt.model.description.srdf import read_srdf
 from trajopt.query.geometry import collision_geometry
 from trajopt.srdf_assistant import Confidence, PairEvidence, Verdict, judge_pairs
 from trajopt.srdf_assistant.judged_pairs import all_joints_free
@@ -115,7 +115,7 @@ signed.enable_signed_distance = True
 
 
 def placed(robot: to.Robot, body: CollisionBody, positions: Floats) -> coal.Transform3s:
-    at = link_placement(robot, body.frame, positions) * body.placement
+    at = link_placement(robot.model, body.frame, positions) * body.placement
     return coal.Transform3s(at.rotation, at.translation)
 
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from tests.verify.arms import joint, link, mixed_arm, quintic, reduced, robot, wavy
 from tests.verify.test_clearance import densest
 from tests.verify.test_distances import CLOUD, SOLIDS, cube_mesh
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.collisions.bodies import MeshPolicy
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.reduced import ReducedModel

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.collisions.bodies import MeshPolicy
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import ReducedModel

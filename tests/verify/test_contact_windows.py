@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.verify.arms import joint, link, quintic, reduced, robot
-from trajopt.model.allowed_collisions import ContactAllowance
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.collisions.allowed_collisions import ContactAllowance
+from trajopt.model.collisions.bodies import MeshPolicy
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import ReducedModel

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from tests.verify.arms import joint, link, reduced, robot
 from trajopt.arrays import Floats
 from trajopt.errors import ModelError
-from trajopt.model.bodies import MeshPolicy
-from trajopt.model.closed_surface import part_points
+from trajopt.model.collisions.bodies import MeshPolicy
+from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.scene import Scene

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from tests.verify.arms import joint, link, reduced, robot
 from trajopt.arrays import Bools, Floats
 from trajopt.kinematics import validity
-from trajopt.model.bodies import MeshPolicy
-from trajopt.model.closed_surface import closed_surface
+from trajopt.model.collisions.bodies import MeshPolicy
+from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.scene import Scene

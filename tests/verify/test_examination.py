@@ -7,7 +7,7 @@ import pytest
 
 from tests.verify.arms import planar_arm, reduced
 from trajopt.errors import ShapeError
-from trajopt.model.bodies import MeshPolicy
+from trajopt.model.collisions.bodies import MeshPolicy
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.reduced import ReducedModel

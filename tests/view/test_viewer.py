@@ -8,7 +8,7 @@ import pytest
 
 from trajopt.arrays import Floats
 from trajopt.errors import MissingExtra, ShapeError
-from trajopt.model.kinematics import link_placement
+from trajopt.model.description.pinocchio_model import link_placement
 from trajopt.model.trajectory import Trajectory
 from trajopt.view import Viewer, view
 from trajopt.view.readout import clearance_html, joints_html
@@ -33,7 +33,7 @@ def viewer(motion: Motion) -> Iterator[Viewer]:
 def expected_turn(motion: Motion, t: float) -> Floats:
     """Where the joint `turn` is: its link's frame is the joint's."""
     every = motion.reduced.all_positions(motion.trajectory(t))
-    return link_placement(motion.reduced.scene.robot, "arm", every).homogeneous
+    return link_placement(motion.reduced.scene.robot.model, "arm", every).homogeneous
 
 
 @pytest.mark.parametrize("t", [0.0, 0.4, 1.5])

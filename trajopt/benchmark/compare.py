@@ -6,11 +6,11 @@ from math import isfinite
 
 import numpy as np
 
+from trajopt.arrays import one_of, sequence
 from trajopt.benchmark.planned import Allowance, planned
 from trajopt.benchmark.question import Question, given_questions
 from trajopt.benchmark.run import Moment, Run, points
 from trajopt.errors import MissingExtra
-from trajopt.inputs import one_of, sequence
 from trajopt.methods import Method, method_named
 from trajopt.planning.result import Result
 from trajopt.problem import Problem

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from trajopt.arrays import one_of, sequence
 from trajopt.benchmark.definition import definitions
 from trajopt.errors import ProblemNotFound
-from trajopt.inputs import one_of, sequence
 from trajopt.planning.status import Status
 from trajopt.problem import Problem
 

@@ -9,9 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number, readonly
+from trajopt.arrays import Floats, floats, number, one_of, readonly
 from trajopt.errors import ProblemError
-from trajopt.inputs import one_of
 from trajopt.model.curve import TURN_LENGTH, Curve, Piece, bezier, joined
 from trajopt.model.placement import Placement, placement
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, one_of, readonly
 from trajopt.cartesian.blocked import stop
 from trajopt.cartesian.dense import densified
 from trajopt.cartesian.deviate import SIDES, detours
@@ -20,7 +20,6 @@ from trajopt.cartesian.starts import beginnings
 from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import Track
 from trajopt.infeasibility import reasons
-from trajopt.inputs import one_of
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Path

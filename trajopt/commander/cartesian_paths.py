@@ -9,7 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.cartesian import Followed, FollowOptions, follow, follows_curve, polyline
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.settings import Settings
-from trajopt.model.allowed_collisions import AllowedCollisions
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions
 from trajopt.model.placement import Placement
 from trajopt.model.scene import Scene
 

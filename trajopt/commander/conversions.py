@@ -8,9 +8,9 @@ from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from trajopt.commander.rospy import Time
 from trajopt.commander.std_msgs.msg import Header
+from trajopt.errors import shown
 from trajopt.model.placement import Placement, placement
 from trajopt.moveit.pose import read_placement
-from trajopt.shown import shown
 
 
 def pose_to_list(pose_msg: Pose) -> list[float]:

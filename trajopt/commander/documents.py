@@ -6,9 +6,8 @@ from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.io.document import Node
-from trajopt.shown import shown
 
 M = TypeVar("M")
 

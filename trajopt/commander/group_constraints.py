@@ -7,10 +7,9 @@ from trajopt.commander.documents import document_of, message_of
 from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import Constraints, TrajectoryConstraints
 from trajopt.commander.planning import reading_in
-from trajopt.errors import NameNotFound, ProblemError
+from trajopt.errors import NameNotFound, ProblemError, shown
 from trajopt.io.document import Node, read_document
 from trajopt.moveit.constraints import read_constraints
-from trajopt.shown import shown
 
 
 class GroupConstraints(GroupBase):

@@ -12,7 +12,7 @@ from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import PlannerInterfaceDescription, RobotState
 from trajopt.commander.robot_states import joint_names, state_message, state_positions, within_bounds
 from trajopt.commander.settings import PIPELINE, PLANNERS
-from trajopt.model.mimic_limits import followed_limits
+from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.reduced import reduce_model
 from trajopt.query import Query
 

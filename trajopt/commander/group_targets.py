@@ -14,7 +14,7 @@ from trajopt.commander.group_base import GroupBase
 from trajopt.commander.targets import Part, PoseTarget
 from trajopt.errors import JointNotFound, StateNotFound
 from trajopt.kinematics import goal_configurations
-from trajopt.model.mimic_limits import followed_limits
+from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.placement import placement
 from trajopt.model.requirements import frame_placement
 from trajopt.moveit.robot_state import read_joint_positions

@@ -8,9 +8,9 @@ from trajopt.commander.geometry_msgs.msg import Vector3
 from trajopt.commander.std_msgs.msg import ColorRGBA, Header
 from trajopt.commander.visualization_msgs.msg import Marker, MarkerArray
 from trajopt.errors import FrameNotFound
+from trajopt.model.description.urdf import MeshReference
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cylinder, Sphere
-from trajopt.model.urdf import MeshReference
 
 GREY = (0.5, 0.5, 0.5, 1.0)
 """Colour of what the description leaves without one."""

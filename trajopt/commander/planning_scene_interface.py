@@ -30,7 +30,7 @@ from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import ObjectNotFound
 from trajopt.io.document import Node
-from trajopt.model.clearances import Clearances
+from trajopt.model.collisions.clearances import Clearances
 from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached

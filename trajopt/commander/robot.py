@@ -13,8 +13,7 @@ from trajopt.commander.moveit_msgs.msg import RobotState
 from trajopt.commander.robot_states import joint_names, link_names, state_message, state_positions
 from trajopt.commander.visualization_msgs.msg import MarkerArray
 from trajopt.commander.world import World, world_or_current
-from trajopt.errors import FrameNotFound, JointNotFound
-from trajopt.shown import shown
+from trajopt.errors import FrameNotFound, JointNotFound, shown
 
 
 class Joint:

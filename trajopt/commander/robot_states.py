@@ -11,8 +11,8 @@ from trajopt.commander.moveit_msgs.msg import RobotState
 from trajopt.commander.scene_messages import attached_messages
 from trajopt.commander.sensor_msgs.msg import JointState
 from trajopt.commander.world import World
-from trajopt.model.groups import Group
-from trajopt.model.named_frames import joint_above, joint_frame_names
+from trajopt.model.description.groups import Group
+from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions

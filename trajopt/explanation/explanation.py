@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.explanation.nearest import NearestFree
 from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
@@ -13,7 +13,6 @@ from trajopt.model.trajectory import Path
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.tries import Try
 from trajopt.problem import Problem
-from trajopt.values import Value
 
 NAMED = 4
 """Things in the way that are named; the others are counted."""

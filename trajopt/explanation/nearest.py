@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, Value, readonly
 from trajopt.explanation.asked import always_at_end, always_at_start
 from trajopt.explanation.standing import Standing, Stood
 from trajopt.kinematics.goal_candidates import random_starts
@@ -13,7 +13,6 @@ from trajopt.kinematics.projection import Projection
 from trajopt.model.requirements import Requirement
 from trajopt.problem import Problem
 from trajopt.query import Query
-from trajopt.values import Value
 from trajopt.verify import Moment, examine
 
 STARTS = 128

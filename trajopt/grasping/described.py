@@ -4,15 +4,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, one_of
 from trajopt.errors import GripperError, NameNotFound
 from trajopt.grasping.gripper import Gripper
-from trajopt.inputs import one_of
-from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.description.srdf import EndEffector
+from trajopt.model.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.model.srdf import EndEffector
-from trajopt.model.tool_frame import tool_frame
 from trajopt.query import Query
 
 SAMPLES = 17

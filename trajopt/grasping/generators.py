@@ -5,11 +5,10 @@ from functools import singledispatch
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats, readonly
+from trajopt.arrays import Floats, floats, one_of, readonly
 from trajopt.errors import ModelError
 from trajopt.grasping.grasp import FORCE, Grasp
 from trajopt.grasping.gripper import Gripper
-from trajopt.inputs import one_of
 from trajopt.model.placement import Placement
 from trajopt.model.requirements.requirement import positive
 from trajopt.model.scene import Scene

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from trajopt.arrays import Floats, floats, number
+from trajopt.arrays import Floats, Value, floats, number, one_of
 from trajopt.errors import ShapeError
-from trajopt.inputs import one_of
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import (
     POSITION_TOLERANCE,
@@ -18,7 +17,6 @@ from trajopt.model.requirements import (
     frame_placement,
 )
 from trajopt.model.requirements.requirement import direction_of, positive
-from trajopt.values import Value
 
 FORCE = 30.0
 """Force that each finger presses with unless told otherwise [N]."""

@@ -5,12 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats
+from trajopt.arrays import Floats, Value, floats
 from trajopt.errors import ShapeError
 from trajopt.model.placement import Placement
 from trajopt.model.requirements.requirement import direction_of, positive
 from trajopt.model.robot import Robot
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.errors import PlanningFailed
 from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.gripper import Gripper
@@ -12,7 +12,6 @@ from trajopt.grasping.timeline import Timeline
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.result import Result
-from trajopt.values import Value
 
 
 class Stage(Enum):

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from trajopt.arrays import number
+from trajopt.arrays import number, one_of
 from trajopt.errors import ShapeError
-from trajopt.inputs import one_of
 from trajopt.methods import Knots, Method
 
 

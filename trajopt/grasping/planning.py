@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats
+from trajopt.arrays import Floats, floats, one_of, sequence
 from trajopt.errors import ProblemError
 from trajopt.grasping.described import arm_of, gripper_of
 from trajopt.grasping.grasp import Grasp, Place
@@ -13,7 +13,6 @@ from trajopt.grasping.handling import Handling
 from trajopt.grasping.options import GraspingOptions
 from trajopt.grasping.search import Search
 from trajopt.grasping.task import Task
-from trajopt.inputs import one_of, sequence
 from trajopt.model.requirements import WORLD, Requirement
 from trajopt.model.scene import Scene
 from trajopt.terms.residual import Constraint

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.accepted import EXCESS
+from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
     AxisAlignment,

@@ -9,7 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.infeasibility.chain import Chain
 from trajopt.infeasibility.cover import Cover
 from trajopt.infeasibility.exclusion import between, distance, largest_turn
-from trajopt.model.accepted import EXCESS
+from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
     AxisAlignment,

@@ -7,9 +7,8 @@ import numpy as np
 
 from trajopt.infeasibility import ClosedCut
 from trajopt.kinematics.goal_candidates import GoalCandidates
-from trajopt.model.accepted import EXCESS
-from trajopt.model.clearances import how_near
-from trajopt.model.limits import LimitKind
+from trajopt.model.collisions.clearances import how_near
+from trajopt.model.limits import EXCESS, LimitKind
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult

@@ -8,10 +8,9 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import cast
 
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import number_of, read_json
 from trajopt.io.yaml_files import read_yaml
-from trajopt.shown import shown
 
 
 @dataclass(frozen=True)

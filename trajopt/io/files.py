@@ -11,8 +11,7 @@ from math import inf
 from pathlib import Path
 from typing import cast
 
-from trajopt.errors import FileFormatError
-from trajopt.shown import shown
+from trajopt.errors import FileFormatError, shown
 
 LARGEST_FILE = 2**28
 """Bytes of a text file; a larger one is refused."""

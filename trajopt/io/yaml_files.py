@@ -12,9 +12,8 @@ from typing import Any, cast
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import read_text, refuse_deep_nesting
-from trajopt.shown import shown
 
 MOST_ALIASED = 1_000_000
 """Values that the aliases and merges of a YAML file may stand for, written out."""

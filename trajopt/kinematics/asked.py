@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from typing import cast
 
-from trajopt.errors import FrameNotFound, ProblemError, ShapeError
-from trajopt.inputs import one_of, sequence
+from trajopt.arrays import one_of, sequence
+from trajopt.errors import FrameNotFound, ProblemError, ShapeError, shown
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.shown import shown
 
 
 def count_of(name: str, value: int) -> int:

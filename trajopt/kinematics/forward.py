@@ -6,17 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, readonly
-from trajopt.errors import ShapeError
+from trajopt.arrays import Floats, Value, floats, readonly
+from trajopt.errors import ShapeError, shown
 from trajopt.kinematics.asked import frame_of
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.query import Query
-from trajopt.shown import shown
 from trajopt.terms.frames import RelativeFrame, relative_frame
 from trajopt.terms.motion import Motion
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,14 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats, Ints, Value
 from trajopt.kinematics.projection import Projection, turning_joints
 from trajopt.model.limits import JointLimits, draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import joint_box
-from trajopt.values import Value
 
 STARTS = 64
 """Configurations that the search starts from; twice as many cost a third more time."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, readonly
+from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ProblemError
 from trajopt.kinematics.asked import count_of, requirements_of
 from trajopt.kinematics.goal_candidates import STARTS, goal_candidates
@@ -14,7 +14,6 @@ from trajopt.kinematics.validity import Validity, validity
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Ints, floats, number, readonly
+from trajopt.arrays import Floats, Ints, Value, floats, number, readonly
 from trajopt.errors import FileFormatError, ShapeError
 from trajopt.kinematics.asked import count_of, frame_of
 from trajopt.kinematics.clearance import pair_margins
@@ -18,7 +18,6 @@ from trajopt.model.requirements import WORLD
 from trajopt.model.requirements.requirement import direction_of
 from trajopt.model.requirements.singularity_distance import LENGTH
 from trajopt.query import Query
-from trajopt.values import Value
 
 CELL = 0.05
 """Edge of a cell [m]."""

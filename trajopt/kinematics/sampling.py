@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, Value, readonly
 from trajopt.kinematics.asked import count_of, requirements_of
 from trajopt.kinematics.clearance import clear, pair_margins
 from trajopt.kinematics.projection import Projection
@@ -13,7 +13,6 @@ from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Query
-from trajopt.values import Value
 
 BATCH = 4096
 """Configurations drawn at once."""

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Bools, Floats, floats, number, readonly
+from trajopt.arrays import Bools, Floats, Value, floats, number, one_of, readonly
 from trajopt.errors import JointNotFound, ProblemError, ShapeError
-from trajopt.inputs import one_of
 from trajopt.kinematics.asked import requirements_of
 from trajopt.kinematics.clearance import clear
 from trajopt.kinematics.projection import Projection
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Query
-from trajopt.values import Value
 
 STEP = 0.05
 """How far the joint that moves most goes from one configuration to the next [rad | m]."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, readonly
+from trajopt.arrays import Bools, Floats, Value, readonly
 from trajopt.errors import FileFormatError, MissingExtra, ShapeError
 from trajopt.kinematics.asked import count_of, frame_of
 from trajopt.kinematics.clearance import clear, pair_margins
@@ -17,7 +17,6 @@ from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.query import Query
-from trajopt.values import Value
 
 HOPELESS = 100 * BATCH
 """So many draws without one that is clear end the search."""

@@ -6,12 +6,11 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number
+from trajopt.arrays import Floats, Value, floats, number
 from trajopt.errors import ShapeError
 from trajopt.kinematics.asked import requirements_of
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.values import Value
 from trajopt.verify import Check, Examination, Judge, PairDistance
 
 

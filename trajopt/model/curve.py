@@ -11,10 +11,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, Value, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.placement import Placement
-from trajopt.values import Value
 
 TURN_LENGTH = 1.0 / 3.5
 """Length that turning by one radian counts as, where turning takes longer than moving [m/rad].

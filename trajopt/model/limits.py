@@ -8,11 +8,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints, readonly
-from trajopt.errors import FileFormatError, JointNotFound
+from trajopt.arrays import Floats, Ints, Value, readonly
+from trajopt.errors import FileFormatError, JointNotFound, shown
 from trajopt.io.files import number_of
-from trajopt.shown import shown
-from trajopt.values import Value
 
 DEFAULT_ACCELERATION_TIME = 0.5
 """A joint without an acceleration limit reaches its velocity limit in this time [s]."""
@@ -228,3 +226,8 @@ def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]
     if found.get("has_position_limits", True) and lower > upper:
         raise FileFormatError(path, f"{place}: min_position {lower:g} is above max_position {upper:g}")
     return found
+
+
+EXCESS = 1e-6
+"""Numerical excess over a limit or a tolerance that is accepted: relative to limits of velocity and
+acceleration, absolute for positions and requirements [rad | m]."""

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.model.reduced import ReducedModel
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,9 @@ from typing import overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, readonly
-from trajopt.errors import ShapeError, SizeError
+from trajopt.arrays import Floats, Value, floats, readonly
+from trajopt.errors import ShapeError, SizeError, shown
 from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
-from trajopt.shown import shown
-from trajopt.values import Value
 
 FARTHEST = 1e6
 """Coordinates of a placement that is asked for are within this [m]."""

@@ -13,15 +13,14 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly
 from trajopt.errors import FrameNotFound
-from trajopt.model.arrangement import Arrangement, arrange
-from trajopt.model.derived import once_each
-from trajopt.model.fixed_body import Anchor, FixedBody
+from trajopt.model.cached import cached_per_value
+from trajopt.model.collisions.bodies import Anchor, FixedBody
+from trajopt.model.collisions.collision_model import CollisionModel, collision_model_of
+from trajopt.model.collisions.pairs import BodyPairs
+from trajopt.model.description.pinocchio_model import ModelData, configuration, model_data, model_of
 from trajopt.model.limits import JointLimits
-from trajopt.model.pairs import BodyPairs
-from trajopt.model.pinocchio_data import ModelData, model_data, model_of
 from trajopt.model.placement import Placement
 from trajopt.model.reduced_robot import reduce_robot
-from trajopt.model.robot import configuration
 from trajopt.model.scene import Scene
 
 T = TypeVar("T")
@@ -40,7 +39,7 @@ class ReducedModel:
         limits: Their limits, those of the joints that mimic them kept as well.
         mimic_matrix: Matrix (model joints, n) that maps the group's positions to the model's.
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
-        arrangement: Its bodies, and which of them must keep apart.
+        collision_model: Its bodies, and which of them must keep apart.
     """
 
     scene: Scene
@@ -51,22 +50,22 @@ class ReducedModel:
     limits: JointLimits
     mimic_matrix: Floats
     mimic_offset: Floats
-    arrangement: Arrangement
+    collision_model: CollisionModel
 
     @property
     def bodies(self) -> tuple[FixedBody, ...]:
         """Collision bodies of links, then of objects."""
-        return self.arrangement.bodies
+        return self.collision_model.bodies
 
     @property
     def pairs(self) -> BodyPairs:
         """The pairs of bodies that must keep apart."""
-        return self.arrangement.pairs
+        return self.collision_model.pairs
 
     @property
     def anchors(self) -> Mapping[str, Anchor]:
         """Where each frame of the robot, each object and the world is fixed, by name."""
-        return self.arrangement.anchors
+        return self.collision_model.anchors
 
     def derived(self, build: Callable[["ReducedModel"], T]) -> T:
         """Return what a function builds of this model, built at the first call.
@@ -74,7 +73,7 @@ class ReducedModel:
         All starts with the same joints fixed share it, so it must not depend on where the group starts; nor
         may it refer to the model or its scene, which would never end then.
         """
-        kept = _kept(self.arrangement)
+        kept = _kept(self.collision_model)
         if build not in kept:
             kept[build] = build(self)
         return kept[build]
@@ -123,10 +122,10 @@ class ReducedModel:
         return found.joint, found.placement
 
 
-@once_each
-def _kept(arrangement: Arrangement) -> dict[Callable[[ReducedModel], Any], Any]:
+@cached_per_value
+def _kept(collision_model: CollisionModel) -> dict[Callable[[ReducedModel], Any], Any]:
     """Return what was derived of reduced models with these bodies, by the function that built it."""
-    del arrangement
+    del collision_model
     return {}
 
 
@@ -149,7 +148,7 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
     """
     start = scene.robot.followed(start)
     robot = reduce_robot(scene.robot, group, start)
-    arrangement = arrange(scene, robot)
+    collision_model = collision_model_of(scene, robot)
     return ReducedModel(
         scene,
         group,
@@ -159,5 +158,33 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
         robot.limits,
         robot.mimic_matrix,
         robot.mimic_offset,
-        arrangement,
+        collision_model,
     )
+
+
+def tool_frame(reduced: ReducedModel) -> str:
+    """Return the name of the frame that shows what the group does.
+
+    Tip link and hand move as one, so this is a tool frame fixed to the same joint, if the robot has
+    one; else the link there whose origin is farthest from the joint. A group without a tip link
+    counts as ending with what its last joint moves.
+    """
+    robot = reduced.scene.robot
+    tip = robot.group(reduced.group).tip
+    last = reduced.model.getJointId(reduced.joint_names[-1])
+    carrier = last if tip is None else reduced.attachment(tip)[0]
+    for name in robot.frames:
+        if reduced.attachment(name)[0] == carrier:
+            return name
+    reach: dict[str, float] = {}
+    for name in (*((tip,) if tip is not None else ()), *robot.links):
+        joint, where = reduced.attachment(name)
+        if joint == carrier:
+            # Of equals the first stays: the tip link.
+            reach.setdefault(name, round(float(np.linalg.norm(where.translation)), 9))
+    return max(reach, key=lambda name: reach[name])
+
+
+def tool_point(reduced: ReducedModel, frame: str, positions: Floats) -> Floats:
+    """Return where a frame is for the group's positions (n,), shape (3,) in the world [m]."""
+    return reduced.scene.placement_of(frame, reduced.all_positions(positions)).translation

@@ -7,13 +7,12 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly
-from trajopt.model.derived import once_each
-from trajopt.model.fixed_body import WORLD_ANCHOR, Anchor, FixedBody
+from trajopt.model.cached import LruCache, cached_per_value
+from trajopt.model.collisions.bodies import WORLD_ANCHOR, Anchor, FixedBody
+from trajopt.model.description.mimic_limits import followed_limits
+from trajopt.model.description.pinocchio_model import distinct_links, named_again
 from trajopt.model.limits import JointLimits
-from trajopt.model.mimic_limits import followed_limits
-from trajopt.model.named_frames import distinct_links, named_again
 from trajopt.model.placement import Placement
-from trajopt.model.recent import Recent
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
 
@@ -62,10 +61,10 @@ def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
     return _reductions(robot).get(key, lambda: _reduced(robot, joints, locked, start))
 
 
-@once_each
-def _reductions(robot: Robot) -> Recent[tuple[str, tuple[float, ...]], ReducedRobot]:
+@cached_per_value
+def _reductions(robot: Robot) -> LruCache[tuple[str, tuple[float, ...]], ReducedRobot]:
     del robot
-    return Recent(8)
+    return LruCache(8)
 
 
 def _reduced(robot: Robot, joints: tuple[str, ...], locked: list[int], start: Floats) -> ReducedRobot:

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, floats
+from trajopt.arrays import Floats, Ints, Value, floats, path
 from trajopt.errors import (
     FileFormatError,
     FrameNotFound,
@@ -19,20 +19,25 @@ from trajopt.errors import (
     RobotNotFound,
     StateNotFound,
 )
-from trajopt.inputs import path
-from trajopt.model.bodies import CollisionBody, robot_bodies
-from trajopt.model.described import adjacent_links, described_limits
-from trajopt.model.groups import Group, resolve_groups
+from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
+from trajopt.model.description.groups import Group, resolve_groups
+from trajopt.model.description.mimics import followed, resolve_mimics
+from trajopt.model.description.pinocchio_model import (
+    ModelData,
+    adjacent_links,
+    configuration,
+    described_limits,
+    joint_frame_names,
+    link_names,
+    model_data,
+    model_of,
+)
+from trajopt.model.description.srdf import EndEffector, Srdf, read_srdf
+from trajopt.model.description.urdf import LinkGeometry, Mimic, read_urdf
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.mimics import followed, resolve_mimics
-from trajopt.model.named_frames import joint_frame_names, link_names
-from trajopt.model.pinocchio_data import ModelData, model_data, model_of
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements.requirement import WORLD
-from trajopt.model.srdf import EndEffector, Srdf, read_srdf
-from trajopt.model.urdf import LinkGeometry, Mimic, read_urdf
-from trajopt.values import Value
 
 
 @dataclass(frozen=True)
@@ -295,19 +300,6 @@ class Robot(Value):
         """Say name, joints and groups."""
         groups = ", ".join(f"{g.name} ({len(g.joints)} joints)" for g in self.groups.values())
         return f"Robot({self.name!r}, {len(self.joint_names)} joints, groups: {groups or 'none'})"
-
-
-def configuration(model: pin.Model, positions: Floats) -> Floats:
-    """Return pinocchio's configuration of one-degree-of-freedom joint positions, (nv,) -> (nq,)."""
-    if model.nq == model.nv:
-        return positions
-    q = np.empty(model.nq)
-    for joint, position in zip(list(model.joints)[1:], positions, strict=True):
-        if joint.nq == 1:
-            q[joint.idx_q] = position
-        else:
-            q[joint.idx_q : joint.idx_q + 2] = np.cos(position), np.sin(position)
-    return q
 
 
 def load(

@@ -3,20 +3,18 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from trajopt.arrays import Floats, floats, number
-from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, ObjectNotFound, ShapeError
-from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
-from trajopt.model.bodies import CollisionBody
-from trajopt.model.clearances import Clearances
-from trajopt.model.kinematics import link_placement
+from trajopt.arrays import Floats, Value, floats, number
+from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, ObjectNotFound, ShapeError, shown
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.model.collisions.bodies import CollisionBody
+from trajopt.model.collisions.clearances import Clearances
+from trajopt.model.description.pinocchio_model import link_placement
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import FrameAttachment, Robot
 from trajopt.model.scene_object import Part, SceneObject, checked_mass, covered_parts
 from trajopt.model.shapes import Shape
-from trajopt.shown import shown
-from trajopt.values import Value
 
 DEFAULT_MARGIN = 0.01
 """Clearance that the optimiser aims at from everything, unless told otherwise [m]."""
@@ -285,7 +283,7 @@ class Scene(Value):
         holder = self.holder(name)
         if holder.link == WORLD:
             return holder.placement
-        return link_placement(self.robot, holder.link, at) * holder.placement
+        return link_placement(self.robot.model, holder.link, at) * holder.placement
 
     def object_bodies(self) -> tuple[CollisionBody, ...]:
         """Return the collision bodies of all objects, each fixed to a link or the world."""

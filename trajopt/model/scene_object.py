@@ -7,15 +7,13 @@ from typing import cast
 
 import numpy as np
 
-from trajopt.arrays import Floats, number, readonly
-from trajopt.errors import ModelError, ShapeError
-from trajopt.model.fixed_body import Anchor, FixedBody
+from trajopt.arrays import Floats, Value, number, readonly
+from trajopt.errors import ModelError, ShapeError, shown
+from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, check_placement
 from trajopt.model.shapes import Shape, bounding_box
-from trajopt.shown import shown
-from trajopt.values import Value
 
 Part = tuple[Shape, Placement]
 """A shape and its placement in the object's frame."""

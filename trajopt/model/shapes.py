@@ -10,10 +10,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Ints, floats, number, readonly
+from trajopt.arrays import Floats, Ints, Value, floats, number, readonly
 from trajopt.errors import ShapeError, SizeError
 from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.values import Value
 
 LARGEST_SIZE = 50.0
 """Sizes beyond this [m] are taken for millimetres and refused; planes have none."""

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number
+from trajopt.arrays import Floats, Value, floats, number
 from trajopt.errors import ProblemError
-from trajopt.values import Value
 
 SLOWEST = 1e-9
 """Lower limits allow no motion that ends [m/s | rad/s]."""

@@ -7,9 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, readonly
+from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import JointNotFound, ShapeError
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from trajopt.io.document import Node
-from trajopt.model.allowed_collisions import AllowedCollisions
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions
 from trajopt.model.scene import Scene
 
 MATRIX_FIELDS = ("entry_names", "entry_values", "default_entry_names", "default_entry_values")

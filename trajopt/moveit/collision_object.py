@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from trajopt.errors import ModelError, NameNotFound, ObjectNotFound
+from trajopt.errors import ModelError, NameNotFound, ObjectNotFound, shown
 from trajopt.io.document import Node
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements import WORLD
@@ -11,7 +11,6 @@ from trajopt.model.scene_object import Part
 from trajopt.moveit.frames import Reading, placement_in_world, read_frame, require
 from trajopt.moveit.pose import read_placement
 from trajopt.moveit.shapes import read_parts
-from trajopt.shown import shown
 
 OBJECT_FIELDS = (
     *("header", "id", "pose", "type", "operation", "primitives", "primitive_poses"),

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.errors import FrameNotFound, GroupNotFound
 from trajopt.io.document import Node, read_document
-from trajopt.model.groups import ALL_JOINTS
+from trajopt.model.description.groups import ALL_JOINTS
 from trajopt.model.requirements import JointPositions, Requirement, any_of
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
@@ -20,7 +20,6 @@ from trajopt.moveit.frames import Reading, require, world_names
 from trajopt.moveit.planning_scene import SceneFile
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.problem import Problem
-from trajopt.values import Value
 
 IGNORED = ("planner_id", "pipeline_id", "num_planning_attempts", "reference_trajectories")
 LIMITED_LINK = ("cartesian_speed_limited_link", "cartesian_speed_end_effector_link")

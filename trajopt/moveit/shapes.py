@@ -5,14 +5,13 @@ from math import hypot
 
 import numpy as np
 
-from trajopt.errors import ShapeError
+from trajopt.errors import ShapeError, shown
 from trajopt.io.document import Node
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, placement
 from trajopt.model.scene_object import Part
 from trajopt.model.shapes import Box, Cone, Cylinder, Plane, Shape, Sphere
 from trajopt.moveit.pose import read_placement, read_vector
-from trajopt.shown import shown
 
 PRIMITIVE_FIELDS = ("type", "dimensions", "polygon")
 PRIMITIVES = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}

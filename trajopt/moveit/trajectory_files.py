@@ -6,12 +6,11 @@ from math import isfinite
 from pathlib import Path
 from typing import cast
 
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, shown
 from trajopt.io.document import read_document, write_text
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import read_points
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
-from trajopt.shown import shown
 
 
 def read_trajectory(path: Path | str) -> Trajectory:

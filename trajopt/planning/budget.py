@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from multiprocessing.context import BaseContext
 
-from trajopt.arrays import number
-from trajopt.errors import ProblemError
-from trajopt.inputs import one_of
-from trajopt.shown import shown
+from trajopt.arrays import number, one_of
+from trajopt.errors import ProblemError, shown
 
 BACKSTOP = (10.0, 10.0)
 """A budget by another clock than the wall's also ends after so many times its seconds, and so many more, on

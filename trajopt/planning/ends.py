@@ -11,7 +11,7 @@ from trajopt.arrays import Floats
 from trajopt.infeasibility import box_breaks, box_collides, exclusion, out_of_reach, reasons
 from trajopt.infeasibility.conflict import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
-from trajopt.model.accepted import EXCESS
+from trajopt.model.limits import EXCESS
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.planning.attempts import Attempts
 from trajopt.planning.result import Result

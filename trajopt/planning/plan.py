@@ -5,14 +5,13 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.errors import ProblemError
-from trajopt.inputs import one_of
+from trajopt.arrays import one_of
+from trajopt.errors import ProblemError, shown
 from trajopt.methods import Knots, Method
 from trajopt.planning import Attempts, Meter, Portfolio, Progress, Search
 from trajopt.planning.budget import Budget
 from trajopt.planning.result import Result
 from trajopt.problem import Problem
-from trajopt.shown import shown
 
 NO_BOUNDS = Budget()
 """The budget unless told otherwise: the first guesses that planning knows of, one after the other."""

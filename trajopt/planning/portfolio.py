@@ -11,7 +11,7 @@ from itertools import islice, zip_longest
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.errors import MissingExtra
 from trajopt.methods import Method, Program
 from trajopt.model.requirements import joint_positions
@@ -39,7 +39,6 @@ from trajopt.query import Counts
 from trajopt.solvers import SolveResult
 from trajopt.terms import Acceleration, Clearance, Jerk, Velocity
 from trajopt.transcription import fixed_goal
-from trajopt.values import Value
 
 NEAR_BRANCHES = 3
 """Goal configurations that are planned to before lines are bent, nearest first."""

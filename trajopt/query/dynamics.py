@@ -7,8 +7,8 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
+from trajopt.model.description.pinocchio_model import configuration
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.robot import configuration
 from trajopt.native import proximity
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints
-from trajopt.model.closed_surface import closed_surface
-from trajopt.model.derived import once_each
+from trajopt.model.cached import cached_per_value
+from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, bounding_box
@@ -17,7 +17,7 @@ PLANE_EXTENT = 1e3
 """Half the edge of the box that stands for a half-space [m]."""
 
 
-@once_each
+@cached_per_value
 def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
     """Return Coal's geometry of a shape, in the shape's own frame; made once for each shape."""
     match shape:

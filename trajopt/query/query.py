@@ -4,14 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
-from trajopt.model.closed_surface import part_points
-from trajopt.model.derived import once_each
+from trajopt.arrays import Floats, Ints, Value
+from trajopt.model.cached import cached_per_value
+from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Shape
 from trajopt.native import proximity
 from trajopt.query.geometry import BoundingBoxes, closed_triangles, collision_geometry
-from trajopt.values import Value
 
 GJK_TOLERANCE = 1e-9
 """Coal's default of 1e-6 costs the same time and makes normals wrong by up to 1e-3."""
@@ -200,7 +199,7 @@ def _cell(reduced: ReducedModel) -> proximity.Cell:
     )
 
 
-@once_each
+@cached_per_value
 def _solid(shape: Shape) -> proximity.Solid:
     return proximity.Solid(
         np.ascontiguousarray(part_points(shape)), np.ascontiguousarray(closed_triangles(shape))

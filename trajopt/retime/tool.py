@@ -6,10 +6,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.model.trajectory import Trajectory
 from trajopt.retime.states import at_points, within
-from trajopt.values import Value
 
 SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions and velocities of the joints, (S, n) each -> m speeds of tools, (S, m) [m/s | rad/s]."""

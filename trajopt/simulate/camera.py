@@ -5,11 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, Value, readonly
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.shapes import Plane, bounding_box
-from trajopt.values import Value
 
 FIELD_OF_VIEW = np.deg2rad(36.0)
 """Vertical opening of the camera [rad]."""

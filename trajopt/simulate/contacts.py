@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from trajopt.model.allowed_collisions import ContactAllowance
+from trajopt.model.collisions.allowed_collisions import ContactAllowance
 
 SAME_CONTACT = 0.02
 """A pair that parts for less than this [s] is reported as one contact."""

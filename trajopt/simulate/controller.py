@@ -7,8 +7,8 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats
 from trajopt.errors import ModelError, ProblemError
+from trajopt.model.description.pinocchio_model import configuration
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.robot import configuration
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.options import SimulationOptions
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, readonly
 from trajopt.errors import ModelError
-from trajopt.model.groups import Group
+from trajopt.model.description.groups import Group
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, reduce_model

@@ -6,13 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats, Ints, Value
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.tool_frame import tool_frame
+from trajopt.model.reduced import ReducedModel, tool_frame
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import Contact
-from trajopt.values import Value
 
 MOST_CONTACTS = 3
 """Contacts that the summary tells in full."""

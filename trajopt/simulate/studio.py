@@ -8,8 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ShapeError
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel
-from trajopt.model.tool_frame import tool_frame, tool_point
+from trajopt.model.reduced import ReducedModel, tool_frame, tool_point
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.camera import FIELD_OF_VIEW, CameraView, automatic_view, visible_points
 from trajopt.simulate.controller import in_group_order

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.nlp import Linearisation
-from trajopt.values import Value
 
 
 class SolverStatus(Enum):

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from enum import Enum
 from math import ceil, log, log1p
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.errors import ProblemError
-from trajopt.values import Value
 
 
 class Verdict(Enum):

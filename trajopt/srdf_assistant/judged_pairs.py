@@ -6,12 +6,12 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.kinematics.sampling import Progress
-from trajopt.model.allowed_collisions import AllowedCollisions
-from trajopt.model.groups import ALL_JOINTS, resolve_groups
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions
+from trajopt.model.description.groups import ALL_JOINTS, resolve_groups
+from trajopt.model.description.srdf import Srdf
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.model.srdf import Srdf
 from trajopt.query import Query
 from trajopt.srdf_assistant.evidence import Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.link_tree import LinkTree

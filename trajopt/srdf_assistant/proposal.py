@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.kinematics.sampling import Progress
+from trajopt.model.description.srdf import EndEffector
 from trajopt.model.robot import Robot
-from trajopt.model.srdf import EndEffector
 from trajopt.srdf_assistant.evidence import Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.groups import ProposedGroup, propose_groups
 from trajopt.srdf_assistant.judged_pairs import judge_pairs

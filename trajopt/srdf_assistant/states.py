@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.bodies import CollisionBody
-from trajopt.model.kinematics import link_placement
+from trajopt.model.collisions.bodies import CollisionBody
+from trajopt.model.description.pinocchio_model import link_placement
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import reduce_model
 from trajopt.model.robot import Robot
@@ -84,7 +84,8 @@ def _spread(robot: Robot, bodies: Sequence[CollisionBody], positions: Floats) ->
         return 0.0
     centres = np.array(
         [
-            link_placement(robot, body.frame, positions) * (body.placement * bounding_sphere(body.shape)[0])
+            link_placement(robot.model, body.frame, positions)
+            * (body.placement * bounding_sphere(body.shape)[0])
             for body in bodies
         ]
     )

@@ -9,11 +9,11 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
+from trajopt.model.description.urdf import MeshReference
 from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.placement import Placement
 from trajopt.model.robot import Robot
 from trajopt.model.shapes import Shape, bounding_box
-from trajopt.model.urdf import MeshReference
 
 LARGE = 5.0
 """A link or an offset between links larger than this looks like millimetres [m]."""

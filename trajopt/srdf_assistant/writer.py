@@ -1,9 +1,9 @@
-"""SRDF as text: what `trajopt.model.srdf` and MoveIt read back."""
+"""SRDF as text: what `trajopt.model.description.srdf` and MoveIt read back."""
 
 from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree
 
-from trajopt.model.srdf import EndEffector
+from trajopt.model.description.srdf import EndEffector
 from trajopt.srdf_assistant.groups import ProposedGroup
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import CoupledJoints
@@ -12,7 +12,6 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FollowsCurve
 from trajopt.nlp import Rows
@@ -19,7 +19,6 @@ from trajopt.terms.lengths import lengths
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import WHOLE, Constraint, Window, constraint
-from trajopt.values import Value
 
 POSITION_ROWS = 4
 """Components that tell the position: three along axes, and the distance."""

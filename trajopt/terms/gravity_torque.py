@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Ints
+from trajopt.arrays import Ints, Value
 from trajopt.errors import ProblemError
 from trajopt.model.payload import loaded_model
 from trajopt.model.reduced import ReducedModel
@@ -14,7 +14,6 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

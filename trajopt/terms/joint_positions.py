@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats, Ints, Value
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions, Requirement, together
@@ -13,7 +13,6 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,10 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number
+from trajopt.arrays import Floats, Value, floats, number
 from trajopt.errors import ProblemError
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
-from trajopt.values import Value
 
 
 @runtime_checkable

@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, floats
-from trajopt.model.clearances import how_near
+from trajopt.model.collisions.clearances import how_near
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.model.trajectory import Trajectory

@@ -6,11 +6,11 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
+from trajopt.model.description.urdf import LinkGeometry, MeshReference
 from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.reduced import FixedBody, ReducedModel
 from trajopt.model.shapes import Plane, Shape, bounding_box
-from trajopt.model.urdf import LinkGeometry, MeshReference
 from trajopt.query import Kinematics
 from trajopt.view import palette
 from trajopt.view.clearance import Nearest

@@ -6,8 +6,7 @@ from typing import Any
 from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats
-from trajopt.errors import ShapeError
-from trajopt.shown import shown
+from trajopt.errors import ShapeError, shown
 
 AXES = "sxyz"
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.model.closed_surface import closed_surface
 from trajopt.model.meshes.array_cache import Arrays, cached_arrays
+from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.convex import VERSION, CoverMethod, convex_pieces
 from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.shapes import Convex, Shape, convex

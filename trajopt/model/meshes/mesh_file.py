@@ -12,11 +12,10 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
-from trajopt.arrays import Bools, Floats, Ints, floats, readonly
+from trajopt.arrays import Bools, Floats, Ints, Value, floats, readonly
+from trajopt.arrays import path as path_of
 from trajopt.errors import MeshFileError, ShapeError
-from trajopt.inputs import path as path_of
 from trajopt.io.files import is_file
-from trajopt.values import Value
 
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number
+from trajopt.arrays import Floats, floats, number, one_of
 from trajopt.errors import ProblemError
-from trajopt.inputs import one_of
 from trajopt.model.curve import Curve
 from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
 

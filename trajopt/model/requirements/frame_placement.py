@@ -6,9 +6,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats
+from trajopt.arrays import Floats, floats, one_of
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.inputs import one_of
 from trajopt.model.placement import Placement
 from trajopt.model.requirements.requirement import WORLD, Requirement
 

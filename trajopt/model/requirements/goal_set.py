@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from trajopt.arrays import mapping, sequence
 from trajopt.errors import ProblemError
-from trajopt.inputs import mapping, sequence
 from trajopt.model.requirements.requirement import Requirement
 
 

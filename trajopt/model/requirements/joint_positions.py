@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trajopt.arrays import number
+from trajopt.arrays import mapping, number
 from trajopt.errors import ProblemError
-from trajopt.inputs import mapping
 from trajopt.model.requirements.requirement import Requirement
 
 JOINT_TOLERANCE = 1e-4

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats
-from trajopt.inputs import one_of, sequence
+from trajopt.arrays import Floats, floats, one_of, sequence
 from trajopt.model.requirements.requirement import WORLD, Requirement, positive
 
 MARGIN = 0.01

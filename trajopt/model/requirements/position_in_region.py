@@ -6,13 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats
-from trajopt.errors import ProblemError
-from trajopt.inputs import one_of, sequence
+from trajopt.arrays import Floats, floats, one_of, sequence
+from trajopt.errors import ProblemError, shown
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
 from trajopt.model.shapes import LARGEST_SIZE, Box, Cylinder, Plane, Sphere
-from trajopt.shown import shown
 
 Region = Box | Sphere | Cylinder | Plane
 """Convex shapes that a point can be held in; `Plane` is the half-space below its plane z = 0."""

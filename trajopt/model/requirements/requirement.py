@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number, readonly
+from trajopt.arrays import Floats, Value, floats, number, readonly
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.values import Value
 
 WORLD = "world"
 """Name of the frame that everything is placed in at last."""

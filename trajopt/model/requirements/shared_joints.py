@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trajopt.model.accepted import EXCESS
+from trajopt.model.limits import EXCESS
 from trajopt.model.requirements.joint_positions import JointPositions
 from trajopt.model.requirements.requirement import Requirement
 

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, Guess, NoGuess, Route
 from trajopt.query import Counts, Query
-from trajopt.values import Value
 
 SIZES = (0.15, 0.35)
 """How far the touching point is moved aside [m]; every side once, then every side again."""

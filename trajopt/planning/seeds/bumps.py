@@ -6,11 +6,10 @@ from itertools import count
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, Guess, Route
 from trajopt.query import Counts
-from trajopt.values import Value
 
 BEND = 0.6
 """Standard deviation of the first bends, in ordinary steps of each joint."""

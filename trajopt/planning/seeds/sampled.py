@@ -12,13 +12,12 @@ from itertools import count, pairwise
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.errors import MissingExtra
 from trajopt.kinematics.projection import Projection
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, Guess, NoGuess, Route
 from trajopt.query import Counts, Query
-from trajopt.values import Value
 
 CHECKED = 20_000
 """Configurations that one leg is searched with before starting anew: most searches that end end soon."""

@@ -6,13 +6,12 @@ from typing import Protocol
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.waypoints import WaypointLine
 from trajopt.query import Counts
-from trajopt.values import Value
 
 Check = Callable[[], None]
 """Called between pieces of work; raises when it is time to stop."""

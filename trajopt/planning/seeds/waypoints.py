@@ -6,16 +6,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.kinematics.goal_candidates import MANY_STARTS, GoalCandidates, goal_candidates
 from trajopt.kinematics.projection import Projection
-from trajopt.model.accepted import EXCESS
-from trajopt.model.clearances import how_near
+from trajopt.model.collisions.clearances import how_near
+from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import fixed_positions, joint_box
-from trajopt.values import Value
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Ints
-from trajopt.model.allowed_collisions import ContactAllowance
+from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.verify.certificate import Check, Evidence, PairClearance, Unproven
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances

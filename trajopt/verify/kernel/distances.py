@@ -3,7 +3,7 @@
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
-from trajopt.model.closed_surface import part_points
+from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Mesh, Plane, bounding_sphere
 from trajopt.verify.kernel.coal_geometry import CoalPairs, hull_of

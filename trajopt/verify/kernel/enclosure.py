@@ -7,7 +7,7 @@ body stays on the side of the surface on which it is: whether it is inside need 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats
-from trajopt.model.closed_surface import closed_surface
+from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.mesh_file import Mesh
 
 

@@ -4,14 +4,14 @@ from functools import singledispatch
 
 import numpy as np
 
-from trajopt.model.closed_surface import closed_surface, part_points
-from trajopt.model.derived import once_each
+from trajopt.model.cached import cached_per_value
+from trajopt.model.meshes.closed_surface import closed_surface, part_points
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.native import proof
 from trajopt.verify.kernel.coal_geometry import hull_of
 
 
-@once_each
+@cached_per_value
 def native_form(shape: Shape) -> proof.Form:
     """Return a shape's native twin."""
     return _make(shape)

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass
 
-from trajopt.errors import ProblemError
-from trajopt.model.accepted import EXCESS
-from trajopt.shown import shown
+from trajopt.errors import ProblemError, shown
+from trajopt.model.limits import EXCESS
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,8 +11,8 @@ import numpy as np
 
 from trajopt.arrays import readonly
 from trajopt.errors import MimicOutOfRange
+from trajopt.model.description.urdf import Mimic
 from trajopt.model.limits import JointLimits, LimitKind
-from trajopt.model.urdf import Mimic
 
 ROUNDING = 1e-9
 """A mimic joint that never moves may stand this far beyond its range [rad | m]."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.errors import ShapeError
-from trajopt.model.derived import once_each
+from trajopt.model.cached import cached_per_value
 from trajopt.model.meshes.mesh_file import Mesh, components
 from trajopt.model.shapes import Convex, Shape, convex
 
@@ -49,7 +49,7 @@ class ClosedSurface:
         return "; ".join(found)
 
 
-@once_each
+@cached_per_value
 def closed_surface(mesh: Mesh) -> ClosedSurface:
     """Return the closed part of a mesh's surface; made once for each mesh."""
     part, closed = mesh.parts(HOLE)

@@ -5,10 +5,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import permutations
 
-from trajopt.arrays import number
-from trajopt.errors import ModelError, ShapeError
-from trajopt.shown import shown
-from trajopt.values import Value
+from trajopt.arrays import Value, number
+from trajopt.errors import ModelError, ShapeError, shown
 
 
 @dataclass(frozen=True)

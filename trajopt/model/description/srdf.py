@@ -6,7 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError
-from trajopt.model.xml_file import numbers, read_xml
+from trajopt.model.description.xml_file import numbers, read_xml
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,11 @@ from math import hypot
 from pathlib import Path
 from xml.etree import ElementTree
 
-from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint
+from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint, shown
 from trajopt.io.files import is_file
+from trajopt.model.description.xml_file import numbers, read_xml
 from trajopt.model.placement import Placement, placement
 from trajopt.model.shapes import Box, Capsule, Cylinder, Shape, Sphere
-from trajopt.model.xml_file import numbers, read_xml
-from trajopt.shown import shown
 
 _LONGEST_NAME = 4096  # characters of a file's name
 _SHORTEST_AXIS = 1e-6

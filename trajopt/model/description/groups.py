@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 import pinocchio as pin
 
 from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound
-from trajopt.model.named_frames import joint_above, joint_frame_names, link_frame, link_names
-from trajopt.model.srdf import GroupElement, Srdf
+from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names, link_frame, link_names
+from trajopt.model.description.srdf import GroupElement, Srdf
 
 ALL_JOINTS = "all"
 """Name of the group that a robot without SRDF groups gets."""

@@ -11,9 +11,9 @@ from itertools import permutations
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints, readonly
-from trajopt.model.allowed_collisions import AllowedCollisions, ContactAllowance
-from trajopt.model.clearances import ROOM, Clearances
-from trajopt.model.fixed_body import FixedBody
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.model.collisions.bodies import FixedBody
+from trajopt.model.collisions.clearances import ROOM, Clearances
 
 
 @dataclass(frozen=True, eq=False)

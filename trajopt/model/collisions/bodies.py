@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from trajopt.model.description.urdf import LinkGeometry, MeshReference
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_file
-from trajopt.model.placement import Placement
+from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.shapes import Shape
-from trajopt.model.urdf import LinkGeometry, MeshReference
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,3 +57,39 @@ def robot_bodies(
             bodies.append(CollisionBody(name, element.link, element.link, element.placement, shape))
     notes = tuple(f"{', '.join(links)}: {note}" for note, links in links_by_note.items())
     return tuple(bodies), notes
+
+
+@dataclass(frozen=True, eq=False)
+class Anchor:
+    """A frame that moves with a joint.
+
+    Attributes:
+        joint: Joint of the reduced model that carries it; 0 is the world.
+        placement: Of the frame in that joint's frame.
+    """
+
+    joint: int
+    placement: Placement
+
+
+WORLD_ANCHOR = Anchor(0, IDENTITY)
+"""The world itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class FixedBody:
+    """A collision body, by the joint that carries it.
+
+    Attributes:
+        name: The body's name.
+        owner: The link or object it is part of.
+        joint: Joint of the reduced model that carries it; 0 is the world.
+        placement: Of the shape in that joint's frame.
+        shape: The shape.
+    """
+
+    name: str
+    owner: str
+    joint: int
+    placement: Placement
+    shape: Shape

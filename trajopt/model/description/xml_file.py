@@ -4,9 +4,8 @@ from math import isfinite
 from pathlib import Path
 from xml.etree import ElementTree
 
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import DEEPEST, read_bytes
-from trajopt.shown import shown
 
 _BLOCK = 65536  # bytes handed to the parser at once
 

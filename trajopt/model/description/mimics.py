@@ -6,7 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, readonly
 from trajopt.errors import JointNotFound, MimicContradiction, MimicCycle
-from trajopt.model.urdf import Mimic
+from trajopt.model.description.urdf import Mimic
 
 MIMIC_ERROR = 0.01
 """A measured mimic joint may be this far from where it follows, and is taken to be there [rad | m]."""

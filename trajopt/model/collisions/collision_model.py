@@ -3,17 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from trajopt.model.derived import once_each
-from trajopt.model.fixed_body import Anchor, FixedBody
-from trajopt.model.pairs import BodyPairs, ContactRules, body_pairs
-from trajopt.model.recent import Recent
+from trajopt.model.cached import LruCache, cached_per_value
+from trajopt.model.collisions.bodies import Anchor, FixedBody
+from trajopt.model.collisions.pairs import BodyPairs, ContactRules, body_pairs
 from trajopt.model.reduced_robot import ReducedRobot
 from trajopt.model.scene import Scene
 from trajopt.model.scene_object import AnchoredObject, SceneObject
 
 
 @dataclass(frozen=True, eq=False)
-class Arrangement:
+class CollisionModel:
     """A scene's bodies, fixed to the joints of a reduced robot.
 
     Attributes:
@@ -27,7 +26,7 @@ class Arrangement:
     pairs: BodyPairs
 
 
-def arrange(scene: Scene, robot: ReducedRobot) -> Arrangement:
+def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     """Fix a scene's bodies to the joints of its reduced robot.
 
     The last answers are kept for each scene. An edited scene shares with the one before the bodies of all
@@ -37,26 +36,26 @@ def arrange(scene: Scene, robot: ReducedRobot) -> Arrangement:
         scene: The scene.
         robot: The scene's robot with one group's joints free.
     """
-    return _arrangements(scene).get(robot, lambda: _arranged(scene, robot))
+    return _collision_models(scene).get(robot, lambda: _built(scene, robot))
 
 
-@once_each
-def _arrangements(scene: Scene) -> Recent[ReducedRobot, Arrangement]:
+@cached_per_value
+def _collision_models(scene: Scene) -> LruCache[ReducedRobot, CollisionModel]:
     del scene
-    return Recent(4)
+    return LruCache(4)
 
 
-@once_each
-def _pairs(robot: ReducedRobot) -> Recent[object, BodyPairs]:
+@cached_per_value
+def _pairs(robot: ReducedRobot) -> LruCache[object, BodyPairs]:
     """Return the pairs that the scenes seen last must keep apart, by what decides on them."""
     del robot
-    return Recent(4)
+    return LruCache(4)
 
 
-@once_each
-def _places(item: SceneObject) -> Recent[Anchor, AnchoredObject]:
+@cached_per_value
+def _places(item: SceneObject) -> LruCache[Anchor, AnchoredObject]:
     del item
-    return Recent(2)
+    return LruCache(2)
 
 
 def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
@@ -68,7 +67,7 @@ def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
     return _places(item).get(frame, lambda: item.anchored(frame))
 
 
-def _arranged(scene: Scene, robot: ReducedRobot) -> Arrangement:
+def _built(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     anchors = dict(robot.anchors)
     for name in scene.objects:
         _anchor(name, scene, anchors)
@@ -77,7 +76,7 @@ def _arranged(scene: Scene, robot: ReducedRobot) -> Arrangement:
         bodies.extend(_anchored(item, anchors[item.frame]).bodies)
     objects = tuple(item.contact_traits for item in scene.objects.values())
     key = (objects, scene.allowed, scene.margin, scene.pair_margins, scene.clearances, scene.allowances)
-    return Arrangement(
+    return CollisionModel(
         anchors,
         tuple(bodies),
         _pairs(robot).get(key, lambda: body_pairs(bodies, scene.robot.links, _rules(scene))),

@@ -1,0 +1,1 @@
+"""Collision: bodies, which pairs must keep apart, and by how much."""

@@ -1,0 +1,1 @@
+"""Reading of a robot's description: URDF, SRDF, mimic joints, groups."""

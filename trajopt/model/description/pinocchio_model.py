@@ -1,0 +1,152 @@
+"""What trajopt reads from Pinocchio's model: names, limits, adjacent links, plain data for pickles."""
+
+from collections.abc import Mapping
+from typing import cast
+
+import numpy as np
+import pinocchio as pin
+
+from trajopt.arrays import Floats, readonly
+from trajopt.model.limits import JointLimits
+from trajopt.model.placement import Placement
+
+_JOINTS = (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+_NO_NAME = "\x01"  # XML holds no such character, so no name does
+
+
+def link_names(model: pin.Model) -> tuple[str, ...]:
+    """Return the names of all links, root first."""
+    return tuple(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+
+
+def joint_frame_names(model: pin.Model) -> tuple[str, ...]:
+    """Return the names of all joints, those that cannot move included, in the tree's order."""
+    return tuple(frame.name for frame in list(model.frames)[1:] if frame.type in _JOINTS)
+
+
+def link_frame(model: pin.Model, link: str) -> int:
+    """Return the place of a link among the model's frames."""
+    return int(model.getFrameId(link, pin.FrameType.BODY))
+
+
+def joint_above(model: pin.Model, link: str) -> str:
+    """Return the name of the joint that a link hangs on ("universe" for the root)."""
+    return str(model.frames[model.frames[link_frame(model, link)].parentFrame].name)
+
+
+def distinct_links(model: pin.Model) -> pin.Model:
+    """Return the model, or a copy whose links have names that no joint has where some do."""
+    names = [frame.name for frame in model.frames]
+    if len(set(names)) == len(names):
+        return model
+    renamed = model.copy()
+    for frame in renamed.frames:
+        if frame.type == pin.FrameType.BODY:
+            frame.name = _NO_NAME + frame.name
+    return renamed
+
+
+def named_again(model: pin.Model) -> pin.Model:
+    """Give links the names back that `distinct_links` took; return the model."""
+    for frame in model.frames:
+        frame.name = frame.name.removeprefix(_NO_NAME)
+    return model
+
+
+def described_limits(model: pin.Model) -> JointLimits:
+    """Read what the URDF states: position, velocity, effort; acceleration is nan, jerk inf."""
+    count = model.njoints - 1
+    lower, upper = np.full(count, -np.inf), np.full(count, np.inf)
+    for place, joint in enumerate(list(model.joints)[1:]):
+        if joint.nq == 1:
+            lower[place] = model.lowerPositionLimit[joint.idx_q]
+            upper[place] = model.upperPositionLimit[joint.idx_q]
+    effort = np.array(model.effortLimit)
+    effort[effort <= 0.0] = np.inf
+    return JointLimits(
+        tuple(model.names[1:]),
+        lower,
+        upper,
+        np.array(model.velocityLimit),
+        np.full(count, np.nan),
+        np.full(count, np.inf),
+        effort,
+    )
+
+
+def adjacent_links(model: pin.Model, links: tuple[str, ...]) -> frozenset[frozenset[str]]:
+    """Pair the links joined by one joint, or fixed to each other: contact there is construction."""
+    by_joint: dict[int, list[str]] = {}
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            by_joint.setdefault(int(frame.parentJoint), []).append(frame.name)
+    parent_link = {
+        frame.name: model.frames[frame.parentFrame].name
+        for frame in model.frames
+        if frame.type in (pin.FrameType.JOINT, pin.FrameType.FIXED_JOINT)
+    }
+    pairs: set[frozenset[str]] = set()
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            joint_frame = model.frames[frame.parentFrame].name
+            parent = parent_link.get(joint_frame)
+            if parent in links:
+                pairs.add(frozenset((frame.name, parent)))
+    for names in by_joint.values():
+        pairs.update(frozenset((a, b)) for a in names for b in names if a < b)
+    return frozenset(pairs)
+
+
+ModelData = tuple[str, Mapping[str, Floats]]
+"""The text of Pinocchio's own archive, and the vectors with infinities, which it cannot read back."""
+
+
+def model_data(model: pin.Model) -> ModelData:
+    """Return all that a model states."""
+    finite, infinite = model.copy(), dict[str, Floats]()
+    for name in dir(model):
+        value: object = getattr(model, name)
+        if isinstance(value, np.ndarray):
+            vector = cast("Floats", value)
+            if not np.isfinite(vector).all():
+                infinite[name] = vector.copy()
+                setattr(finite, name, np.zeros_like(vector))
+    return finite.saveToString(), infinite
+
+
+def model_of(data: ModelData) -> pin.Model:
+    """Return the model that was stated."""
+    text, infinite = data
+    model = pin.Model()
+    model.loadFromString(text)
+    for name, vector in infinite.items():
+        setattr(model, name, vector)
+    return model
+
+
+def configuration(model: pin.Model, positions: Floats) -> Floats:
+    """Return pinocchio's configuration of one-degree-of-freedom joint positions, (nv,) -> (nq,)."""
+    if model.nq == model.nv:
+        return positions
+    q = np.empty(model.nq)
+    for joint, position in zip(list(model.joints)[1:], positions, strict=True):
+        if joint.nq == 1:
+            q[joint.idx_q] = position
+        else:
+            q[joint.idx_q : joint.idx_q + 2] = np.cos(position), np.sin(position)
+    return q
+
+
+def link_placement(model: pin.Model, link: str, positions: Floats) -> Placement:
+    """Return the placement of a link in the world.
+
+    Args:
+        model: The robot's model.
+        link: Name of one of its links.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+    """
+    data = model.createData()
+    frame = link_frame(model, link)
+    pin.framesForwardKinematics(model, data, configuration(model, positions))
+    found = data.oMf[frame]
+    return Placement(readonly(found.rotation.copy()), readonly(found.translation.copy()))
