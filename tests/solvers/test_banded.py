@@ -47,8 +47,8 @@ def check(case: Case, accuracy: float = ACCURACY) -> None:
     assert step is not None
     assert (step.dx >= case.lower - 1e-12).all() and (step.dx <= case.upper + 1e-12).all()
     assert (step.dx[~case.moves] == 0.0).all()
-    scale = 1.0 + abs(step.promise)
-    assert step.promise == pytest.approx(improvement(case, step.dx), abs=1e-9 * scale)
+    scale = 1.0 + abs(step.predicted_reduction)
+    assert step.predicted_reduction == pytest.approx(improvement(case, step.dx), abs=1e-9 * scale)
     # A backend may fail on a program of this size; the first one that does not is the oracle.
     answers = (
         FlatSteps(name).program(case.moves, case.at, case.penalty).solve(case.lower, case.upper, accuracy)
@@ -56,8 +56,8 @@ def check(case: Case, accuracy: float = ACCURACY) -> None:
     )
     other = next(answer for answer in answers if answer is not None)
     # PIQP stops at 1e-6 of its own residuals: it may be that far from the optimum on either side.
-    assert step.promise >= other.promise - accuracy - 1e-5 * scale
-    assert other.promise >= step.promise - 1e-3 * scale
+    assert step.predicted_reduction >= other.predicted_reduction - accuracy - 1e-5 * scale
+    assert other.predicted_reduction >= step.predicted_reduction - 1e-3 * scale
 
 
 def random_case(rng: np.random.Generator, *, knots: int, joints: int, rows: int, stencil: int = 2) -> Case:

@@ -39,8 +39,8 @@ def spline(folder: Path, degree: int = 3, pieces: int = 8, resting: int = 1) -> 
 
 def free(folder: Path) -> tuple[FreeDurationNlp, Floats]:
     nlp, control = spline(folder, pieces=10, resting=RESTING)
-    model = nlp.base.problem.reduced
-    timed = FreeDurationNlp(nlp, nlp.base.problem.limits, 2.0, DynamicsQuery(model), np.zeros(4))
+    model = nlp.problem.reduced
+    timed = FreeDurationNlp(nlp, nlp.problem.limits, 2.0, DynamicsQuery(model), np.zeros(4))
     return timed, np.hstack((control, np.full((len(control), 1), 0.9)))
 
 
@@ -84,7 +84,7 @@ def test_bounds_of_control_points_bound_the_path(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     lower, upper = np.maximum(nlp.lower, -5.0), np.minimum(nlp.upper, 5.0)
     path = nlp.decode(rng.uniform(lower, upper)).knots
-    limits = nlp.base.problem.limits
+    limits = nlp.problem.limits
     assert (path >= limits.lower - 1e-12).all() and (path <= limits.upper + 1e-12).all()
     assert path[0] == pytest.approx(np.array(list(START.values())))
 
@@ -100,9 +100,7 @@ def test_the_stated_duration_is_the_least_that_holds_the_limits(tmp_path: Path) 
         np.abs(motion(times, order)).max(axis=0) / limit
         for order, limit in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk))
     ]
-    torque = np.abs(
-        DynamicsQuery(nlp.spline.base.problem.reduced).torque(*(motion(times, r) for r in range(3)))
-    )
+    torque = np.abs(DynamicsQuery(nlp.spline.problem.reduced).torque(*(motion(times, r) for r in range(3))))
     shares.append(torque.max(axis=0) / limits.effort)
     assert max(float(share.max()) for share in shares) == pytest.approx(1.0, abs=5e-3)
     for order in (1, 2):

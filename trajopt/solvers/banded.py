@@ -70,10 +70,10 @@ class BandedStep:
 
     def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
         """Return the best step between bounds of shape (N, n); see `StepProgram`."""
-        dx, promise, code, iterations, _ = self.core.solve(
+        dx, predicted_reduction, code, iterations, _ = self.core.solve(
             lower.ravel(), upper.ravel(), REGULARISATION, accuracy, self.solver.max_iterations
         )
-        return Step(dx.reshape(lower.shape), promise, iterations) if code in SOLVED else None
+        return Step(dx.reshape(lower.shape), predicted_reduction, iterations) if code in SOLVED else None
 
 
 def _arrays(rows: Rows) -> tuple[Floats, Floats, np.ndarray]:

@@ -200,9 +200,9 @@ class FlatStep:
         if solution is None:
             return None
         reduced = np.clip(solution.x[: len(free)], low, high)
-        promise = self.model.model(np.zeros_like(reduced)) - self.model.model(reduced)
-        if promise <= 0.0 and solution.status is QpStatus.INACCURATE:
-            return None  # a rough answer that promises nothing does not say that nothing can be gained
+        predicted_reduction = self.model.model(np.zeros_like(reduced)) - self.model.model(reduced)
+        if predicted_reduction <= 0.0 and solution.status is QpStatus.INACCURATE:
+            return None  # an inaccurate solution without gain does not show that there is none
         step = np.zeros(lower.size)
         step[free] = reduced
-        return Step(step.reshape(self.shape), promise, solution.iterations)
+        return Step(step.reshape(self.shape), predicted_reduction, solution.iterations)

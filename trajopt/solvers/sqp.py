@@ -5,12 +5,11 @@ motion planning Schulman et al., IJRR 2014, algorithm 1. Costs are Gauss-Newton.
 """
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from math import ceil
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
+from trajopt.arrays import Floats
 from trajopt.nlp import Linearisation, Nlp
 from trajopt.solvers.choice import AUTO, step_solver
 from trajopt.solvers.result import SolveResult, SolverStatus, SqpStep
@@ -44,7 +43,7 @@ class Sqp:
         penalty_rounds: Rounds of growth at most.
         max_iterations: QPs at most; what is not feasible by then rarely will be, and another first
             guess is the better use of the time.
-        relative_gain: Converged when a step promises less than this share of the merit.
+        relative_gain: Converged when the predicted reduction is below this share of the merit.
         absolute_gain: Or less than this.
         trust_region: First trust region, and its rule.
     """
@@ -83,112 +82,96 @@ class Sqp:
         Raises:
             SolverNotFound: If the QP backend is unknown.
         """
-        run = _Run(self, nlp, step_solver(self.qp), progress)
-        return run.solve(np.clip(x0, nlp.lower, nlp.upper))
+        steps = step_solver(self.qp)
+        x = np.clip(x0, nlp.lower, nlp.upper)
+        at = nlp.linearise(x, nlp.sampling(x, fine=False))
+        run = _Run(nlp, steps, progress, at, self.trust_region, self.penalty)
+        rounds = 0
+        while True:
+            status = self._descend(run)
+            if run.at.feasible:
+                # Steps are compared on equal samples; whether these are enough is checked at the end.
+                needed = np.maximum(run.at.sampling, nlp.sampling(run.at.x, fine=True))
+                enough = run.fine and bool((needed == run.at.sampling).all())
+                if (needed > run.at.sampling).any():
+                    run.at = nlp.linearise(run.at.x, needed)
+                if status in FINAL:
+                    return run.result(status)
+                if enough:
+                    return run.result(SolverStatus.CONVERGED)
+                run.fine = True
+            elif status in FINAL:
+                return run.result(status)
+            elif rounds == self.penalty_rounds:
+                collapsed = run.region.collapsed
+                return run.result(
+                    SolverStatus.TRUST_REGION_COLLAPSED if collapsed else SolverStatus.INFEASIBLE_STATIONARY
+                )
+            else:
+                rounds += 1
+                run.penalty *= self.penalty_growth
+            run.region = replace(run.region, radius=max(run.region.radius, WIDENED))
+
+    def _descend(self, run: "_Run") -> SolverStatus:
+        """Reduce the merit with one penalty weight until no step is predicted to reduce it enough."""
+        nlp, moves = run.nlp, run.nlp.lower < run.nlp.upper
+        program = run.steps.program(moves, run.at, run.penalty)
+        while len(run.log) < self.max_iterations:
+            at, region = run.at, run.region
+            now = merit(at, run.penalty)
+            if not np.isfinite(now):
+                return SolverStatus.NON_FINITE
+            enough = max(self.relative_gain * now, self.absolute_gain)
+            box = region.radius * nlp.scale
+            lower, upper = np.maximum(-box, nlp.lower - at.x), np.minimum(box, nlp.upper - at.x)
+            step = program.solve(lower, upper, ACCURACY * enough)
+            if step is None:
+                run.failures += 1
+                if run.failures > QP_FAILURES:
+                    return SolverStatus.QP_FAILED
+                run.region = replace(region, radius=region.radius * region.shrink)
+                continue
+            if step.predicted_reduction < enough:
+                return SolverStatus.CONVERGED
+            trial = nlp.linearise(at.x + step.dx, at.sampling)
+            ratio = (now - merit(trial, run.penalty)) / step.predicted_reduction
+            accepted = region.accepts(ratio)
+            run.region = region.after(ratio)
+            run.at = trial if accepted else at
+            run.note(accepted, program, step)
+            if accepted and run.at.feasible and not run.fine:
+                return SolverStatus.CONVERGED
+            if run.region.collapsed:
+                return SolverStatus.TRUST_REGION_COLLAPSED
+            if accepted:
+                program = run.steps.program(moves, run.at, run.penalty)
+        return SolverStatus.MAX_ITERATIONS
 
 
 @dataclass(eq=False)
 class _Run:
-    """One call of the solver: where it is and what it did."""
+    """Where one call of the solver is, and what it has done."""
 
-    options: Sqp
     nlp: Nlp
     steps: StepSolver
     progress: Progress | None
-    log: list[SqpStep] = field(default_factory=list[SqpStep])
+    at: Linearisation
+    region: TrustRegion
+    penalty: float
+    fine: bool = False
     failures: int = 0
+    log: list[SqpStep] = field(default_factory=list[SqpStep])
 
-    @cached_property
-    def moves(self) -> Bools:
-        """Which variables may change."""
-        return self.nlp.lower < self.nlp.upper
+    def result(self, status: SolverStatus) -> SolveResult:
+        return SolveResult(status, self.at.x, self.at, tuple(self.log))
 
-    def solve(self, x: Floats) -> SolveResult:
-        region, penalty, rounds, fine = self.options.trust_region, self.options.penalty, 0, False
-        at = self.nlp.linearise(x, self.nlp.sampling(x, fine=False))
-        while True:
-            ended, at, region = self._descend(at, region, penalty, fine)
-            if at.feasible:
-                # Steps are compared on equal samples; whether these are enough is asked where they ended.
-                needed = np.maximum(at.sampling, self.nlp.sampling(at.x, fine=True))
-                enough = fine and bool((needed == at.sampling).all())
-                if (needed > at.sampling).any():
-                    at = self.nlp.linearise(at.x, needed)
-                if enough or ended in FINAL:
-                    status = ended if ended in FINAL else SolverStatus.CONVERGED
-                    return SolveResult(status, at.x, at, tuple(self.log))
-                fine = True
-            elif ended in FINAL:
-                return SolveResult(ended, at.x, at, tuple(self.log))
-            elif rounds == self.options.penalty_rounds:
-                status = (
-                    SolverStatus.TRUST_REGION_COLLAPSED
-                    if region.collapsed
-                    else SolverStatus.INFEASIBLE_STATIONARY
-                )
-                return SolveResult(status, at.x, at, tuple(self.log))
-            else:
-                rounds += 1
-                penalty *= self.options.penalty_growth
-            region = replace(region, radius=max(region.radius, WIDENED))
-
-    def _descend(
-        self, at: Linearisation, region: TrustRegion, penalty: float, fine: bool
-    ) -> tuple[SolverStatus, Linearisation, TrustRegion]:
-        """Reduce the merit with one penalty weight until no step promises enough."""
-        program = self.steps.program(self.moves, at, penalty)
-        while len(self.log) < self.options.max_iterations:
-            now = merit(at, penalty)
-            if not np.isfinite(now):
-                return SolverStatus.NON_FINITE, at, region
-            enough = max(self.options.relative_gain * now, self.options.absolute_gain)
-            step = self._step(program, at, region, ACCURACY * enough)
-            if step is None:
-                self.failures += 1
-                if self.failures > QP_FAILURES:
-                    return SolverStatus.QP_FAILED, at, region
-                region = replace(region, radius=region.radius * region.shrink)
-                continue
-            if step.promise < enough:
-                return SolverStatus.CONVERGED, at, region
-            trial = self.nlp.linearise(at.x + step.dx, at.sampling)
-            ratio = (now - merit(trial, penalty)) / step.promise
-            accepted = region.accepts(ratio)
-            region = region.after(ratio)
-            at = trial if accepted else at
-            self._note(at, penalty, region, accepted, program, step)
-            if accepted and at.feasible and not fine:
-                return SolverStatus.CONVERGED, at, region
-            if region.collapsed:
-                return SolverStatus.TRUST_REGION_COLLAPSED, at, region
-            if accepted:
-                program = self.steps.program(self.moves, at, penalty)
-        return SolverStatus.MAX_ITERATIONS, at, region
-
-    def _step(
-        self, program: StepProgram, at: Linearisation, region: TrustRegion, accuracy: float
-    ) -> Step | None:
-        """Return the best step within the trust region and the bounds."""
-        box = region.radius * self.nlp.scale
-        return program.solve(
-            np.maximum(-box, self.nlp.lower - at.x), np.minimum(box, self.nlp.upper - at.x), accuracy
-        )
-
-    def _note(
-        self,
-        at: Linearisation,
-        penalty: float,
-        region: TrustRegion,
-        accepted: bool,
-        program: StepProgram,
-        step: Step,
-    ) -> None:
+    def note(self, accepted: bool, program: StepProgram, step: Step) -> None:
         entry = SqpStep(
-            cost=at.cost,
-            violation=at.violation,
-            merit=merit(at, penalty),
-            penalty=penalty,
-            radius=region.radius,
+            cost=self.at.cost,
+            violation=self.at.violation,
+            merit=merit(self.at, self.penalty),
+            penalty=self.penalty,
+            radius=self.region.radius,
             accepted=accepted,
             rows=program.rows,
             backend=program.backend,

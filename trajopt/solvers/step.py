@@ -13,12 +13,12 @@ class Step:
 
     Attributes:
         dx: Change of the knots, shape (N, n).
-        promise: By how much the merit falls, if the linearisation is right.
+        predicted_reduction: By how much the merit falls, if the linearisation is right.
         iterations: Iterations that the backend used.
     """
 
     dx: Floats
-    promise: float
+    predicted_reduction: float
     iterations: int
 
 

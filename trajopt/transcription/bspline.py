@@ -5,18 +5,15 @@ their limits everywhere, not at samples only.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints, readonly
+from trajopt.arrays import Floats, Ints, readonly
 from trajopt.model.trajectory import Path
-from trajopt.nlp import Linearisation
-from trajopt.query import Counts
 from trajopt.terms.motion import Motion
 from trajopt.transcription.basis import SplineBasis
 from trajopt.transcription.knots import KnotsNlp
-from trajopt.transcription.rows import constraint_rows, cost_rows
+from trajopt.transcription.motion_nlp import MotionNlp
 from trajopt.transcription.sweep import swept_samples
 
 COARSE_SAMPLES = 2
@@ -43,32 +40,16 @@ class Places:
 
 
 @dataclass(eq=False)
-class BsplineNlp:
+class BsplineNlp(MotionNlp):
     """The program over control points.
 
     Attributes:
-        base: The same problem over knots, whose constraints these are.
         basis: The spline.
-        places: Where its parameters are along the motion.
-        lower: Lower bounds of the control points, shape (M, n).
-        upper: Upper bounds, shape (M, n).
+        places: Where its parameters are along the motion over knots.
     """
 
-    base: KnotsNlp
     basis: SplineBasis
     places: Places
-    lower: Floats
-    upper: Floats
-
-    @property
-    def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,)."""
-        return self.base.scale
-
-    @property
-    def counts(self) -> Counts:
-        """The work done so far."""
-        return self.base.counts
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per piece: few, or as many as the sweep of the bodies demands."""
@@ -76,31 +57,19 @@ class BsplineNlp:
         if not fine:
             return np.full(pieces, COARSE_SAMPLES)
         corners = self.basis.at(self.basis.breaks)(x)
-        return swept_samples(self.base.query, corners, COARSE_SAMPLES)
+        return swept_samples(self.query, corners, COARSE_SAMPLES)
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
         """Sample the spline: every break, `sampling - 1` parameters between, and those of waypoints."""
         parameters = np.union1d(self.basis.parameters(sampling), self.places.exact)
         stencils = self.basis.at(parameters)
-        return Motion(
-            x, stencils.support, stencils.weight, self.places(parameters), stencils(x), self.base.query
-        )
-
-    def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
-        """Evaluate and linearise every cost and constraint on the given samples."""
-        motion, last = self.motion(x, sampling), self.base.problem.knots - 1
-        costs = cost_rows(self.base.problem.costs or (), motion, last)
-        constraints = constraint_rows(self.base.constraints, motion, last, self._moves)
-        return Linearisation(x, costs, constraints, sampling)
+        places = self.places(parameters)
+        return Motion(x, stencils.support, stencils.weight, places, stencils(x), self.query)
 
     def decode(self, x: Floats) -> Path:
         """Return a path through points of the spline, as dense as its finest samples."""
         sampling = self.sampling(x, fine=True)
-        return Path(self.base.problem.reduced.joint_names, readonly(self.motion(x, sampling).positions))
-
-    @cached_property
-    def _moves(self) -> Bools:
-        return np.any(self.lower < self.upper, axis=1)
+        return Path(self.problem.reduced.joint_names, readonly(self.motion(x, sampling).positions))
 
 
 def over_control_points(
@@ -124,4 +93,6 @@ def over_control_points(
         )
         for side in (base.lower, base.upper)
     )
-    return BsplineNlp(base, basis, places, lower, upper)
+    return BsplineNlp(
+        base.problem, base.counts, lower, upper, base.scale, base.query, base.constraints, basis, places
+    )

@@ -1,18 +1,16 @@
 """Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints, readonly
+from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement, together
 from trajopt.model.trajectory import Path
-from trajopt.nlp import Linearisation
 from trajopt.problem import Asked, Problem
 from trajopt.query import Counts, Query
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
@@ -20,7 +18,7 @@ from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE
 from trajopt.transcription.margins import tapered_margins
-from trajopt.transcription.rows import constraint_rows, cost_rows
+from trajopt.transcription.motion_nlp import MotionNlp
 from trajopt.transcription.sweep import COARSE_SAMPLES, swept_samples
 
 CLEARANCE_TOLERANCE = 1e-3
@@ -32,27 +30,11 @@ PRISMATIC_STEP = 0.5
 """A prismatic joint's ordinary step, as a share of its range."""
 
 
-@dataclass(eq=False)
-class KnotsNlp:
-    """The program over knots; owns the query, so one per thread.
+class KnotsNlp(MotionNlp):
+    """The program over knots, between which the motion is straight.
 
-    Build one with `transcribe(problem)`.
-
-    Attributes:
-        problem: What it transcribes.
-        counts: The work done so far.
-        lower: Lower bounds of the knots, shape (N, n).
-        upper: Upper bounds, shape (N, n).
-        scale: A step of ordinary size, shape (n,).
+    Build one with `transcribe(problem, seed)`.
     """
-
-    problem: Problem
-    counts: Counts
-    lower: Floats
-    upper: Floats
-    scale: Floats
-    query: Query
-    constraints: tuple[Constraint, ...]
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per segment: few, or as many as the sweep of the bodies demands."""
@@ -61,22 +43,13 @@ class KnotsNlp:
             return np.full(segments, COARSE_SAMPLES)
         return swept_samples(self.query, x)
 
-    def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
-        """Evaluate and linearise every cost and constraint on the given samples."""
-        motion = Motion.through(x, sampling, self.query)
-        last = len(x) - 1
-        costs = cost_rows(self.problem.costs or (), motion, last)
-        constraints = constraint_rows(self.constraints, motion, last, self._moves)
-        return Linearisation(x, costs, constraints, sampling)
+    def motion(self, x: Floats, sampling: Ints) -> Motion:
+        """Sample the polyline through the knots."""
+        return Motion.through(x, sampling, self.query)
 
     def decode(self, x: Floats) -> Path:
         """Return the path through the knots."""
         return Path(self.problem.reduced.joint_names, readonly(np.array(x)))
-
-    @cached_property
-    def _moves(self) -> Bools:
-        """Whether anything of each knot may change, shape (N,)."""
-        return np.any(self.lower < self.upper, axis=1)
 
 
 def fixed_goal(problem: Problem) -> Floats | None:
