@@ -10,6 +10,7 @@ from trajopt.explanation.asked import with_requirement
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import FramePlacement, JointPositions, Requirement
 from trajopt.problem import Problem
+from trajopt.terms.joint_positions import without_followers
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -60,7 +61,8 @@ def moved_joint_goal(problem: Problem, moved: Floats) -> Change:
 
     def apply(amount: float) -> Problem:
         shift = dict(zip(names, (moved * (amount / most)).tolist(), strict=True))
-        return replace(problem, goal=[_shifted(item, shift) for item in problem.goals])
+        goals = without_followers(problem.goals, problem.reduced)
+        return replace(problem, goal=[_shifted(item, shift) for item in goals])
 
     return Change(
         what="goal",

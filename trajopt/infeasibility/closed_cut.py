@@ -15,6 +15,7 @@ from trajopt.infeasibility.cover import Cover
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions
 from trajopt.problem import Problem
+from trajopt.terms.joint_positions import without_followers
 
 SHARES = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
 """Where between start and goal each joint is cut."""
@@ -61,7 +62,7 @@ def closed_cut(problem: Problem) -> ClosedCut | None:
 def _must_move(problem: Problem) -> dict[int, tuple[float, float]]:
     """Return where joints with a goal of their own begin and where they must come to at least."""
     reduced, found = problem.reduced, dict[int, tuple[float, float]]()
-    for goal in problem.goals:
+    for goal in without_followers(problem.goals, reduced):
         if isinstance(goal, JointPositions):
             for joint, wanted in goal.positions.items():
                 if joint in reduced.joint_names:

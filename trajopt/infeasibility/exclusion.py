@@ -6,6 +6,7 @@ of one body keep their distance, wherever the body goes.
 """
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from trajopt.model.requirements import (
     RotationCoordinates,
 )
 from trajopt.model.shapes import Box, Cylinder, Shape, Sphere
+from trajopt.terms.joint_positions import without_followers
 
 ACCURACY = 1e-6
 """What exceeds by less than this is not called so [m | rad]."""
@@ -47,7 +49,8 @@ class _Place:
 def exclusion(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
     """Say why two requirements cannot be held together; empty where that cannot be proven."""
     if isinstance(first, JointPositions) and isinstance(second, JointPositions):
-        return _joints(first, second)
+        pairs = product(without_followers((first,), reduced), without_followers((second,), reduced))
+        return next(filter(None, (_joints(one, other) for one, other in pairs)), "")
     if _bodies(first, reduced) is None or _bodies(first, reduced) != _bodies(second, reduced):
         return ""
     return (
@@ -65,7 +68,8 @@ def _bodies(required: Requirement, reduced: ReducedModel) -> tuple[int, int] | N
     return None
 
 
-def _joints(first: JointPositions, second: JointPositions) -> str:
+def _joints(first: Requirement, second: Requirement) -> str:
+    assert isinstance(first, JointPositions) and isinstance(second, JointPositions)
     for joint in first.positions.keys() & second.positions.keys():
         apart = max(
             first.positions[joint] - first.below[joint] - second.positions[joint] - second.above[joint],

@@ -13,6 +13,7 @@ from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult
 from trajopt.terms import Clearance
+from trajopt.terms.joint_positions import without_followers
 from trajopt.verify import Certificate, Examination
 
 NAMED = 3
@@ -126,7 +127,7 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
     """Return the joints whose goal no position within their limits reaches, whatever its tolerance."""
     limits = problem.reduced.limits
     blocks: list[Block] = []
-    for goal in problem.goals:
+    for goal in without_followers(problem.goals, problem.reduced):
         if not isinstance(goal, JointPositions):
             continue
         for joint, wanted in goal.positions.items():

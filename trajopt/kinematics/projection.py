@@ -15,6 +15,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement, together
 from trajopt.query import Query
 from trajopt.terms import Constraint, constrain
+from trajopt.terms.joint_positions import without_followers
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 
@@ -128,7 +129,7 @@ class Projection:
         self._passes = (self._turn > 0.0) & (span > 2.0 * np.pi - GAP)
         self._asked = [
             _Asked.of(accepted, aim)
-            for goal in together(goals)
+            for goal in together(without_followers(goals, reduced))
             for accepted, aim in zip(
                 constrain(goal, reduced, WHOLE), constrain(goal, reduced, WHOLE, inset=AIM), strict=True
             )

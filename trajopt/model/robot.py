@@ -231,8 +231,9 @@ class Robot(Value):
 
         Args:
             values: Joint -> position [rad | m], or the name of a state; joints not named are at
-                the position nearest to zero inside their limits, mimicking ones follow. What a state says
-                of a mimicking joint does not count: it follows, as in MoveIt.
+                the position nearest to zero inside their limits, mimicking ones follow; where only a
+                mimicking joint is named, the joint that it follows is placed to suit. What a state says of a
+                mimicking joint does not count: it follows, as in MoveIt.
             group: The group whose named state is meant; any group that has it when None.
 
         Returns:
@@ -247,6 +248,12 @@ class Robot(Value):
         for joint, value in named.items():
             result[self.index([joint])[0]] = float(floats(f"position of {joint}", value, ()))
         kept = () if isinstance(values, str) else named
+        for joint in kept:
+            mimic = self.mimics.get(joint)
+            if mimic is not None and mimic.multiplier and mimic.source not in kept:
+                if mimic.source in self.joint_names:
+                    leader = self.joint_names.index(mimic.source)
+                    result[leader] = (result[self.joint_names.index(joint)] - mimic.offset) / mimic.multiplier
         following = {joint: mimic for joint, mimic in self.mimics.items() if joint not in kept}
         return followed(self.joint_names, following, result)
 

@@ -19,7 +19,7 @@ from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
 from trajopt.query import Counts, Query
 from trajopt.terms import constrain
-from trajopt.terms.joint_positions import fixed_positions, joint_box
+from trajopt.terms.joint_positions import fixed_positions, joint_box, without_followers
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 from trajopt.transcription import fixed_goal, goal_centre
@@ -132,7 +132,8 @@ class Ends:
                 seen = self.attempts.judge.examine(asked, moment=Moment.END)
                 words = reasons.out_of_limits(seen) or words
             return result(Status.GOAL_OUT_OF_LIMITS, words, certainty=Certainty.PROVEN)
-        joints = [item for item in problem.goals if isinstance(item, JointPositions)]
+        stated = without_followers(problem.goals, problem.reduced)
+        joints = [item for item in stated if isinstance(item, JointPositions)]
         for first, second in combinations(joints, 2):
             words = exclusion(first, second, problem.reduced)
             if words:

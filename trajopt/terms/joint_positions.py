@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -33,8 +34,51 @@ class JointPosition(Value):
         return motion.rows_of_all(value, np.tile(select, (len(value), 1, 1)))
 
 
+def without_followers(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Requirement, ...]:
+    """Return requirements with joint positions of mimic joints stated for the joints that they follow.
+
+    A mimic joint stands at factor times leader plus offset, so a range of its positions is a range of the
+    leader's. Each becomes joint positions of its own; all that names no such joint stays as it is.
+
+    Args:
+        required: What must hold at one moment.
+        reduced: The robot; the leaders are joints of its group.
+    """
+    stated: list[Requirement] = []
+    for item in required:
+        followers = _followers(item, reduced) if isinstance(item, JointPositions) else {}
+        if not isinstance(item, JointPositions) or not followers:
+            stated.append(item)
+            continue
+        others = item.positions.keys() - followers.keys()
+        if others:
+            sides = (item.positions, item.below, item.above)
+            stated.append(JointPositions(*({k: side[k] for k in side if k in others} for side in sides)))
+        for joint, (leader, factor, offset) in followers.items():
+            sides = (item.below[joint], item.above[joint])
+            below, above = (side / abs(factor) for side in (sides if factor > 0.0 else sides[::-1]))
+            position = (item.positions[joint] - offset) / factor
+            stated.append(JointPositions({leader: position}, {leader: below}, {leader: above}))
+    return tuple(stated)
+
+
+def _followers(required: JointPositions, reduced: ReducedModel) -> dict[str, tuple[str, float, float]]:
+    """Return the required joints that move by following one of the group: leader, factor and offset."""
+    mimics = reduced.scene.robot.mimics
+    named = {joint: mimics[joint] for joint in required.positions if joint in mimics}
+    return {
+        joint: (mimic.source, mimic.multiplier, mimic.offset)
+        for joint, mimic in named.items()
+        if mimic.multiplier != 0.0 and mimic.source in reduced.joint_names
+    }
+
+
 def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints, tuple[str, ...]]:
     """Return which of the group's joints are required, and their names.
+
+    Args:
+        required: Joint positions, those of mimic joints stated for their leaders: see `without_followers`.
+        reduced: The robot and its group.
 
     Raises:
         ProblemError: If a joint outside the group is required to be where it is not.
@@ -47,10 +91,11 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
             continue
         stays = float(reduced.start[robot.index([joint])[0]])
         if not -required.below[joint] <= stays - value <= required.above[joint]:
-            raise ProblemError(
-                f"joint {joint!r} is required at {value:g}, but it is not in group "
-                f"{reduced.group!r} and stays at {stays:g}"
-            )
+            mimic, why = robot.mimics.get(joint), f"it is not in group {reduced.group!r}"
+            if mimic is not None:
+                why = f"it follows {mimic.source!r}, which is not in group {reduced.group!r}"
+                why = why if mimic.multiplier else "it mimics with factor 0"
+            raise ProblemError(f"joint {joint!r} is required at {value:g}, but {why} and stays at {stays:g}")
     places = np.array([reduced.joint_names.index(joint) for joint in inside], dtype=np.int64)
     return places, tuple(inside)
 
@@ -64,7 +109,7 @@ def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> F
         ProblemError: If a joint outside the group is required to be where it is not.
     """
     positions = np.full(len(reduced.joint_names), np.nan)
-    for item in together(required):
+    for item in together(without_followers(required, reduced)):
         if not isinstance(item, JointPositions):
             return None
         places, names = group_places(item, reduced)
@@ -83,7 +128,7 @@ def joint_box(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[F
         ProblemError: If a joint outside the group is required to be where it is not.
     """
     lower, upper = np.array(reduced.limits.lower), np.array(reduced.limits.upper)
-    for item in required:
+    for item in without_followers(required, reduced):
         if isinstance(item, JointPositions):
             places, names = group_places(item, reduced)
             least = [item.positions[name] - item.below[name] for name in names]
@@ -97,6 +142,10 @@ def joint_box(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[F
 def _(
     required: JointPositions, reduced: ReducedModel, window: Window, inset: float = INSET
 ) -> tuple[Constraint, ...]:
+    stated = without_followers((required,), reduced)
+    if stated[0] is not required:
+        each = (constrain(item, reduced, window, inset=inset) for item in together(stated))
+        return tuple(chain.from_iterable(each))
     places, names = group_places(required, reduced)
     if not names:
         return ()
