@@ -1,0 +1,125 @@
+"""What the pages name exists: files, modules, commands of make, versions."""
+
+import importlib
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    [
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "benchmarks/README.md")),
+        *ROOT.glob("docs/**/*.md"),
+    ]
+)
+WORKFLOW = ROOT / ".github" / "workflows" / "ci.yml"
+HOOKS = ROOT / ".pre-commit-config.yaml"
+
+SPAN = re.compile(r"`([^`\n]+)`")
+FILE = re.compile(r"(?:trajopt|tests|benchmarks|robots|problems|examples|notebooks|docs)(?:/[\w.-]+)+/?")
+MODULE = re.compile(r"trajopt(?:\.\w+)+")
+LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
+MAKE = re.compile(r"\bmake ([a-z][a-z-]*)")
+NOT_PYTHON = {"trajopt.robots", "trajopt.methods", "trajopt.problems"}
+"""Entry-point groups; the second is a module, too."""
+
+
+def ids(path: Path) -> str:
+    return str(path.relative_to(ROOT))
+
+
+def exists(name: str) -> bool:
+    """Whether a dotted name can be imported, or is an attribute of what can."""
+    parts = name.split(".")
+    for split in range(len(parts), 0, -1):
+        try:
+            value: object = importlib.import_module(".".join(parts[:split]))
+        except ImportError:
+            continue
+        for attribute in parts[split:]:
+            if not hasattr(value, attribute):
+                return False
+            value = getattr(value, attribute)
+        return True
+    return False
+
+
+@pytest.mark.parametrize("page", PAGES, ids=ids)
+def test_its_files_exist(page: Path) -> None:
+    spans = SPAN.findall(page.read_text())
+    files = {name.rstrip("/") for span in spans if FILE.fullmatch(name := span.split("::")[0])}
+    assert [name for name in sorted(files) if not (ROOT / name).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=ids)
+def test_its_names_can_be_imported(page: Path) -> None:
+    text = page.read_text()
+    names = {name for span in SPAN.findall(text) for name in MODULE.findall(span)} - NOT_PYTHON
+    names |= set(re.findall(r"^\.\. auto\w+:: (\S+)$", text, re.MULTILINE))
+    assert [name for name in sorted(names) if not exists(name)] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=ids)
+def test_its_links_lead_somewhere(page: Path) -> None:
+    targets = {target for target in LINK.findall(page.read_text()) if not target.startswith("notebooks/")}
+    assert [target for target in sorted(targets) if not (page.parent / target).exists()] == []
+
+
+@pytest.mark.parametrize("page", [*PAGES, WORKFLOW], ids=ids)
+def test_its_commands_of_make_exist(page: Path) -> None:
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    assert len(targets) > 5
+    text = page.read_text()
+    named = (
+        set(re.findall(r"run: make ([a-z-]+)", text))
+        if page == WORKFLOW
+        else {name for span in SPAN.findall(text) for name in MAKE.findall(span)}
+        | set(re.findall(r"^    make ([a-z-]+)", text, re.MULTILINE))
+    )
+    assert named - targets == set()
+
+
+def test_a_name_that_is_gone_is_seen() -> None:
+    assert exists("trajopt.solvers.Sqp") and exists("trajopt.retime")
+    assert not exists("trajopt.solvers.Newton") and not exists("trajopt.suite")
+
+
+def test_the_workflow_runs_every_supported_python() -> None:
+    jobs = yaml.safe_load(WORKFLOW.read_text())["jobs"]
+    assert {"check", "test", "docs", "wheel"} <= set(jobs)
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        classifiers = tomllib.load(file)["project"]["classifiers"]
+    supported = {item.rsplit(" ", 1)[1] for item in classifiers if re.search(r":: 3\.\d+$", item)}
+    assert set(jobs["test"]["strategy"]["matrix"]["python"]) == supported
+    assert set(jobs["wheel"]["strategy"]["matrix"]["python"]) == supported
+
+
+def test_the_hooks_before_a_commit_can_be_run() -> None:
+    hooks = [hook for repo in yaml.safe_load(HOOKS.read_text())["repos"] for hook in repo["hooks"]]
+    assert {"ruff-check", "ruff-format", "pyright"} <= {hook["id"] for hook in hooks}
+    for hook in hooks:
+        for word in hook["entry"].split():
+            if word.startswith("tests/"):
+                assert (ROOT / word).exists(), word
+
+
+def test_versions_agree() -> None:
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        project = tomllib.load(file)["project"]
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert citation["version"] == project["version"]
+    assert citation["license"] == project["license"]
+
+
+@pytest.mark.parametrize("form", sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml")), ids=ids)
+def test_forms_are_complete(form: Path) -> None:
+    content = yaml.safe_load(form.read_text())
+    if form.name == "config.yml":
+        assert content == {"blank_issues_enabled": True}
+        return
+    assert {"name", "description", "body"} <= set(content)
+    names = [part["id"] for part in content["body"] if part["type"] != "markdown"]
+    assert names and len(names) == len(set(names))
