@@ -6,5 +6,4 @@ from trajopt.explanation.explanation import Explanation as Explanation
 from trajopt.explanation.nearest import NearestFree as NearestFree
 from trajopt.explanation.prices import Price as Price
 from trajopt.explanation.remedies import Remedy as Remedy
-from trajopt.explanation.widening import widenings as widenings
 from trajopt.planning.status import Certainty as Certainty

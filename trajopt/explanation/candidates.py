@@ -18,9 +18,8 @@ from trajopt.explanation.change import (
 )
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed
-from trajopt.explanation.widening import Widening, widenings
 from trajopt.infeasibility.reasons import Block, BlockKind
-from trajopt.model.requirements import WORLD, FramePlacement, Requirement
+from trajopt.model.requirements import WORLD, FramePlacement, Relaxation, Requirement
 from trajopt.planning.result import Status
 from trajopt.problem import Problem
 from trajopt.query import Query
@@ -87,7 +86,7 @@ def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
         rest = [*problem.goals, *(item for item in always if item is not required)]
         stood = least_missed(problem, [required], hard=rest)
         if stood is not None:
-            yield from (_widened(problem, required, way, stood.given) for way in widenings(required))
+            yield from (_widened(problem, required, way, stood.given) for way in required.relaxations)
 
 
 def _gives_way(
@@ -101,7 +100,7 @@ def _gives_way(
             continue
         if isinstance(required, FramePlacement):
             yield from _moved(problem, required, stood)
-        yield from (_widened(problem, required, way, stood.given) for way in widenings(required))
+        yield from (_widened(problem, required, way, stood.given) for way in required.relaxations)
 
 
 def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterator[Change]:
@@ -122,10 +121,10 @@ def _moved(problem: Problem, goal: FramePlacement, stood: NearestFree) -> Iterat
         yield moved_placement(problem, goal, shift, SPARE * length)
 
 
-def _widened(problem: Problem, required: Requirement, way: Widening, amount: float) -> Change:
+def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: float) -> Change:
     return Change(
         what=way.what,
-        unit="m" if way.shown[1] == "mm" else "rad" if way.shown[1] in ("deg", "rad") else "",
+        unit=way.unit.base,
         first=min(max(SPARE * amount, SMALLEST), way.largest),
         largest=way.largest,
         words=way.words,
@@ -137,9 +136,10 @@ def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) 
     """Yield path constraints widened to what they are at a configuration."""
     motion = Motion.standing(positions, Query(problem.reduced))
     for required in always:
-        excess = max(item.excess(motion) for item in constrain(required, problem.reduced, WHOLE))
+        items = constrain(required, problem.reduced, WHOLE)
+        excess = max((item.excess(motion) for item in items), default=0.0)
         if excess > 0.0:
-            yield from (_widened(problem, required, way, excess) for way in widenings(required))
+            yield from (_widened(problem, required, way, excess) for way in required.relaxations)
 
 
 def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
@@ -150,7 +150,7 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
             for required in everything(problem):
                 residuals = (item.residual for item in constrain(required, problem.reduced, WHOLE))
                 if any(_is_of(block, residual) for residual in residuals):
-                    ways = widenings(required)
+                    ways = required.relaxations
                     yield from (_widened(problem, required, way, block.amount) for way in ways)
 
 

@@ -9,11 +9,10 @@ from trajopt.arrays import Floats
 from trajopt.explanation.asked import everything, with_requirement
 from trajopt.explanation.change import smaller_margin
 from trajopt.explanation.multipliers import Multipliers, RowKey, multipliers
-from trajopt.explanation.widening import DEGREE, MILLIMETRE, widenings
 from trajopt.kinematics.projection import Projection
 from trajopt.methods.timing import timed
 from trajopt.model.limits import LimitKind
-from trajopt.model.requirements import Requirement
+from trajopt.model.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement, ShownUnit
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Result
 from trajopt.problem import Problem
@@ -144,13 +143,13 @@ def _clearances(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iter
             owners = reduced.owners(key.component)
             total[owners] = total.get(owners, 0.0) + push
     for (first, second), push in total.items():
-        change = smaller_margin(base.problem, first, second, STEP * MILLIMETRE) if seconds else None
-        step = 0.0 if change is None else min(STEP * MILLIMETRE, change.largest)
+        change = smaller_margin(base.problem, first, second, STEP * MILLIMETRES.size) if seconds else None
+        step = 0.0 if change is None else min(STEP * MILLIMETRES.size, change.largest)
         yield Price(
             what=f"margin of {first} from {second}",
             unit="mm",
-            objective=push * MILLIMETRE,
-            seconds=None if change is None else base.saved(change.apply(step), step / MILLIMETRE),
+            objective=push * MILLIMETRES.size,
+            seconds=None if change is None else base.saved(change.apply(step), step / MILLIMETRES.size),
         )
 
 
@@ -162,25 +161,24 @@ def _requirements(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> It
         push = sum(value for key, value in dear.items() if (key.kind, key.name) in mine)
         if push == 0.0:
             continue
-        unit, factor = _unit(required)
+        unit = _unit(required)
         yield Price(
             what=", ".join(sorted({residual.name for residual in residuals})),
-            unit=unit,
-            objective=push * factor,
+            unit=unit.name or "unit",
+            objective=push * unit.size,
             seconds=_saved_by(base, required) if seconds else None,
         )
 
 
-def _unit(required: Requirement) -> tuple[str, float]:
-    ways = widenings(required)
-    return (ways[0].shown[1] or "unit", ways[0].shown[0]) if ways else ("unit", 1.0)
+def _unit(required: Requirement) -> ShownUnit:
+    return next((way.unit for way in required.relaxations), PLAIN)
 
 
 def _saved_by(base: _Solved, required: Requirement) -> float | None:
-    for way in widenings(required)[:1]:
-        amount = min(STEP * way.shown[0], way.largest)
+    for way in required.relaxations[:1]:
+        amount = min(STEP * way.unit.size, way.largest)
         relaxed = with_requirement(base.problem, required, way.apply(amount))
-        return base.saved(relaxed, amount / way.shown[0])
+        return base.saved(relaxed, amount / way.unit.size)
     return None
 
 
@@ -191,11 +189,11 @@ def _bounds(base: _Solved, dear: dict[int, float], seconds: bool) -> Iterator[Pr
         sides = (LimitKind.LOWER, LimitKind.UPPER)
         binding = reduced.limits.binding
         limited = [name, *(binding[name, side] for side in sides if (name, side) in binding)]
-        relaxed = _with_limits(base.problem, limited, "position", STEP * DEGREE) if seconds else None
+        relaxed = _with_limits(base.problem, limited, "position", STEP * DEGREES.size) if seconds else None
         yield Price(
             what=f"position limit of {name}{reduced.limits.because(name, *sides)}",
             unit="deg",
-            objective=push * DEGREE,
+            objective=push * DEGREES.size,
             seconds=None if relaxed is None else base.saved(relaxed, STEP),
         )
 

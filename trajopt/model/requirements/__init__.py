@@ -30,6 +30,7 @@ from trajopt.model.requirements.gravity_torque import gravity_torque as gravity_
 from trajopt.model.requirements.joint_positions import JOINT_TOLERANCE as JOINT_TOLERANCE
 from trajopt.model.requirements.joint_positions import JointPositions as JointPositions
 from trajopt.model.requirements.joint_positions import joint_positions as joint_positions
+from trajopt.model.requirements.joint_positions import together as together
 from trajopt.model.requirements.line_of_sight import LineOfSight as LineOfSight
 from trajopt.model.requirements.line_of_sight import line_of_sight as line_of_sight
 from trajopt.model.requirements.point_on_arc import PointOnArc as PointOnArc
@@ -40,8 +41,14 @@ from trajopt.model.requirements.position_in_region import Region as Region
 from trajopt.model.requirements.position_in_region import point_on_line as point_on_line
 from trajopt.model.requirements.position_in_region import point_on_plane as point_on_plane
 from trajopt.model.requirements.position_in_region import position_in_region as position_in_region
+from trajopt.model.requirements.requirement import DEGREES as DEGREES
+from trajopt.model.requirements.requirement import MILLIMETRES as MILLIMETRES
+from trajopt.model.requirements.requirement import PERCENT as PERCENT
+from trajopt.model.requirements.requirement import PLAIN as PLAIN
+from trajopt.model.requirements.requirement import RADIANS as RADIANS
 from trajopt.model.requirements.requirement import WORLD as WORLD
+from trajopt.model.requirements.requirement import Relaxation as Relaxation
 from trajopt.model.requirements.requirement import Requirement as Requirement
-from trajopt.model.requirements.shared_joints import together as together
+from trajopt.model.requirements.requirement import ShownUnit as ShownUnit
 from trajopt.model.requirements.singularity_distance import SingularityDistance as SingularityDistance
 from trajopt.model.requirements.singularity_distance import singularity_distance as singularity_distance

@@ -7,19 +7,14 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, number
 from trajopt.errors import ShapeError
-from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of
+from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
 @dataclass(frozen=True, eq=False)
 class AxisAlignment(Requirement):
     """An axis of a frame points along a direction, within a cone; spin about it is free.
 
-    Attributes:
-        frame: Link, tool frame or attached object.
-        axis: Unit vector in the frame, shape (3,).
-        direction: Unit vector in `reference`, shape (3,).
-        tolerance: Largest angle between the two [rad].
-        reference: "world", or the name of what the direction is relative to.
+    Made by `axis_alignment`, whose arguments are its fields.
     """
 
     frame: str
@@ -32,6 +27,19 @@ class AxisAlignment(Requirement):
     def frames(self) -> tuple[str, ...]:
         """Frame and reference."""
         return (self.frame, self.reference)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The cone."""
+        return (
+            Relaxation.of(
+                self,
+                "tolerance",
+                f"tilt of {self.frame}",
+                largest=np.pi - self.tolerance - 1e-3,
+                unit=DEGREES,
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show frame, axis, direction and cone."""

@@ -3,19 +3,18 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from trajopt.arrays import mapping, number
 from trajopt.errors import ProblemError
-from trajopt.model.requirements.requirement import Requirement, positive
+from trajopt.model.requirements.requirement import RADIANS, Relaxation, Requirement, positive
 
 
 @dataclass(frozen=True, eq=False)
 class CoupledJoints(Requirement):
     """A weighted sum of joint positions keeps a value, within a tolerance.
 
-    Attributes:
-        weights: Joint -> its factor in the sum.
-        value: What the sum must be, in the unit of the weighted positions.
-        tolerance: Largest deviation to either side, likewise.
+    Made by `coupled_joints`, whose arguments are its fields.
     """
 
     weights: Mapping[str, float]
@@ -26,6 +25,19 @@ class CoupledJoints(Requirement):
     def joints(self) -> tuple[str, ...]:
         """The joints of the sum."""
         return tuple(self.weights)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The tolerance."""
+        return (
+            Relaxation.of(
+                self,
+                "tolerance",
+                f"tolerance of {' and '.join(self.weights)}",
+                largest=2.0 * np.pi,
+                unit=RADIANS,
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show the relation."""

@@ -7,20 +7,14 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
-from trajopt.model.requirements.requirement import Requirement
+from trajopt.model.requirements.requirement import MILLIMETRES, Relaxation, Requirement
 
 
 @dataclass(frozen=True, eq=False)
 class DistanceBetween(Requirement):
     """The distance between a point of one frame and a point of another lies between bounds.
 
-    Attributes:
-        first: Link, tool frame or object, or "world".
-        second: Another.
-        lower: Smallest distance, >= 0 [m].
-        upper: Largest distance, > lower [m]; inf for none.
-        first_offset: The point of the first frame, in it, shape (3,) [m].
-        second_offset: The point of the second frame, in it, shape (3,) [m].
+    Made by `distance_between`, whose arguments are its fields.
     """
 
     first: str
@@ -34,6 +28,21 @@ class DistanceBetween(Requirement):
     def frames(self) -> tuple[str, ...]:
         """Both frames."""
         return (self.first, self.second)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """Both bounds, as far as there are any."""
+        what, found = f"distance of {self.first} from {self.second}", list[Relaxation]()
+        if self.lower > 0.0:
+            largest = self.lower
+            found.append(
+                Relaxation.of(
+                    self, "lower", f"smallest {what}", largest=largest, unit=MILLIMETRES, shrinks=True
+                )
+            )
+        if np.isfinite(self.upper):
+            found.append(Relaxation.of(self, "upper", f"largest {what}", largest=2.0, unit=MILLIMETRES))
+        return tuple(found)
 
     def __repr__(self) -> str:
         """Show frames and bounds."""

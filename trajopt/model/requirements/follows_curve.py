@@ -8,7 +8,14 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, number, one_of
 from trajopt.errors import ProblemError
 from trajopt.model.curve import Curve
-from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
+from trajopt.model.requirements.requirement import (
+    MILLIMETRES,
+    WORLD,
+    Relaxation,
+    Requirement,
+    direction_of,
+    positive,
+)
 
 CURVE_POSITION = 1e-4
 """Default distance from the curve [m]."""
@@ -23,15 +30,7 @@ class FollowsCurve(Requirement):
     At each time t there is a place s(t) of the curve, not before those of earlier times, that the frame is
     within the tolerances of.
 
-    Attributes:
-        frame: Link, tool frame or attached object.
-        curve: What is followed, seen from `reference`.
-        position_tolerance: Largest distance from the place on the curve [m].
-        rotation_tolerance: Largest angle from the orientation there [rad]; inf leaves it free.
-        until: How far the frame gets along the curve [m].
-        spin: Axis in the frame about which it may turn as it likes, shape (3,), of length one; None for none.
-        reference: "world", or a scene object or link that the curve is seen from.
-        offset: The point, in the frame, shape (3,) [m].
+    Made by `follows_curve`, whose arguments are its fields.
     """
 
     frame: str
@@ -52,6 +51,19 @@ class FollowsCurve(Requirement):
     def fraction(self) -> float:
         """Part of the curve that is asked for."""
         return self.until / self.curve.length
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The distance from the curve."""
+        return (
+            Relaxation.of(
+                self,
+                "position_tolerance",
+                f"distance of {self.frame} from its curve",
+                largest=1.0,
+                unit=MILLIMETRES,
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show frame, curve and tolerances."""

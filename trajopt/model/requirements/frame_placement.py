@@ -1,15 +1,15 @@
 """A frame at a placement."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, one_of
+from trajopt.arrays import Floats, floats, one_of, readonly
 from trajopt.errors import ProblemError, ShapeError
 from trajopt.model.placement import Placement
-from trajopt.model.requirements.requirement import WORLD, Requirement
+from trajopt.model.requirements.requirement import DEGREES, MILLIMETRES, WORLD, Relaxation, Requirement
 
 POSITION_TOLERANCE = 1e-4
 """Default tolerance of a goal position, per axis [m]."""
@@ -31,14 +31,7 @@ class FramePlacement(Requirement):
     The error is e = (R_goal^T (p - p_goal), rotation coordinates of R_goal^T R): position [m] and
     rotation [rad] along the axes of the goal placement. |e_i| must not exceed its tolerance.
 
-    Attributes:
-        frame: Link or tool frame of the robot, or an attached object.
-        placement: Where it must be, seen from `reference`.
-        reference: "world", or a scene object or fixed link whose frame the placement is in.
-        position_tolerance: Per axis, shape (3,) [m]; inf leaves an axis free.
-        rotation_tolerance: Per axis, shape (3,) [rad]; inf leaves an axis free.
-        coordinates: How the rotation error is expressed.
-        offset: Point of the frame that is placed, in the frame, shape (3,) [m].
+    Made by `frame_placement`, whose arguments are its fields.
     """
 
     frame: str
@@ -53,6 +46,33 @@ class FramePlacement(Requirement):
     def frames(self) -> tuple[str, ...]:
         """Frame and reference."""
         return (self.frame, self.reference)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The tolerances of position and rotation, as far as there are any."""
+        position, rotation = self.position_tolerance, self.rotation_tolerance
+        found: list[Relaxation] = []
+        if np.isfinite(position).any():
+            found.append(
+                Relaxation(
+                    what=f"position tolerance of {self.frame}",
+                    now=float(position.min()),
+                    largest=1.0,
+                    unit=MILLIMETRES,
+                    apply=lambda amount: replace(self, position_tolerance=readonly(position + amount)),
+                )
+            )
+        if np.isfinite(rotation).any():
+            found.append(
+                Relaxation(
+                    what=f"rotation tolerance of {self.frame}",
+                    now=float(rotation.min()),
+                    largest=np.pi,
+                    unit=DEGREES,
+                    apply=lambda amount: replace(self, rotation_tolerance=readonly(rotation + amount)),
+                )
+            )
+        return tuple(found)
 
     def __repr__(self) -> str:
         """Show frame, placement, reference and tolerances."""

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of
+from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,15 +16,7 @@ class Gaze(Requirement):
 
     Whether something stands in between is for `LineOfSight` to ask.
 
-    Attributes:
-        frame: The camera: link, tool frame or attached object.
-        target: The point to look at, in `reference`, shape (3,) [m].
-        angle: Half the opening of the cone, in (0, pi) [rad].
-        axis: Unit vector along which the camera looks, in the frame, shape (3,).
-        origin: Apex of the cone, in the frame, shape (3,) [m].
-        nearest: Smallest distance of the target from the apex [m]; 0 for none.
-        farthest: Largest distance [m]; inf for none.
-        reference: "world", or a link, tool frame or object whose frame the target is in.
+    Made by `gaze`, whose arguments are its fields.
     """
 
     frame: str
@@ -40,6 +32,15 @@ class Gaze(Requirement):
     def frames(self) -> tuple[str, ...]:
         """Camera and reference."""
         return (self.frame, self.reference)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The cone."""
+        return (
+            Relaxation.of(
+                self, "angle", f"view angle of {self.frame}", largest=np.pi - self.angle - 1e-3, unit=DEGREES
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show camera, target, cone and range."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from trajopt.errors import ProblemError
-from trajopt.model.requirements.requirement import Requirement, positive
+from trajopt.model.requirements.requirement import PERCENT, Relaxation, Requirement, positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -13,11 +13,23 @@ class GravityTorque(Requirement):
     No timing cures a posture whose weight a joint cannot hold. The masses of what is carried count,
     where the scene states them. Joints without an effort limit may bear anything.
 
-    Attributes:
-        share: The share of each limit, in (0, 1].
+    Made by `gravity_torque`, whose arguments are its fields.
     """
 
     share: float
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The share."""
+        return (
+            Relaxation.of(
+                self,
+                "share",
+                "share of the effort limits that gravity may take",
+                largest=1.0 - self.share,
+                unit=PERCENT,
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show the share."""

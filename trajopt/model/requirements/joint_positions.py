@@ -1,11 +1,14 @@
 """Joints at given positions."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from trajopt.arrays import mapping, number
 from trajopt.errors import ProblemError
-from trajopt.model.requirements.requirement import Requirement
+from trajopt.model.limits import EXCESS
+from trajopt.model.requirements.requirement import RADIANS, Relaxation, Requirement
 
 JOINT_TOLERANCE = 1e-4
 """Default tolerance of a goal joint position [rad | m] (MoveIt's)."""
@@ -15,10 +18,7 @@ JOINT_TOLERANCE = 1e-4
 class JointPositions(Requirement):
     """Joints at given positions, within a tolerance below and above.
 
-    Attributes:
-        positions: Joint -> position [rad | m].
-        below: Largest shortfall by joint [rad | m].
-        above: Largest excess by joint [rad | m].
+    Made by `joint_positions`: `below` and `above` are its tolerances, by joint.
     """
 
     positions: Mapping[str, float]
@@ -29,6 +29,19 @@ class JointPositions(Requirement):
     def joints(self) -> tuple[str, ...]:
         """The joints that are placed."""
         return tuple(self.positions)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The tolerances, all by the same amount."""
+        what = f"tolerance of {', '.join(self.positions)}"
+        now = min((*self.below.values(), *self.above.values()))
+        return (Relaxation(what=what, now=now, largest=2.0 * np.pi, unit=RADIANS, apply=self._widened),)
+
+    def _widened(self, amount: float) -> "JointPositions":
+        below, above = (
+            {joint: value + amount for joint, value in side.items()} for side in (self.below, self.above)
+        )
+        return replace(self, below=below, above=above)
 
     def __repr__(self) -> str:
         """Show joint = position."""
@@ -73,3 +86,34 @@ def joint_positions(
         return result
 
     return JointPositions(values, bounds(below), bounds(above))
+
+
+def together(required: Sequence[Requirement]) -> tuple[Requirement, ...]:
+    """Return requirements with joint positions that name the same joint made one.
+
+    Where several name a joint, the one allows what they share, and asks for the middle of that. Joint
+    positions that share nothing stay as they are, and so does what names no joint twice.
+
+    Args:
+        required: What must hold at one moment.
+    """
+    asked = [item for item in required if isinstance(item, JointPositions)]
+    names = list(dict.fromkeys(joint for item in asked for joint in item.positions))
+    if len(names) == sum(len(item.positions) for item in asked):
+        return tuple(required)
+    positions, below, above = dict[str, float](), dict[str, float](), dict[str, float]()
+    for joint in names:
+        naming = [item for item in asked if joint in item.positions]
+        lower = max(item.positions[joint] - item.below[joint] for item in naming)
+        upper = min(item.positions[joint] + item.above[joint] for item in naming)
+        if lower - upper > 2.0 * EXCESS:
+            return tuple(required)
+        centre = naming[0].positions[joint]
+        if len(naming) > 1:
+            mean = float(np.mean([item.positions[joint] for item in naming]))
+            middle = 0.5 * (lower + upper)
+            centre = middle if np.isfinite(middle) else float(np.clip(mean, lower, upper))
+        positions[joint] = centre
+        below[joint], above[joint] = max(centre - lower, 0.0), max(upper - centre, 0.0)
+    others = (item for item in required if not isinstance(item, JointPositions))
+    return (JointPositions(positions, below, above), *others)

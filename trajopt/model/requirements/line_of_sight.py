@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, one_of, sequence
-from trajopt.model.requirements.requirement import WORLD, Requirement, positive
+from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
 MARGIN = 0.01
 """Clearance that the line of sight keeps unless told otherwise [m]."""
@@ -19,13 +19,7 @@ class LineOfSight(Requirement):
     Objects are their convex parts; the robot's links are not looked at. What the camera and the target
     are frames of is left out.
 
-    Attributes:
-        frame: The camera: link, tool frame or object.
-        target: The point it looks at, in `reference`, shape (3,) [m].
-        margin: Smallest distance of the line from an object, > 0 [m].
-        origin: Where in the camera's frame the line begins, shape (3,) [m].
-        reference: "world", or a link, tool frame or object whose frame the target is in.
-        ignored: Objects that may be in between.
+    Made by `line_of_sight`, whose arguments are its fields; `ignored` is what it was told to ignore.
     """
 
     frame: str
@@ -39,6 +33,20 @@ class LineOfSight(Requirement):
     def frames(self) -> tuple[str, ...]:
         """Camera, reference and the objects that are ignored."""
         return (self.frame, self.reference, *sorted(self.ignored))
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The margin."""
+        return (
+            Relaxation.of(
+                self,
+                "margin",
+                f"margin of the line of sight of {self.frame}",
+                largest=0.99 * self.margin,
+                unit=MILLIMETRES,
+                shrinks=True,
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show camera, target and margin."""

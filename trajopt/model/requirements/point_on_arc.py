@@ -8,22 +8,14 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, number, one_of
 from trajopt.errors import ProblemError
 from trajopt.model.placement import Placement
-from trajopt.model.requirements.requirement import WORLD, Requirement, positive
+from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
 
 @dataclass(frozen=True, eq=False)
 class PointOnArc(Requirement):
     """A point of a frame is within a distance of an arc.
 
-    Attributes:
-        frame: Link, tool frame or attached object.
-        centre: Placement of the circle in `reference`: about its z axis, the arc begins on its x
-            axis and turns towards y.
-        radius: Radius of the circle [m].
-        sweep: Angle of the arc, in (0, 2 pi] [rad].
-        tolerance: Largest distance from the arc [m].
-        reference: "world", or a scene object or link whose frame the circle is placed in.
-        offset: The point, in the frame, shape (3,) [m].
+    Made by `point_on_arc`, whose arguments are its fields.
     """
 
     frame: str
@@ -38,6 +30,19 @@ class PointOnArc(Requirement):
     def frames(self) -> tuple[str, ...]:
         """Frame and reference."""
         return (self.frame, self.reference)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The distance from the arc."""
+        return (
+            Relaxation.of(
+                self,
+                "tolerance",
+                f"distance of {self.frame} from the arc",
+                largest=0.99 * self.radius - self.tolerance,
+                unit=MILLIMETRES,
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show frame, circle, sweep and tolerance."""

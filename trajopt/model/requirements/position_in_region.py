@@ -1,7 +1,7 @@
 """A point of a frame inside a region: a shape, or a union of shapes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +9,14 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, one_of, sequence
 from trajopt.errors import ProblemError, shown
 from trajopt.model.placement import IDENTITY, Placement
-from trajopt.model.requirements.requirement import WORLD, Requirement, direction_of, positive
+from trajopt.model.requirements.requirement import (
+    MILLIMETRES,
+    WORLD,
+    Relaxation,
+    Requirement,
+    direction_of,
+    positive,
+)
 from trajopt.model.shapes import LARGEST_SIZE, Box, Cylinder, Plane, Sphere
 
 Region = Box | Sphere | Cylinder | Plane
@@ -23,11 +30,7 @@ Member = tuple[Region, Placement]
 class PositionInRegion(Requirement):
     """A point of a frame is inside at least one of several convex shapes.
 
-    Attributes:
-        frame: Link, tool frame or attached object.
-        members: The shapes, each with its placement in `reference`.
-        reference: "world", or a scene object or link whose frame the shapes are placed in.
-        offset: The point, in the frame, shape (3,) [m].
+    Made by `position_in_region`: `members` are the shapes, each with its placement in `reference`.
     """
 
     frame: str
@@ -39,6 +42,15 @@ class PositionInRegion(Requirement):
     def frames(self) -> tuple[str, ...]:
         """Frame and reference."""
         return (self.frame, self.reference)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """All shapes, grown on every side."""
+        what = f"region of {self.frame} grown on every side"
+        return (Relaxation(what=what, now=0.0, largest=1.0, unit=MILLIMETRES, apply=self._grown),)
+
+    def _grown(self, amount: float) -> "PositionInRegion":
+        return replace(self, members=tuple(_grown(shape, where, amount) for shape, where in self.members))
 
     def __repr__(self) -> str:
         """Show frame, shapes and reference."""
@@ -141,6 +153,18 @@ def point_on_plane(
     slab = Box(LARGEST_SIZE, LARGEST_SIZE, 2.0 * positive("tolerance", tolerance))
     where = Placement(_upright(direction_of("normal", normal)), floats("through", through, (3,)))
     return position_in_region(frame, slab, where, reference=reference, offset=offset)
+
+
+def _grown(shape: Region, where: Placement, amount: float) -> Member:
+    match shape:
+        case Box():
+            return Box(*(edge + 2.0 * amount for edge in (shape.x, shape.y, shape.z))), where
+        case Sphere():
+            return Sphere(shape.radius + amount), where
+        case Cylinder():
+            return Cylinder(shape.radius + amount, shape.length + 2.0 * amount), where
+        case Plane():
+            return shape, where * Placement(np.eye(3), np.array((0.0, 0.0, amount)))
 
 
 def _upright(axis: Floats) -> Floats:

@@ -6,7 +6,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
-from trajopt.model.requirements.requirement import Requirement, positive
+from trajopt.model.requirements.requirement import PLAIN, Relaxation, Requirement, positive
 
 LENGTH = 0.3
 """Length that a radian of the frame's rotation is weighed as, unless told otherwise [m]."""
@@ -22,11 +22,7 @@ class SingularityDistance(Requirement):
     that move at one together, in the sense of the Euclidean norm. With the length 0 only the point
     counts: the Jacobian is 3 by n.
 
-    Attributes:
-        frame: Link, tool frame or attached object.
-        smallest: The bound, > 0 [m/rad; m/m].
-        length: What a radian of rotation is weighed as, >= 0 [m].
-        offset: The point, in the frame, shape (3,) [m].
+    Made by `singularity_distance`, whose arguments are its fields.
     """
 
     frame: str
@@ -38,6 +34,20 @@ class SingularityDistance(Requirement):
     def frames(self) -> tuple[str, ...]:
         """The frame."""
         return (self.frame,)
+
+    @property
+    def relaxations(self) -> tuple[Relaxation, ...]:
+        """The bound."""
+        return (
+            Relaxation.of(
+                self,
+                "smallest",
+                f"smallest singular value of {self.frame}",
+                largest=0.99 * self.smallest,
+                unit=PLAIN,
+                shrinks=True,
+            ),
+        )
 
     def __repr__(self) -> str:
         """Show frame, bound and length."""
