@@ -127,7 +127,7 @@ def test_walled_in_is_proven_with_what_blocks(arm: to.Robot) -> None:
     scene = to.Scene(arm).add("sheet", sheet, to.placement((0.95, 0.0, 0.0)))
     scene = scene.add("other sheet", sheet, to.placement((-0.95, 0.0, 0.0)))
     result = to.plan(problem(scene))
-    assert result.status is Status.WALLED_IN
+    assert result.status is Status.PROVEN_INFEASIBLE
     assert "pan has to pass" in result.reason and "sheet" in result.reason
     assert result.trajectory is None or not result.verified
 
@@ -261,8 +261,8 @@ def test_a_goal_configuration_is_free_where_a_constraint_of_the_user_speaks_of_t
 
 def test_what_each_first_guess_came_to_is_told(pillar: to.Scene) -> None:
     result = to.plan(problem(pillar))
-    assert [item.number for item in result.tries] == list(range(1, result.counts["attempts"] + 1))
-    assert result.tries[0].kind is SeedKind.STRAIGHT
-    assert result.tries[-1].status is Status.SOLVED and result.tries[-1].solver is not None
-    assert sum(item.iterations for item in result.tries) == result.counts["qp_solves"]
-    assert to.plan(problem(pillar, start={**START, "pan": 0.0})).tries == ()
+    assert [item.number for item in result.attempts] == list(range(1, result.counts["attempts"] + 1))
+    assert result.attempts[0].kind is SeedKind.STRAIGHT
+    assert result.attempts[-1].status is Status.SOLVED and result.attempts[-1].solver is not None
+    assert sum(item.iterations for item in result.attempts) == result.counts["qp_solves"]
+    assert to.plan(problem(pillar, start={**START, "pan": 0.0})).attempts == ()

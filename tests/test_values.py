@@ -41,9 +41,9 @@ from trajopt.terms.expression import Expression
 from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 
 WORKSPACES = {
-    "Attempts", "Counts", "Judge", "KnotsNlp", "Meter", "MoveGroupCommander", "PlanningSceneInterface",
-    "Portfolio", "Query", "RobotCommander", "Search", "SimulatedExecutor", "SymbolicKinematics", "Timeline",
-    "Value", "Viewer", "World",
+    "BudgetTracker", "Counts", "Judge", "KnotsNlp", "MoveGroupCommander", "PlanningSceneInterface",
+    "GoalSearch", "Query", "RobotCommander", "Search", "SimulatedExecutor", "SymbolicKinematics", "Timeline",
+    "Value", "Viewer", "Workspace", "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""
 
@@ -188,7 +188,7 @@ KNOWN: dict[Any, Any] = {
     to.methods.Method: lambda: method_named("sqp"),
     to.terms.Residual: to.terms.Velocity,
     to.Result: solved,
-    to.methods.Outcome: lambda: to.methods.Outcome(solved().path, solved().solve),
+    to.methods.Decoded: lambda: to.methods.Decoded(solved().path),
     MarginRule: lambda: to.load,  # any function
     to.solvers.Solver: to.solvers.Sqp,
     BaseContext: lambda: get_context("spawn"),

@@ -48,6 +48,7 @@ from trajopt.model.tool_speed import ToolSpeed as ToolSpeed
 from trajopt.model.tool_speed import tool_speed as tool_speed
 from trajopt.model.trajectory import Path as Path
 from trajopt.model.trajectory import Trajectory as Trajectory
+from trajopt.planning.attempt import plan_once as plan_once
 from trajopt.planning.budget import Budget as Budget
 from trajopt.planning.judgement import judge as judge
 from trajopt.planning.plan import plan as plan

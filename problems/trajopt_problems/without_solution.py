@@ -161,7 +161,7 @@ def goal_tilted() -> to.Problem:
     )
 
 
-@to.refused(to.Status.WALLED_IN)
+@to.refused(to.Status.PROVEN_INFEASIBLE)
 def walled_in() -> to.Problem:
     """Return the problem: a UR5 between walls that begin at its base must reach the other side.
 

@@ -96,8 +96,8 @@ def test_what_blocked_each_first_guess_is_counted(arm: to.Robot, monkeypatch: py
     scene = to.Scene(arm).add("sheet", sheet, to.placement((0.95, 0.0, 0.0)))
     found = told(to.Problem(scene=scene, start=START, goal=to.joint_positions(GOAL)))
     assert found.status is Status.STUCK and found.certainty is Certainty.EVIDENCE
-    assert len(found.tries) > 20 and f"of {len(found.tries)} first guesses" in found.grounds
-    optimised = [each for each in found.tries if each.status is Status.STUCK]
+    assert len(found.attempts) > 20 and f"of {len(found.attempts)} seeds" in found.grounds
+    optimised = [each for each in found.attempts if each.status is Status.STUCK]
     assert optimised and all(each.block is not None for each in optimised)
     assert found.configuration is not None and found.blocks[0].place is not None
     worst = to.examine(found.problem.reduced, found.configuration)

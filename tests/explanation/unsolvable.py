@@ -103,7 +103,7 @@ def between_walls(rng: np.random.Generator) -> Unsolvable:
         problem = to.Problem(scene=scene, group=arm.group, start=start, goal=to.joint_positions(other))
         ends = (problem.reduced.start_positions, np.array([other[n] for n in problem.reduced.joint_names]))
         if all(to.examine(problem.reduced, each).clear for each in ends):
-            return Unsolvable(problem, frozenset({to.Status.WALLED_IN}), True)
+            return Unsolvable(problem, frozenset({to.Status.PROVEN_INFEASIBLE}), True)
 
 
 def behind_a_spoke(rng: np.random.Generator) -> Unsolvable:
@@ -124,7 +124,7 @@ def behind_a_spoke(rng: np.random.Generator) -> Unsolvable:
         limits = problem.reduced.limits
         inside = all(((q > limits.lower) & (q < limits.upper)).all() for q in ends)
         if inside and all(to.examine(problem.reduced, each).clear for each in ends):
-            return Unsolvable(problem, frozenset({to.Status.WALLED_IN}), True)
+            return Unsolvable(problem, frozenset({to.Status.PROVEN_INFEASIBLE}), True)
 
 
 def turned_away(rng: np.random.Generator) -> Unsolvable:

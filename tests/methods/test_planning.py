@@ -1,5 +1,6 @@
 """Every method plans problems of the suite, says what it cannot do, and is never worse than its seed."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +9,10 @@ import pytest
 import trajopt as to
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
-from trajopt.methods import Knots, Outcome, method_named
+from trajopt.methods import Decoded, Knots, method_named
 from trajopt.methods.bspline import Bspline
 from trajopt.methods.free_duration import FreeDuration, FreeDurationProgram
+from trajopt.solvers import SolveResult
 from trajopt.terms import Cost, Velocity, Window, constraint, own, penalty
 
 METHODS = ("ipopt", "fatrop", "sqpmethod", "bspline", "free-duration")
@@ -38,16 +40,16 @@ def test_free_duration_is_never_slower_than_its_seed(problem: str) -> None:
 def test_a_refused_motion_leaves_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:
     """A motion that ignores the obstacle is refused by the judge, and the timed path is planned instead."""
     asked = to.named_problem("past_pillar_ur5")
-    solve = FreeDurationProgram.solve
+    decode = FreeDurationProgram.decode
 
-    def through_the_pillar(self: FreeDurationProgram, seed: Floats, **rest: object) -> Outcome:
-        found = solve(self, seed, **rest)  # pyright: ignore[reportArgumentType]
-        assert found.trajectory is not None
-        ends = found.trajectory.positions[[0, -1]]
-        straight = to.Trajectory(found.trajectory.joint_names, np.array((0.0, 9.0)), ends, 0 * ends, 0 * ends)
-        return replace(found, trajectory=straight)
+    def through_the_pillar(self: FreeDurationProgram, solved: SolveResult) -> Sequence[Decoded]:
+        first, *others = decode(self, solved)
+        assert first.trajectory is not None
+        ends = first.trajectory.positions[[0, -1]]
+        straight = to.Trajectory(first.trajectory.joint_names, np.array((0.0, 9.0)), ends, 0 * ends, 0 * ends)
+        return (replace(first, trajectory=straight), *others)
 
-    monkeypatch.setattr(FreeDurationProgram, "solve", through_the_pillar)
+    monkeypatch.setattr(FreeDurationProgram, "decode", through_the_pillar)
     result = to.plan(asked, method=FreeDuration())
     assert result.status is to.Status.SOLVED and result.timed is not None
 

@@ -5,5 +5,5 @@ import pytest
 
 @pytest.fixture
 def unproven(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Look for no proof that there is no way, so that all first guesses are tried."""
+    """Look for no proof that there is no way, so that all seeds are tried."""
     monkeypatch.setattr("trajopt.planning.search.closed_cut", lambda problem: None)

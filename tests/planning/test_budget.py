@@ -10,8 +10,7 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.planning.budget import Stop
-from trajopt.planning.meter import WORK
+from trajopt.planning.budget import WORK, Stop
 from trajopt.planning.status import Status
 
 
@@ -39,7 +38,7 @@ def test_the_clock_stops_planning_at_the_next_look(arm: to.Robot, seconds: float
     assert result.status is Status.OUT_OF_TIME
     assert result.stopped is Stop.CLOCK and result.stopped_by_clock and result.as_dict()["stopped_by_clock"]
     assert clock.looks == np.ceil(seconds) + 1, "one look starts the clock; after the last nothing goes on"
-    if result.tries:
+    if result.attempts:
         assert "so far: STUCK" in result.message
 
 
@@ -59,14 +58,14 @@ def test_every_step_of_the_solver_looks_at_the_clock(arm: to.Robot) -> None:
 
 def test_work_is_an_exact_bound_and_repeats(arm: to.Robot) -> None:
     whole = to.plan(wall(arm))
-    assert whole.verified and len(whole.tries) > 2 and whole.stopped is None
+    assert whole.verified and len(whole.attempts) > 2 and whole.stopped is None
     enough = to.plan(wall(arm), budget=to.Budget(work=whole.counts[WORK]))
     assert enough.verified and np.array_equal(enough.path.knots, whole.path.knots)
     short = [to.plan(wall(arm), budget=to.Budget(work=whole.counts[WORK] - 1)) for _ in range(2)]
     for result in short:
         assert result.status is Status.OUT_OF_WORK and result.stopped is Stop.WORK
         assert not result.stopped_by_clock
-        assert result.tries == whole.tries[:-1]
+        assert result.attempts == whole.attempts[:-1]
     assert short[0].counts == short[1].counts
 
 
@@ -74,10 +73,10 @@ def test_work_is_an_exact_bound_and_repeats(arm: to.Robot) -> None:
 def test_tries_are_an_exact_bound(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("trajopt.planning.seeds.sampled.find_spec", lambda name: None)  # searches are slow
     alone = to.plan(wall(arm), budget=to.Budget(tries=1))
-    assert alone.status is Status.STUCK and len(alone.tries) == 1
+    assert alone.status is Status.STUCK and len(alone.attempts) == 1
     assert to.plan(wall(arm), budget=to.Budget(tries=30)).verified
     many = to.plan(walled_in(arm), budget=to.Budget(tries=70))
-    assert len(many.tries) == 70, "a budget that allows more first guesses gets more"
+    assert len(many.attempts) == 70, "a budget that allows more seeds gets more"
 
 
 def test_cancelled_without_a_motion(arm: to.Robot) -> None:
@@ -123,7 +122,7 @@ def test_interrupted_without_a_motion_raises(arm: to.Robot) -> None:
 def test_more_budget_is_never_worse(arm: to.Robot) -> None:
     first = to.plan(wall(arm))
     costs = [first.cost]
-    for tries in (len(first.tries), 10, 17):
+    for tries in (len(first.attempts), 10, 17):
         seen: list[float] = []
         result = to.plan(
             wall(arm),
@@ -133,7 +132,7 @@ def test_more_budget_is_never_worse(arm: to.Robot) -> None:
         assert result.verified and result.certificate is not None and result.certificate.verified
         assert seen == sorted(seen, reverse=True) and len(set(seen)) == len(seen)
         assert result.cost == seen[-1] == result.trajectory.duration
-        assert result.won is not None and result.won in result.tries
+        assert result.won is not None and result.won in result.attempts
         costs.append(result.cost)
     assert costs == sorted(costs, reverse=True)
     assert costs[-1] < costs[0]
@@ -169,7 +168,7 @@ def test_a_clock_that_stands_still_does_not_hold_planning_up(
     arm: to.Robot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     wall_clock = TickingClock()
-    monkeypatch.setattr("trajopt.planning.meter.monotonic", wall_clock)
+    monkeypatch.setattr("trajopt.planning.budget.monotonic", wall_clock)
     result = to.plan(walled_in(arm), budget=to.Budget(seconds=2.0, clock=lambda: 0.0))
     assert result.status is Status.OUT_OF_TIME and result.stopped_by_clock
     assert wall_clock.looks == 31, "the first look starts the clock, and it ends after 10 x 2 s + 10 s"

@@ -13,13 +13,13 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.methods import Knots, Outcome, Program
+from trajopt.methods import Decoded, Knots, Program
 from trajopt.planning.budget import Stop
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Status
 from trajopt.planning.workers import start_context
 from trajopt.query import Counts
-from trajopt.solvers import Iteration
+from trajopt.solvers import Iteration, SolveResult
 
 HERE = os.getpid()
 
@@ -34,7 +34,7 @@ def test_the_answer_is_the_same_with_any_number_of_workers(arm: to.Robot, inner_
     alone = to.plan(wall(arm, inner_edge), rng=np.random.default_rng(3))
     several = to.plan(wall(arm, inner_edge), rng=np.random.default_rng(3), budget=to.Budget(workers=3))
     _same(alone, several)
-    assert len(alone.tries) > 2
+    assert len(alone.attempts) > 2
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
 
 
@@ -43,7 +43,7 @@ def test_the_answer_is_the_same_from_spawned_workers(arm: to.Robot) -> None:
     budget = to.Budget(workers=2, processes=get_context("spawn"))
     several = to.plan(wall(arm), rng=np.random.default_rng(3), budget=budget)
     _same(alone, several)
-    assert len(alone.tries) > 2
+    assert len(alone.attempts) > 2
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
 
 
@@ -71,19 +71,19 @@ def test_so_is_an_improved_one(arm: to.Robot) -> None:
         to.plan(wall(arm), budget=to.Budget(tries=17, improve=True, workers=workers)) for workers in (1, 3)
     )
     _same(one, three)
-    assert len(one.tries) == 17
+    assert len(one.attempts) == 17
 
 
 def test_so_is_one_that_ran_out_of_work(arm: to.Robot) -> None:
     work = to.plan(wall(arm)).counts["forward_kinematics"] - 1
     one, three = (to.plan(wall(arm), budget=to.Budget(work=work, workers=workers)) for workers in (1, 3))
     assert one.status is three.status is Status.OUT_OF_WORK
-    assert one.tries == three.tries
+    assert one.attempts == three.attempts
 
 
 def _same(one: to.Result, other: to.Result) -> None:
     assert one.verified and other.verified
-    assert one.tries == other.tries and one.won == other.won
+    assert one.attempts == other.attempts and one.won == other.won
     assert other.require().problem.goals
     for name in ("times", "positions", "velocities", "accelerations"):
         assert np.array_equal(getattr(one.trajectory, name), getattr(other.trajectory, name)), name
@@ -121,10 +121,13 @@ class ElsewhereProgram:
     def counts(self) -> Counts:
         return self.inner.counts
 
-    def solve(self, seed: np.ndarray, *, progress: Callable[[Iteration], None] | None = None) -> Outcome:
+    def solve(self, seed: np.ndarray, *, progress: Callable[[Iteration], None] | None = None) -> SolveResult:
         if os.getpid() != self.home:
             self.deed()
         return self.inner.solve(seed, progress=progress)
+
+    def decode(self, solved: SolveResult) -> Sequence[Decoded]:
+        return self.inner.decode(solved)
 
 
 def die() -> None:
@@ -139,9 +142,9 @@ def fail() -> None:
 def test_a_worker_that_dies_is_told(arm: to.Robot) -> None:
     result = to.plan(walled_in(arm), method=Elsewhere(die), budget=to.Budget(tries=6, workers=2))
     assert result.status is Status.STUCK
-    died = [item for item in result.tries if item.status is Status.WORKER_DIED]
+    died = [item for item in result.attempts if item.status is Status.WORKER_DIED]
     assert len(died) == 5 and all("-9" in item.message for item in died)
-    assert result.tries[0].kind is SeedKind.STRAIGHT and result.tries[0].status is Status.STUCK
+    assert result.attempts[0].kind is SeedKind.STRAIGHT and result.attempts[0].status is Status.STUCK
 
 
 @pytest.mark.usefixtures("unproven")

@@ -2,7 +2,7 @@
 
 import trajopt as to
 from trajopt.methods import Knots
-from trajopt.planning.seeds import Blocked, Route, line_through
+from trajopt.planning.seeds import Blocked, SeedContext, line_through
 from trajopt.transcription import fixed_goal
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
@@ -22,18 +22,18 @@ def walled_in(arm: to.Robot) -> to.Problem:
     return to.Problem(scene=scene, start=START, goal=to.joint_positions(GOAL))
 
 
-def route_of(problem: to.Problem) -> Route:
+def route_of(problem: to.Problem) -> SeedContext:
     """Return the straight way to the goal."""
     reduced, goal = problem.reduced, fixed_goal(problem)
     assert goal is not None
     line = line_through(reduced, (reduced.start_positions, goal), problem.knots)
-    return Route(reduced, line, Knots().program(problem, line.knots).scale, problem.requirements)
+    return SeedContext(reduced, line, Knots().program(problem, line.knots).scale, problem.requirements)
 
 
 def blocked_by(problem: to.Problem, name: str) -> Blocked:
     """Return a contact with an object in the middle of the straight way."""
-    route = route_of(problem)
+    context = route_of(problem)
     pairs = problem.reduced.pairs
     owners = [problem.reduced.owners(pair) for pair in range(len(pairs.margin))]
     (pair,) = (number for number, both in enumerate(owners) if set(both) == {"tip", name})
-    return Blocked(route.line.knots, 0.5 * (problem.knots - 1), pair)
+    return Blocked(context.line.knots, 0.5 * (problem.knots - 1), pair)

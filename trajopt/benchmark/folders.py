@@ -145,7 +145,7 @@ def run_instance(robot: Robot, instance: Instance, budget: Budget = NO_BOUNDS) -
         None if result.trajectory is None else result.trajectory.duration,
         _clearance(result),
         None if result.won is None else result.won.kind,
-        dict(Counter(item.kind.name for item in result.tries)),
+        dict(Counter(item.kind.name for item in result.attempts)),
         result.stopped_by_clock,
     )
 

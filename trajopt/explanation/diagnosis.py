@@ -48,7 +48,7 @@ def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> 
         certainty=result.certainty if certainty is None else certainty,
         grounds=grounds,
         path=result.path,
-        tries=result.tries,
+        attempts=result.attempts,
     )
 
 
@@ -157,13 +157,13 @@ def _walled_in(result: Result) -> Explanation:
 def _of_the_way(result: Result) -> Explanation:
     """Explain why no path was found: what blocked each first guess."""
     tried: dict[str, int] = {}
-    for each in result.tries:
+    for each in result.attempts:
         what = each.status.name if each.block is None else " and ".join(each.block.subjects)
         tried[what] = tried.get(what, 0) + 1
     ranked = sorted(tried, key=lambda what: -tried[what])
     stopped = ", ".join(f"{tried[what]} by {what}" for what in ranked[:4])
-    grounds = f"of {len(result.tries)} first guesses none led to a plan: {stopped} were blocked"
-    if not result.tries:
+    grounds = f"of {len(result.attempts)} seeds none led to a plan: {stopped} were blocked"
+    if not result.attempts:
         grounds = result.message
     return _with(_plain(result, grounds), blocks=_way_blocks(result), configuration=_worst(result))
 
@@ -204,7 +204,7 @@ def _timing(result: Result) -> Explanation:
         key=lambda item: item[0][0].amount,
         default=((), None),
     )
-    grounds = f"{result.message} on every path found, of {len(result.tries)} first guesses"
+    grounds = f"{result.message} on every path found, of {len(result.attempts)} seeds"
     return _with(_plain(result, grounds), blocks=worst[0], configuration=worst[1])
 
 
@@ -227,7 +227,7 @@ def _refused(result: Result) -> Explanation:
     at = None
     if blocks and blocks[0].place is not None and result.trajectory is not None:
         at = result.trajectory(blocks[0].place * result.trajectory.duration)
-    grounds = f"the judge refused the motion that came nearest, of {len(result.tries)} first guesses"
+    grounds = f"the judge refused the motion that came nearest, of {len(result.attempts)} seeds"
     return _with(_plain(result, grounds), blocks=blocks, configuration=at)
 
 
@@ -253,7 +253,7 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.NO_INVERSE_KINEMATICS: _goal,
     Status.CONFLICTING_CONSTRAINTS: _goal,
     Status.METHOD_CANNOT: _cannot,
-    Status.WALLED_IN: _walled_in,
+    Status.PROVEN_INFEASIBLE: _walled_in,
     Status.NO_TIMING: _timing,
     Status.NOT_VERIFIED: _refused,
 }

@@ -10,8 +10,8 @@ from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
 from trajopt.infeasibility.reasons import Block
 from trajopt.model.trajectory import Path
+from trajopt.planning.result import Attempt
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.tries import Try
 from trajopt.problem import Problem
 
 NAMED = 4
@@ -35,7 +35,7 @@ class Explanation(Value):
             free, the one that comes nearest to the goal, or where on the way the worst contact is.
         nearest_free: The nearest configuration that is free, where that is the question.
         path: The path that came nearest, if planning got so far.
-        tries: The first guesses that were tried, and what blocked each.
+        attempts: What became of each seed, and what blocked it.
         remedies: Changes that make it solvable; None if they were not looked for.
         prices: What active constraints cost; in seconds only if planned again.
     """
@@ -50,7 +50,7 @@ class Explanation(Value):
     configuration: Floats | None = None
     nearest_free: NearestFree | None = None
     path: Path | None = None
-    tries: tuple[Try, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
     remedies: tuple[Remedy, ...] | None = None
     prices: tuple[Price, ...] = ()
 
@@ -66,7 +66,7 @@ class Explanation(Value):
             "joint_names": list(self.problem.reduced.joint_names),
             "configuration": None if self.configuration is None else self.configuration.tolist(),
             "nearest_free": None if self.nearest_free is None else self.nearest_free.as_dict(),
-            "tries": [each.as_dict() for each in self.tries],
+            "tries": [each.as_dict() for each in self.attempts],
             "remedies": None if self.remedies is None else [each.as_dict() for each in self.remedies],
             "prices": [price.as_dict() for price in self.prices],
         }

@@ -7,10 +7,10 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
-from trajopt.methods.method import Outcome, Progress, followed_curve, moving_start
+from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.solvers import Solver, Sqp
+from trajopt.solvers import Solver, SolveResult, Sqp
 from trajopt.terms import Acceleration, Jerk, Velocity
 from trajopt.terms.residual import WHOLE
 from trajopt.transcription import transcribe
@@ -87,11 +87,14 @@ class BsplineProgram:
         """The work done so far."""
         return self.nlp.counts
 
-    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
-        """Solve from a first guess; see `Program.solve`."""
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed; see `Program.solve`."""
         segments = len(seed) - 1
         polyline = SplineBasis(1, np.linspace(0.0, 1.0, segments + 1))
         parameters = polyline.parameters(np.full(segments, SAMPLES))
         control = fitted(self.nlp.basis, parameters, polyline.at(parameters)(seed), resting=1)
-        solved = self.solver.solve(self.nlp, control, progress=progress)
-        return Outcome(solved, self.nlp.decode(solved.x))
+        return self.solver.solve(self.nlp, control, progress=progress)
+
+    def decode(self, solved: SolveResult) -> tuple[Decoded]:
+        """Return the path through points of the spline; see `Program.decode`."""
+        return (Decoded(self.nlp.decode(solved.x)),)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.methods.method import Outcome, Progress, followed_curve, moving_start
+from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
 from trajopt.nlp import Linearisation, Loss
 from trajopt.problem import Problem
 from trajopt.query import Counts
@@ -128,8 +128,8 @@ class CasadiKnotsProgram:
         """The work done so far."""
         return self.nlp.counts
 
-    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
-        """Solve from a first guess; see `Program.solve`.
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed; see `Program.solve`.
 
         On coarse samples first, then on as many as the motion that is found needs.
         """
@@ -152,7 +152,11 @@ class CasadiKnotsProgram:
                 break
         if not at.feasible and status is SolverStatus.CONVERGED:
             status = SolverStatus.INFEASIBLE_STATIONARY
-        return Outcome(SolveResult(status, at.x, at, tuple(log)), nlp.decode(at.x))
+        return SolveResult(status, at.x, at, tuple(log))
+
+    def decode(self, solved: SolveResult) -> tuple[Decoded]:
+        """Return the path through the knots; see `Program.decode`."""
+        return (Decoded(self.nlp.decode(solved.x)),)
 
     def _round(
         self,

@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.methods.bspline import windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
-from trajopt.methods.method import Outcome, Progress, followed_curve
+from trajopt.methods.method import Decoded, Progress, followed_curve
 from trajopt.methods.timing import timed
 from trajopt.model.payload import loaded_model
 from trajopt.model.trajectory import Path, Trajectory
@@ -16,7 +16,7 @@ from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import RetimeFailure
-from trajopt.solvers import Sqp
+from trajopt.solvers import SolveResult, Sqp
 from trajopt.solvers.trust_region import TrustRegion
 from trajopt.transcription.basis import SplineBasis, fitted
 from trajopt.transcription.bspline import Places, over_control_points
@@ -74,6 +74,17 @@ class FreeDuration:
 
 
 @dataclass(frozen=True, eq=False)
+class FreedResult(SolveResult):
+    """What the program over control points and duration came to.
+
+    Attributes:
+        decoded: Its motion, then the path that it was found from.
+    """
+
+    decoded: tuple[Decoded, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class FreeDurationProgram:
     """A problem, first over knots, then over control points and duration."""
 
@@ -92,30 +103,38 @@ class FreeDurationProgram:
         """The work done so far."""
         return self.first.counts
 
-    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
-        """Solve from a first guess; see `Program.solve`."""
-        found = self.first.solve(seed, progress=progress)
-        if not found.solve.feasible:
-            return found
-        moving = bool(self.problem.start_velocities.any())
-        motion = timed(self.problem, Query(self.problem.reduced), found.path, tolerance=SEED_TOLERANCE)
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed; see `Program.solve`."""
+        first = self.first.solve(seed, progress=progress)
+        if not first.feasible:
+            return first
+        (path,) = (item.path for item in self.first.decode(first))
+        query = Query(self.problem.reduced)
+        motion = timed(self.problem, query, path, tolerance=SEED_TOLERANCE)
         if isinstance(motion, RetimeFailure):
-            return found
-        faster = self._freed(found, motion.trajectory, progress)
-        if moving:  # what starts from rest is no answer
-            return replace(faster, otherwise=None)
-        kept = faster.trajectory is None or faster.trajectory.duration >= motion.trajectory.duration
-        return found if kept else faster
+            return first
+        freed = self._freed(first, path, motion.trajectory, progress)
+        if self.problem.start_velocities.any():  # what starts from rest is no answer
+            return replace(freed, decoded=freed.decoded[:1])
+        faster = freed.decoded[0].trajectory
+        return freed if faster is not None and faster.duration < motion.trajectory.duration else first
 
-    def _freed(self, found: Outcome, motion: Trajectory, progress: Progress | None) -> Outcome:
-        """Optimise shape and time from a motion that is known."""
-        nlp = self._program(found.path, motion)
+    def decode(self, solved: SolveResult) -> Sequence[Decoded]:
+        """Return the motion, then the path that it was found from; see `Program.decode`."""
+        return solved.decoded if isinstance(solved, FreedResult) else self.first.decode(solved)
+
+    def _freed(
+        self, first: SolveResult, path: Path, motion: Trajectory, progress: Progress | None
+    ) -> "FreedResult":
+        """Optimise shape and time, from a motion along a path."""
+        nlp = self._program(path, motion)
         control = fitted(nlp.spline.basis, *_samples(nlp.spline.basis, motion), resting=RESTING)
         x0 = np.hstack((control, np.ones((len(control), 1))))
         solved = self.method.solver.solve(nlp, x0, progress=progress)
-        whole = replace(solved, log=(*found.solve.log, *solved.log))
-        path = nlp.spline.decode(solved.x[:, :-1])
-        return Outcome(whole, path, nlp.decode(solved.x) if solved.feasible else None, found)
+        trajectory = nlp.decode(solved.x) if solved.feasible else None
+        decoded = Decoded(nlp.spline.decode(solved.x[:, :-1]), trajectory)
+        log = (*first.log, *solved.log)
+        return FreedResult(solved.status, solved.x, solved.at, log, (decoded, *self.first.decode(first)))
 
     def _program(self, path: Path, motion: Trajectory) -> FreeDurationNlp:
         reduced, base = self.problem.reduced, self.first.nlp

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from trajopt.arrays import Floats
-from trajopt.methods.method import Outcome, Progress, moving_start
+from trajopt.methods.method import Decoded, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.solvers import HasBriefForm, Solver, Sqp
+from trajopt.solvers import HasBriefForm, Solver, SolveResult, Sqp
 from trajopt.transcription import KnotsNlp, transcribe
 
 
@@ -52,12 +52,15 @@ class KnotsProgram:
         """The work done so far."""
         return self.nlp.counts
 
-    def glance(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
-        """Take a few steps, where the solver has a brief form, else all; see `Glancing.glance`."""
-        solver = self.solver.brief() if isinstance(self.solver, HasBriefForm) else self.solver
-        return KnotsProgram(self.nlp, solver).solve(seed, progress=progress)
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed; see `Program.solve`."""
+        return self.solver.solve(self.nlp, seed, progress=progress)
 
-    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
-        """Solve from a first guess; see `Program.solve`."""
-        solved = self.solver.solve(self.nlp, seed, progress=progress)
-        return Outcome(solved, self.nlp.decode(solved.x))
+    def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Take a few steps, where the solver has a brief form, else all; see `SupportsEarlyStop`."""
+        solver = self.solver.brief() if isinstance(self.solver, HasBriefForm) else self.solver
+        return solver.solve(self.nlp, seed, progress=progress)
+
+    def decode(self, solved: SolveResult) -> tuple[Decoded]:
+        """Return the path through the knots; see `Program.decode`."""
+        return (Decoded(self.nlp.decode(solved.x)),)

@@ -1,10 +1,10 @@
-"""Method: how a first guess becomes a path or a motion; what planning asks of every solver."""
+"""Method: how a seed becomes a path or a motion; what planning asks of every solver."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
@@ -16,28 +16,24 @@ Progress = Callable[[Iteration], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
-    """What a method made of one first guess.
+class Decoded(Value):
+    """What a solver's result means for the robot.
 
     Attributes:
-        solve: How the solver ended, and everything linearised where it did.
-        path: The path there.
+        path: The path.
         trajectory: The motion, if the method decides on time too; None where retiming does.
-        otherwise: What to make of the guess where the judge refuses this motion, if there is anything.
     """
 
-    solve: SolveResult
     path: Path
     trajectory: Trajectory | None = None
-    otherwise: "Outcome | None" = None
 
 
 class Program(Protocol):
-    """A problem as one method writes it; solved from as many first guesses as there are."""
+    """A problem as one method writes it; solved from as many seeds as there are."""
 
     @property
     def scale(self) -> Floats:
-        """A step of ordinary size in each joint, shape (n,) [rad | m]; how far first guesses are bent."""
+        """A step of ordinary size in each joint, shape (n,) [rad | m]; how far seeds are bent."""
         ...
 
     @property
@@ -45,8 +41,8 @@ class Program(Protocol):
         """The work done so far."""
         ...
 
-    def solve(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
-        """Solve from a first guess.
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed.
 
         Args:
             seed: Knots, shape (N, n) [rad | m].
@@ -54,13 +50,20 @@ class Program(Protocol):
         """
         ...
 
+    def decode(self, solved: SolveResult) -> Sequence[Decoded]:
+        """Return the motions that a result of this program stands for, the best first.
+
+        The next is of use where the judge refuses the one before.
+        """
+        ...
+
 
 @runtime_checkable
-class Glancing(Protocol):
-    """A program whose solver can stop early, to see which of many first guesses are worth more."""
+class SupportsEarlyStop(Protocol):
+    """A program whose solver can stop early, to see which of many seeds are worth more."""
 
-    def glance(self, seed: Floats, *, progress: Progress | None = None) -> Outcome:
-        """Take a few steps from a first guess; see `Program.solve`."""
+    def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Take a few steps from a seed; see `Program.solve`."""
         ...
 
 
@@ -82,7 +85,7 @@ class Method(Protocol):
 
         Args:
             problem: The problem, with one goal.
-            seed: A first guess, shape (N, n): how long the motion may take is guessed from it.
+            seed: A seed, shape (N, n): how long the motion may take is guessed from it.
             waypoint_knots: The knot that each waypoint is held at.
 
         Raises:

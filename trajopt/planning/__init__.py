@@ -1,7 +1,15 @@
-"""Planning: first guesses of many kinds, each optimised, timed and judged, within a budget."""
+"""Planning: seeds of many kinds, each optimised, timed and judged, within a budget."""
 
-from trajopt.planning.attempts import Attempts as Attempts
-from trajopt.planning.meter import Meter as Meter
-from trajopt.planning.meter import Progress as Progress
-from trajopt.planning.portfolio import Portfolio as Portfolio
-from trajopt.planning.search import Search as Search
+from trajopt.planning.attempt import plan_once as plan_once
+from trajopt.planning.budget import Budget as Budget
+from trajopt.planning.budget import BudgetTracker as BudgetTracker
+from trajopt.planning.budget import Progress as Progress
+from trajopt.planning.budget import Stop as Stop
+from trajopt.planning.budget import Stopped as Stopped
+from trajopt.planning.judgement import judge as judge
+from trajopt.planning.result import Attempt as Attempt
+from trajopt.planning.result import Plan as Plan
+from trajopt.planning.result import Result as Result
+from trajopt.planning.status import Certainty as Certainty
+from trajopt.planning.status import Status as Status
+from trajopt.planning.workspace import Workspace as Workspace

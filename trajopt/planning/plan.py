@@ -1,26 +1,30 @@
-"""plan(problem): the whole of planning in one call; of a goal set, to the goal that comes easiest."""
+"""plan(problem): seeds in the order of the schedule, each attempted once, until a motion is verified."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from threading import Event
 
 import numpy as np
 
 from trajopt.arrays import one_of
 from trajopt.errors import ProblemError, shown
-from trajopt.methods import Knots, Method
-from trajopt.planning import Attempts, Meter, Portfolio, Progress, Search
-from trajopt.planning.budget import Budget
+from trajopt.methods import Knots, Method, method_named
+from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
+from trajopt.planning.goal_search import attempt
 from trajopt.planning.result import Result
+from trajopt.planning.search import Search
+from trajopt.planning.workers import attempted_in_processes
 from trajopt.problem import Problem
 
 NO_BOUNDS = Budget()
-"""The budget unless told otherwise: the first guesses that planning knows of, one after the other."""
+"""The budget unless told otherwise: the seeds of the schedule, one after the other."""
 
 
 def plan(
     problem: Problem,
     *,
-    method: Method | None = None,
+    method: Method | str | None = None,
+    seconds: float | None = None,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
@@ -31,9 +35,11 @@ def plan(
 
     Args:
         problem: What the motion must achieve.
-        method: Transcription and solver with their options; sequential QP over knots when None.
-        rng: Draws the starts of inverse kinematics and the bends of first guesses; a fixed seed when
-            None, so that the answer is the same every time.
+        method: Transcription and solver with their options, or the name of one ("chomp"); sequential QP over
+            knots when None.
+        seconds: Time that planning may take by the wall's clock [s]; short for a budget of so many seconds.
+        rng: Draws the starts of inverse kinematics and the bends of seeds; a fixed seed when None, so that
+            the answer is the same every time.
         budget: How much work, time and how many cores it may use, and whether to go on improving.
         cancel: Set it from another thread to stop: the best motion so far is returned, if there is
             one.
@@ -44,17 +50,44 @@ def plan(
         A result; `result.require()` gives the plan or raises with the reason.
 
     Raises:
+        SolverNotFound: If there is no method of that name.
         ProblemError: If a requirement cannot be asked of this robot, or an argument is of the wrong kind.
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     if cancel is not None:
         one_of("cancel", cancel, Event)
+    tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
+    search = Search(problem, _method(method), rng or np.random.default_rng(0), tracker, on_incumbent)
+    stopped: Stop | None = None
+    try:
+        for candidates in search.rounds():
+            parallel = search.in_processes(candidates)
+            results = attempted_in_processes(candidates, tracker) if parallel else map(attempt, candidates)
+            for candidate, result in zip(candidates, results, strict=True):
+                search.learn(candidate, result)
+                if search.done:
+                    break
+    except Stopped as ended:
+        stopped = ended.stop
+    except KeyboardInterrupt:
+        if search.incumbent is None:
+            raise
+        stopped = Stop.CANCEL
+    return search.result(stopped)
+
+
+def _bounded(budget: Budget, seconds: float | None) -> Budget:
     one_of("budget", budget, Budget)
+    if seconds is None:
+        return budget
+    if budget.seconds is not None:
+        raise ProblemError("give seconds once: to plan, or to its budget")
+    return replace(budget, seconds=seconds)
+
+
+def _method(method: Method | str | None) -> Method:
+    if isinstance(method, str):
+        return method_named(method)
     if not isinstance(method, Method | None):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ProblemError(
-            f"method is a Method, is {shown(method)}; trajopt.methods.method_named returns one by its name"
-        )
-    method, rng, meter = method or Knots(), rng or np.random.default_rng(0), Meter(budget, cancel, progress)
-    goals = problem.alternatives or {"": problem}
-    portfolios = [Portfolio(Attempts(each, meter), method, rng, name) for name, each in goals.items()]
-    return Search(problem, portfolios, meter, on_incumbent).run()
+        raise ProblemError(f"method is a Method or the name of one, is {shown(method)}")
+    return method or Knots()

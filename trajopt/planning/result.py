@@ -7,14 +7,15 @@ from math import inf
 from typing import Any
 
 from trajopt.errors import PlanningFailed
+from trajopt.infeasibility.reasons import Block
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.native import native_cores
 from trajopt.planning.budget import Stop
+from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.tries import Try
 from trajopt.problem import Problem
 from trajopt.retime import Retimed
-from trajopt.solvers import SolveResult
+from trajopt.solvers import SolveResult, SolverStatus
 from trajopt.verify import Certificate
 
 
@@ -35,6 +36,50 @@ class Plan:
     certificate: Certificate
 
 
+@dataclass(frozen=True)
+class Attempt:
+    """What became of one seed: optimised, timed and judged as far as it got.
+
+    Attributes:
+        number: Its number in the order of attempts, from 1.
+        kind: Where the seed came from.
+        status: How the attempt ended.
+        solver: How the solver ended, if it got so far.
+        message: The particulars: what could not be satisfied, where and by how much.
+        iterations: Steps of the solver.
+        block: What stood in its way most; None if nothing did, or nothing that has a place.
+        goal_name: Of a goal set: the goal it was for.
+    """
+
+    number: int
+    kind: SeedKind
+    status: Status
+    solver: SolverStatus | None
+    message: str
+    iterations: int
+    block: Block | None = None
+    goal_name: str = ""
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {
+            "number": self.number,
+            "kind": self.kind.name,
+            "status": self.status.name,
+            "solver": None if self.solver is None else self.solver.name,
+            "message": self.message,
+            "iterations": self.iterations,
+            "block": None if self.block is None else self.block.as_dict(),
+            "goal_name": self.goal_name,
+        }
+
+    def __str__(self) -> str:
+        """Return one line."""
+        goal = f" of {self.goal_name!r}" if self.goal_name else ""
+        message = f": {self.message}" if self.message else ""
+        return f"attempt {self.number}, {self.kind.value}{goal}: {self.status.name}{message}"
+
+
 @dataclass(frozen=True, eq=False)
 class Result:
     """What planning returned.
@@ -52,8 +97,8 @@ class Result:
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
         alternatives: Of a goal set that failed: the result of each goal, that of the nearest first.
-        tries: What each first guess came to, in order.
-        won: Of a motion: the try that it came from, the last one or, with a budget that improves, the
+        attempts: What became of each seed, in order.
+        won: Of a motion: the attempt that it came from, the last one or, with a budget that improves, the
             one of least cost.
         stopped: What ended planning before it was done; None if nothing did.
         certainty: How well the status is known, from where it was shown; of a goal set that failed, proven
@@ -72,8 +117,8 @@ class Result:
     cpu_seconds: Mapping[str, float]
     goal_name: str = ""
     alternatives: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
-    tries: tuple[Try, ...] = ()
-    won: Try | None = None
+    attempts: tuple[Attempt, ...] = ()
+    won: Attempt | None = None
     stopped: Stop | None = None
     certainty: Certainty = Certainty.EVIDENCE
 
@@ -121,7 +166,7 @@ class Result:
             "goal_name": self.goal_name,
             **motion,
             "certificate": None if self.certificate is None else self.certificate.as_dict(),
-            "tries": [item.as_dict() for item in self.tries],
+            "tries": [item.as_dict() for item in self.attempts],
             "won_by": None if self.won is None else self.won.kind.name,
             "stopped": None if self.stopped is None else self.stopped.name,
             "stopped_by_clock": self.stopped_by_clock,

@@ -1,7 +1,7 @@
-"""Workers: candidates of one round tried in several processes, and told in their order.
+"""Workers: the candidates of one round attempted in several processes; results come in their order.
 
 The processes begin with a round and end with it. Where processes are forked, that takes 4 ms; where they are
-spawned, they are sent problem, method and first guesses, and take about a second to begin: the answer is the
+spawned, they are sent problem, method and seeds, and take about a second to begin: the answer is the
 same. What comes back is a result without its problem.
 """
 
@@ -18,12 +18,13 @@ from threading import active_count
 from typing import cast
 
 from trajopt.errors import ProblemError
-from trajopt.planning.attempts import Attempts
-from trajopt.planning.budget import Budget, Stop
-from trajopt.planning.meter import Meter, Stopped
-from trajopt.planning.portfolio import Candidate, Done, Way, tried
-from trajopt.planning.seeds import Guess
+from trajopt.planning.branch import GoalBranch
+from trajopt.planning.budget import Budget, BudgetTracker, Stop, Stopped
+from trajopt.planning.goal_search import Candidate, attempt
+from trajopt.planning.result import Result
+from trajopt.planning.seeds import MakeSeed, SeedKind
 from trajopt.planning.status import Status
+from trajopt.planning.workspace import Workspace
 from trajopt.problem import Problem
 
 POLL = 0.005
@@ -31,7 +32,7 @@ POLL = 0.005
 FAREWELL = 1.0
 """How long an ended process may take to go [s]."""
 
-Answer = Done | Stop | Exception
+Answer = Result | Stop | Exception
 """What a worker sends for a candidate."""
 
 
@@ -44,15 +45,12 @@ class _Worker:
     waiting: list[int]
 
 
-def tried_in_processes(
-    candidates: Sequence[Candidate], workers: int, meter: Meter
-) -> Iterator[tuple[Candidate, Done]]:
-    """Try candidates; yield each with what became of it, in the order given, its work added to the meter.
+def attempted_in_processes(candidates: Sequence[Candidate], tracker: BudgetTracker) -> Iterator[Result]:
+    """Attempt candidates; yield their results in the order given, their work added to the tracker.
 
     Args:
-        candidates: The first guesses; every worker takes each so many-th.
-        workers: Processes at most.
-        meter: Of the whole of planning.
+        candidates: The candidates; every worker takes each so many-th.
+        tracker: Of the whole of planning; its budget says how many workers there may be.
 
     Raises:
         Stopped: If the budget ends; whoever ends the iteration ends the processes.
@@ -60,20 +58,21 @@ def tried_in_processes(
     running: list[_Worker] = []
     ready: dict[int, Answer] = {}
     try:
-        for share in range(min(workers, len(candidates))):
-            running.append(_start(candidates, share, min(workers, len(candidates)), meter))
+        workers = min(tracker.budget.workers, len(candidates))
+        for share in range(workers):
+            running.append(_start(candidates, share, workers, tracker))
         for number, candidate in enumerate(candidates):
             while number not in ready:
-                meter.check()
+                tracker.check()
                 _receive(running, ready, candidates)
             answer = ready.pop(number)
             if isinstance(answer, Stop):
                 raise Stopped(answer)
             if isinstance(answer, Exception):
                 raise answer
-            meter.add(answer.result.counts, answer.result.cpu_seconds)
-            meter.check()
-            yield candidate, _at_home(candidate, answer)
+            tracker.add(answer.counts, answer.cpu_seconds)
+            tracker.check()
+            yield replace(answer, problem=candidate.workspace.problem)
     finally:
         for worker in running:
             worker.process.terminate()
@@ -83,13 +82,15 @@ def tried_in_processes(
             worker.answers.close()
 
 
-def _start(candidates: Sequence[Candidate], share: int, shares: int, meter: Meter) -> _Worker:
+def _start(candidates: Sequence[Candidate], share: int, shares: int, tracker: BudgetTracker) -> _Worker:
     numbers = list(range(share, len(candidates), shares))
-    context = start_context(meter.budget.processes)
+    context = start_context(tracker.budget.processes)
     answers, send = context.Pipe(duplex=False)
     mine = [candidates[number] for number in numbers]
-    pieces = [_Piece(item.owner.attempts.problem, item.way, item.guess, item.briefly) for item in mine]
-    work = (pieces, replace(meter.budget, processes=None), meter.so_far, send)
+    pieces = [
+        _Piece(item.workspace.problem, item.branch, item.kind, item.make_seed, item.brief) for item in mine
+    ]
+    work = (pieces, replace(tracker.budget, processes=None), tracker.so_far, send)
     process = context.Process(target=_work, args=work, daemon=True)
     try:
         process.start()
@@ -117,9 +118,8 @@ def _receive(running: Sequence[_Worker], ready: dict[int, Answer], candidates: S
             worker.waiting.clear()
 
 
-def _died(candidate: Candidate, message: str) -> Done:
-    result = candidate.owner.attempts.result(Status.WORKER_DIED, message)
-    return Done(replace(result, counts={}, cpu_seconds={}), ())
+def _died(candidate: Candidate, message: str) -> Result:
+    return replace(candidate.workspace.result(Status.WORKER_DIED, message), counts={}, cpu_seconds={})
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,9 +127,10 @@ class _Piece:
     """What a worker is told of a candidate: data that any process can be sent."""
 
     problem: Problem
-    way: Way
-    guess: Guess
-    briefly: bool
+    branch: GoalBranch
+    kind: SeedKind
+    make_seed: MakeSeed
+    brief: bool
 
 
 def start_context(chosen: BaseContext | None) -> DefaultContext:
@@ -147,25 +148,22 @@ def start_context(chosen: BaseContext | None) -> DefaultContext:
 def _work(
     pieces: Sequence[_Piece], budget: Budget, so_far: tuple[int, float, float], send: Connection
 ) -> None:
-    """Try candidates one after the other; this is the other process."""
+    """Attempt candidates one after the other; this is the other process."""
     signal(SIGINT, SIG_IGN)  # The one who waits is interrupted, and ends this.
     for piece in pieces:
-        meter = Meter.elsewhere(budget, so_far)
+        tracker = BudgetTracker.elsewhere(budget, so_far)
         answer: Answer
         try:
-            done = tried(Attempts(piece.problem, meter), piece.way, piece.guess, piece.briefly)
-            answer = replace(done, result=replace(done.result, problem=cast(Problem, None)))
+            work = Workspace(piece.problem, tracker)
+            result = attempt(Candidate(work, piece.branch, piece.kind, piece.make_seed, piece.brief))
+            answer = replace(result, problem=cast(Problem, None))
         except Stopped as stopped:
             answer = stopped.stop
         except Exception as error:
             answer = error
         with suppress(BrokenPipeError):
             send.send(answer)
-        if not isinstance(answer, Done):
+        if not isinstance(answer, Result):
             return
-        _, *used = meter.so_far
+        _, *used = tracker.so_far
         so_far = (so_far[0], used[0], used[1])
-
-
-def _at_home(candidate: Candidate, done: Done) -> Done:
-    return replace(done, result=replace(done.result, problem=candidate.owner.attempts.problem))

@@ -33,6 +33,14 @@ class Counts:
     bounds: int = 0
     distances: int = 0
 
+    def since(self, before: "Counts") -> "Counts":
+        """Return the work done since an earlier count."""
+        return Counts(
+            self.forward_kinematics - before.forward_kinematics,
+            self.bounds - before.bounds,
+            self.distances - before.distances,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Kinematics(Value):

@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from tests.planning.walls import blocked_by, route_of, wall
 from tests.robots_for_tests import odd_arm
-from trajopt.planning.seeds import Around, NoGuess, SeedKind
+from trajopt.planning.seeds import Around, NoSeed, SeedKind
 from trajopt.planning.seeds.around import SIDES, SIZES, bent
 from trajopt.query import Counts, Query
 
@@ -17,15 +17,15 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> to.Problem:
 
 
 def test_every_side_moves_the_touching_body_there_and_keeps_the_ends(problem: to.Problem) -> None:
-    route, blocked = route_of(problem), blocked_by(problem, "wall")
-    line, middle = route.line.knots, (problem.knots - 1) // 2
+    context, blocked = route_of(problem), blocked_by(problem, "wall")
+    line, middle = context.line.knots, (problem.knots - 1) // 2
     limits = problem.reduced.limits
     reach = np.full(len(problem.reduced.pairs.margin), -np.inf)
     reach[blocked.pair] = 1.0
     here = Query(problem.reduced).close_pairs(0.5 * (line[middle] + line[middle + 1])[None], reach)
     shifts = []
     for side in range(SIDES):
-        knots = bent(route, blocked, side, 0.1, counts=Counts())
+        knots = bent(context, blocked, side, 0.1, counts=Counts())
         assert np.array_equal(knots[[0, -1]], line[[0, -1]])
         assert (knots >= limits.lower).all() and (knots <= limits.upper).all()
         assert np.abs(np.diff(knots - line, axis=0)).max() < 0.5, "it bends softly"
@@ -44,12 +44,12 @@ def test_every_side_moves_the_touching_body_there_and_keeps_the_ends(problem: to
 
 def test_all_sides_and_sizes_of_each_blocked_try(problem: to.Problem) -> None:
     blocked, rng = blocked_by(problem, "wall"), np.random.default_rng(0)
-    assert len(list(Around().guesses(route_of(problem), (blocked,), rng))) == SIDES * len(SIZES)
-    assert list(Around().guesses(route_of(problem), (), rng)) == []
+    assert len(list(Around().seeds(route_of(problem), (blocked,), rng))) == SIDES * len(SIZES)
+    assert list(Around().seeds(route_of(problem), (), rng)) == []
     assert Around().kind is SeedKind.AROUND
 
 
 def test_what_is_no_longer_near_gives_no_guess(problem: to.Problem) -> None:
     away = wall(problem.scene.robot, inner_edge=3.0)
-    with pytest.raises(NoGuess, match="no longer near"):
+    with pytest.raises(NoSeed, match="no longer near"):
         bent(route_of(away), blocked_by(away, "wall"), 0, 0.1, counts=Counts())

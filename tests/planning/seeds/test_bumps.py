@@ -8,35 +8,35 @@ import pytest
 import trajopt as to
 from tests.planning.walls import route_of, wall
 from tests.robots_for_tests import odd_arm
-from trajopt.planning.seeds import Bumps, Route, SeedKind
+from trajopt.planning.seeds import Bumps, SeedContext, SeedKind
 from trajopt.query import Counts
 
 
 @pytest.fixture(scope="module")
-def route(tmp_path_factory: pytest.TempPathFactory) -> Route:
+def context(tmp_path_factory: pytest.TempPathFactory) -> SeedContext:
     return route_of(wall(odd_arm(tmp_path_factory.mktemp("robot"))))
 
 
-def bent(route: Route, seed: int, count: int) -> list[to.Path]:
-    guesses = Bumps().guesses(route, (), np.random.default_rng(seed))
+def bent(context: SeedContext, seed: int, count: int) -> list[to.Path]:
+    guesses = Bumps().seeds(context, (), np.random.default_rng(seed))
     return [guess(Counts(), lambda: None) for guess in islice(guesses, count)]
 
 
-def test_bumps(route: Route) -> None:
-    line = route.line.knots
-    lines = bent(route, 5, 4)
+def test_bumps(context: SeedContext) -> None:
+    line = context.line.knots
+    lines = bent(context, 5, 4)
     for one in lines:
         assert np.array_equal(one[[0, -1]], line[[0, -1]])
     assert len({one[2, 0] for one in lines}) == 4
-    assert np.array_equal(bent(route, 5, 1)[0], lines[0])
+    assert np.array_equal(bent(context, 5, 1)[0], lines[0])
     assert Bumps().kind is SeedKind.BUMP
 
 
-def test_none_depends_on_whether_another_was_made(route: Route) -> None:
-    *_, alone = islice(Bumps().guesses(route, (), np.random.default_rng(5)), 3)
-    assert np.array_equal(alone(Counts(), lambda: None), bent(route, 5, 3)[2])
+def test_none_depends_on_whether_another_was_made(context: SeedContext) -> None:
+    *_, alone = islice(Bumps().seeds(context, (), np.random.default_rng(5)), 3)
+    assert np.array_equal(alone(Counts(), lambda: None), bent(context, 5, 3)[2])
 
 
-def test_they_bend_more_and_more(route: Route) -> None:
-    away = np.array([np.abs(one - route.line.knots)[:, 0].max() for one in bent(route, 1, 300)])
+def test_they_bend_more_and_more(context: SeedContext) -> None:
+    away = np.array([np.abs(one - context.line.knots)[:, 0].max() for one in bent(context, 1, 300)])
     assert away[250:].mean() / away[:50].mean() == pytest.approx((1 + 275 / 12) / (1 + 25 / 12), rel=0.3)

@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from tests.planning.walls import route_of, wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.planning.seeds import NoGuess, SampledPaths, SeedKind
+from trajopt.planning.seeds import NoSeed, SampledPaths, SeedKind
 from trajopt.planning.seeds.rrt_connect import _Free, search
 from trajopt.planning.seeds.sampled import sampled
 from trajopt.query import Counts, Query
@@ -43,7 +43,7 @@ def test_it_is_the_same_again_and_another_with_another_seed(arm: to.Robot) -> No
 
 def test_it_gives_up_by_count(arm: to.Robot) -> None:
     counts = Counts()
-    with pytest.raises(NoGuess, match="500"):
+    with pytest.raises(NoSeed, match="500"):
         sampled(
             route_of(walled_in(arm)),
             rng=np.random.default_rng(0),
@@ -78,7 +78,7 @@ def test_without_the_wheel_the_tries_say_so(arm: to.Robot, monkeypatch: pytest.M
     monkeypatch.setattr("trajopt.planning.seeds.sampled.find_spec", lambda name: None)
     monkeypatch.setattr("trajopt.planning.search.closed_cut", lambda problem: None)
     result = to.plan(walled_in(arm))
-    told = [item for item in result.tries if item.kind is SeedKind.SAMPLED]
+    told = [item for item in result.attempts if item.kind is SeedKind.SAMPLED]
     assert told and all("trajopt-planner[ompl]" in item.message for item in told)
     assert SampledPaths().kind is SeedKind.SAMPLED
     assert result.status is to.Status.STUCK and "clearance" in result.message
@@ -101,7 +101,7 @@ def test_an_end_that_is_taken_to_be_occupied_is_told_at_once(
     arm: to.Robot, monkeypatch: pytest.MonkeyPatch, name: str, place: int
 ) -> None:
     refusing(monkeypatch, route_of(wall(arm)).line.knots[place])
-    with pytest.raises(NoGuess, match=f"takes the {name} to be occupied"):
+    with pytest.raises(NoSeed, match=f"takes the {name} to be occupied"):
         found(wall(arm), 1)
 
 
@@ -109,7 +109,7 @@ def test_an_end_that_is_taken_to_be_occupied_is_told_at_once(
 def test_a_search_that_looks_at_nothing_more_is_ended(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     refusing(monkeypatch, route_of(wall(arm)).line.knots[-1])
     monkeypatch.setattr(_Free, "raise_what_is_occupied", lambda *ends: None)
-    with pytest.raises(NoGuess, match="looked at no more"):
+    with pytest.raises(NoSeed, match="looked at no more"):
         found(wall(arm), 1)
 
 

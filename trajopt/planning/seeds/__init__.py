@@ -1,4 +1,4 @@
-"""First guesses of a path: one module for each kind of source."""
+"""Seeds of a path: one module for each kind of source."""
 
 from trajopt.planning.seeds.around import Around as Around
 from trajopt.planning.seeds.bumps import Bumps as Bumps
@@ -6,10 +6,10 @@ from trajopt.planning.seeds.kind import SeedKind as SeedKind
 from trajopt.planning.seeds.sampled import SampledPaths as SampledPaths
 from trajopt.planning.seeds.source import Blocked as Blocked
 from trajopt.planning.seeds.source import Check as Check
-from trajopt.planning.seeds.source import Guess as Guess
-from trajopt.planning.seeds.source import NoGuess as NoGuess
-from trajopt.planning.seeds.source import Ready as Ready
-from trajopt.planning.seeds.source import Route as Route
+from trajopt.planning.seeds.source import GivenSeed as GivenSeed
+from trajopt.planning.seeds.source import MakeSeed as MakeSeed
+from trajopt.planning.seeds.source import NoSeed as NoSeed
+from trajopt.planning.seeds.source import SeedContext as SeedContext
 from trajopt.planning.seeds.source import Source as Source
 from trajopt.planning.seeds.straight import straight_line as straight_line
 from trajopt.planning.seeds.straight_lines import StraightLines as StraightLines

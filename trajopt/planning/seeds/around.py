@@ -12,7 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value
 from trajopt.planning.seeds.kind import SeedKind
-from trajopt.planning.seeds.source import Blocked, Check, Guess, NoGuess, Route
+from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
 from trajopt.query import Counts, Query
 
 SIZES = (0.15, 0.35)
@@ -39,32 +39,34 @@ class Around:
 
     kind = SeedKind.AROUND
 
-    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
-        """Yield bent lines, as many for each blocked try as it has sides and sizes; see `Source.guesses`."""
+    def seeds(
+        self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
+    ) -> Iterator[MakeSeed]:
+        """Yield bent lines, as many for each blocked try as it has sides and sizes; see `Source.seeds`."""
         del rng
         for size in SIZES:
             for side in range(SIDES):
                 for item in blocked:
-                    yield _Bent(route, item, side, size)
+                    yield _Bent(context, item, side, size)
 
 
 @dataclass(frozen=True, eq=False)
 class _Bent(Value):
-    route: Route
+    context: SeedContext
     blocked: Blocked
     side: int
     size: float
 
     def __call__(self, counts: Counts, check: Check) -> Floats:
         del check
-        return bent(self.route, self.blocked, self.side, self.size, counts=counts)
+        return bent(self.context, self.blocked, self.side, self.size, counts=counts)
 
 
-def bent(route: Route, blocked: Blocked, side: int, size: float, *, counts: Counts) -> Floats:
-    """Return the route's line, bent so that the point that touched passes to one side.
+def bent(context: SeedContext, blocked: Blocked, side: int, size: float, *, counts: Counts) -> Floats:
+    """Return the context's line, bent so that the point that touched passes to one side.
 
     Args:
-        route: The line, its robot and surroundings.
+        context: The line, its robot and surroundings.
         blocked: Where something was touched.
         side: 0 for the side that the contact pushes to most, 3 for the one it pushes to least.
         size: How far the point moves aside [m].
@@ -74,22 +76,22 @@ def bent(route: Route, blocked: Blocked, side: int, size: float, *, counts: Coun
         Knots, shape (N, n), within the limits; first, last and waypoints as in the line.
 
     Raises:
-        NoGuess: If the pair no longer comes near, or its point stands still.
+        NoSeed: If the pair no longer comes near, or its point stands still.
     """
-    query = Query(route.reduced, counts)
+    query = Query(context.reduced, counts)
     point = _TouchingPoint.of(query, blocked)
     direction = point.sides(_way(blocked))[side]
-    moved = point.moved(size * direction, route.scale)
-    knots = route.line.knots
+    moved = point.moved(size * direction, context.scale)
+    knots = context.line.knots
     last = len(knots) - 1
-    stops = np.array((0, *route.line.places, last))
+    stops = np.array((0, *context.line.places, last))
     leg = int(np.clip(np.searchsorted(stops, blocked.place, side="right") - 1, 0, len(stops) - 2))
     first, final = stops[leg], stops[leg + 1]
     peak = float(np.clip(blocked.place, first + NEARBY, final - NEARBY))
     number = np.arange(last + 1)
     rising, falling = (number - first) / (peak - first), (final - number) / (final - peak)
     share = np.sin(0.5 * np.pi * np.clip(np.minimum(rising, falling), 0.0, 1.0))
-    limits = route.reduced.limits
+    limits = context.reduced.limits
     result = knots + share[:, None] * (moved - _at(knots, peak))
     return np.clip(result, np.minimum(limits.lower, knots), np.maximum(limits.upper, knots))
 
@@ -120,7 +122,7 @@ class _TouchingPoint:
         reach[blocked.pair] = pairs.margin[blocked.pair] + ASKED
         found = query.close_pairs(positions[None, :], reach)
         if not len(found.pair):
-            raise NoGuess("what blocked is no longer near")
+            raise NoSeed("what blocked is no longer near")
         first, second = (
             reduced.bodies[int(side[blocked.pair])].joint for side in (pairs.first, pairs.second)
         )
@@ -153,7 +155,7 @@ class _TouchingPoint:
         along = self._place(self.positions)[1] @ way
         length = float(np.linalg.norm(along))
         if length < STILL:
-            raise NoGuess("the point that touched stands still")
+            raise NoSeed("the point that touched stands still")
         along /= length
         up = np.array((0.0, 0.0, 1.0))
         across = np.cross(up, along)

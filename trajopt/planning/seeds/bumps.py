@@ -1,4 +1,4 @@
-"""Straight lines bent to random sides: first guesses for when the straight one ends in a local minimum."""
+"""Straight lines bent to random sides: seeds for when the straight one ends in a local minimum."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value
 from trajopt.planning.seeds.kind import SeedKind
-from trajopt.planning.seeds.source import Blocked, Check, Guess, Route
+from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, SeedContext
 from trajopt.query import Counts
 
 BEND = 0.6
@@ -30,12 +30,14 @@ class Bumps:
     bend: float = BEND
     kind = SeedKind.BUMP
 
-    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
-        """Yield bent lines; see `Source.guesses`."""
+    def seeds(
+        self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
+    ) -> Iterator[MakeSeed]:
+        """Yield bent lines; see `Source.seeds`."""
         del blocked
         for index in count():
-            spread = self.bend * (1.0 + index / GROWTH) * route.scale
-            yield _Bump(route.line.knots, spread, rng.spawn(1)[0])
+            spread = self.bend * (1.0 + index / GROWTH) * context.scale
+            yield _Bump(context.line.knots, spread, rng.spawn(1)[0])
 
 
 def bump(line: Floats, spread: Floats, rng: np.random.Generator) -> Floats:

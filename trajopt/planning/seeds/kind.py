@@ -1,10 +1,10 @@
-"""Kinds of first guesses, each with what it is."""
+"""Kinds of seeds, each with what it is."""
 
 from enum import Enum
 
 
 class SeedKind(Enum):
-    """Where a first guess comes from; each value says so in words."""
+    """Where a seed comes from; each value says so in words."""
 
     STRAIGHT = "the straight line to the nearest goal configuration"
     BRANCH = "the straight line to another goal configuration"

@@ -9,7 +9,7 @@ import numpy as np
 from ompl import base, geometric, util
 
 from trajopt.arrays import Floats
-from trajopt.planning.seeds.source import Check, NoGuess
+from trajopt.planning.seeds.source import Check, NoSeed
 from trajopt.query import Query
 
 SHORTENED = 20_000
@@ -56,7 +56,7 @@ def search(
         Shape (k, n), start and goal included.
 
     Raises:
-        NoGuess: If no path was found, or an end is taken to be occupied: OMPL would wait for another.
+        NoSeed: If no path was found, or an end is taken to be occupied: OMPL would wait for another.
     """
     free = _Free(query, np.stack((start, goal)), scale, check, checked)
     if free.between(start, goal):
@@ -88,8 +88,8 @@ def _shortened(setup: geometric.SimpleSetup, free: "_Free", start: Floats, goal:
     free.raise_what_stopped()
     if not setup.haveExactSolutionPath():
         if free.idle:
-            raise NoGuess("the sampling planner looked at no more configurations, and found no path")
-        raise NoGuess(f"the sampling planner found no path among {free.allowed} configurations")
+            raise NoSeed("the sampling planner looked at no more configurations, and found no path")
+        raise NoSeed(f"the sampling planner found no path among {free.allowed} configurations")
     free.left = SHORTENED
     setup.simplifySolution(base.PlannerTerminationCondition(free.used_up))
     free.raise_what_stopped()
@@ -139,11 +139,11 @@ class _Free:
         return self._asked >= IDLE
 
     def raise_what_is_occupied(self, start: Floats, goal: Floats) -> None:
-        """Raise `NoGuess` if the tree could not begin or end where it is to."""
+        """Raise `NoSeed` if the tree could not begin or end where it is to."""
         for name, positions in (("start", start), ("goal", goal)):
             seen = self.scaled(positions) * self._scale
             if not self.between(seen, seen):
-                raise NoGuess(f"the sampling planner takes the {name} to be occupied")
+                raise NoSeed(f"the sampling planner takes the {name} to be occupied")
 
     def raise_what_stopped(self) -> None:
         """Raise what `check` raised."""

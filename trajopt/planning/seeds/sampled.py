@@ -1,4 +1,4 @@
-"""Paths of a sampling planner as first guesses: RRT-Connect of OMPL, shortened.
+"""Paths of a sampling planner as seeds: RRT-Connect of OMPL, shortened.
 
 It sees the clearance of all pairs and the joint limits. Path constraints it does not see: its path is
 moved onto them knot by knot, and the optimiser does the rest.
@@ -16,7 +16,7 @@ from trajopt.arrays import Floats, Value
 from trajopt.errors import MissingExtra
 from trajopt.kinematics.projection import Projection
 from trajopt.planning.seeds.kind import SeedKind
-from trajopt.planning.seeds.source import Blocked, Check, Guess, NoGuess, Route
+from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
 from trajopt.query import Counts, Query
 
 CHECKED = 20_000
@@ -31,67 +31,69 @@ class SampledPaths:
 
     kind = SeedKind.SAMPLED
 
-    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
-        """Yield paths; see `Source.guesses`."""
+    def seeds(
+        self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
+    ) -> Iterator[MakeSeed]:
+        """Yield paths; see `Source.seeds`."""
         del blocked
         for index in count():
-            yield _Sampled(route, rng.spawn(1)[0], CHECKED * (1 + index // PATIENCE))
+            yield _Sampled(context, rng.spawn(1)[0], CHECKED * (1 + index // PATIENCE))
 
 
 @dataclass(frozen=True, eq=False)
 class _Sampled(Value):
-    route: Route
+    context: SeedContext
     rng: np.random.Generator
     checked: int
 
     def __call__(self, counts: Counts, check: Check) -> Floats:
-        return sampled(self.route, rng=self.rng, counts=counts, check=check, checked=self.checked)
+        return sampled(self.context, rng=self.rng, counts=counts, check=check, checked=self.checked)
 
 
 def sampled(
-    route: Route, *, rng: np.random.Generator, counts: Counts, check: Check, checked: int = CHECKED
+    context: SeedContext, *, rng: np.random.Generator, counts: Counts, check: Check, checked: int = CHECKED
 ) -> Floats:
     """Return a path that is clear of everything between the knots' stops.
 
     Args:
-        route: Where it leads.
+        context: Where it leads.
         rng: Seeds OMPL, whose generator is one for the whole process.
         counts: Takes the work done.
         check: Called while it searches; may raise to stop.
         checked: Configurations that each leg is searched with at most.
 
     Returns:
-        Knots, shape (N, n), evenly spaced on each leg; stops where the route's line has them.
+        Knots, shape (N, n), evenly spaced on each leg; stops where the context's line has them.
 
     Raises:
         MissingExtra: If OMPL is not installed.
-        NoGuess: If a leg was not found, or a path constraint could not be held.
+        NoSeed: If a leg was not found, or a path constraint could not be held.
     """
     if find_spec("ompl") is None:
         raise MissingExtra("ompl", "ompl")
     from trajopt.planning.seeds.rrt_connect import search
 
-    query, knots = Query(route.reduced, counts), route.line.knots
-    places = (0, *route.line.places, len(knots) - 1)
+    query, knots = Query(context.reduced, counts), context.line.knots
+    places = (0, *context.line.places, len(knots) - 1)
     legs = [knots[:1]]
     for first, last in pairwise(places):
         corners = search(
-            query, knots[first], knots[last], scale=route.scale, rng=rng, check=check, checked=checked
+            query, knots[first], knots[last], scale=context.scale, rng=rng, check=check, checked=checked
         )
-        legs.append(_even(corners, last - first, route.reduced.limits.velocity)[1:])
-    return _held(np.concatenate(legs), route, query)
+        legs.append(_even(corners, last - first, context.reduced.limits.velocity)[1:])
+    return _held(np.concatenate(legs), context, query)
 
 
-def _held(path: Floats, route: Route, query: Query) -> Floats:
+def _held(path: Floats, context: SeedContext, query: Query) -> Floats:
     """Move the inner knots onto the path constraints."""
-    if not route.requirements:
+    if not context.requirements:
         return path
-    projection = Projection(route.reduced, route.requirements, query)
-    inner = [place for place in range(1, len(path) - 1) if place not in route.line.places]
+    projection = Projection(context.reduced, context.requirements, query)
+    inner = [place for place in range(1, len(path) - 1) if place not in context.line.places]
     ended = projection(path[inner])
     lost = int((ended.violation > 0.0).sum())
     if lost:
-        raise NoGuess(f"{lost} of {len(inner)} sampled configurations do not reach the path constraints")
+        raise NoSeed(f"{lost} of {len(inner)} sampled configurations do not reach the path constraints")
     held = path.copy()
     held[inner] = ended.positions
     return held

@@ -1,4 +1,4 @@
-"""Source: where first guesses of one kind come from, and what it is told."""
+"""Source: where seeds of one kind come from, and what it is told."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -15,19 +15,19 @@ from trajopt.query import Counts
 
 Check = Callable[[], None]
 """Called between pieces of work; raises when it is time to stop."""
-Guess = Callable[[Counts, Check], Floats]
-"""Makes the knots of a first guess, shape (N, n); counts its work. Raises `NoGuess` if it cannot.
+MakeSeed = Callable[[Counts, Check], Floats]
+"""Makes the knots of a seed, shape (N, n); counts its work. Raises `NoSeed` if it cannot.
 
 A dataclass rather than a function within another, so that it can be sent to another process."""
 
 
-class NoGuess(Exception):
-    """A source could not make a first guess; the message says why."""
+class NoSeed(Exception):
+    """A source could not make a seed; the message says why."""
 
 
 @dataclass(frozen=True, eq=False)
-class Route(Value):
-    """Where a first guess leads.
+class SeedContext(Value):
+    """Where a seed leads.
 
     Attributes:
         reduced: The robot and its surroundings.
@@ -58,8 +58,8 @@ class Blocked(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Ready(Value):
-    """The `Guess` of knots that are there already.
+class GivenSeed(Value):
+    """The `MakeSeed` of knots that are there already.
 
     Attributes:
         knots: Shape (N, n) [rad | m].
@@ -74,19 +74,21 @@ class Ready(Value):
 
 
 class Source(Protocol):
-    """Makes first guesses of one kind."""
+    """Makes seeds of one kind."""
 
     @property
     def kind(self) -> SeedKind:
         """What kind."""
         ...
 
-    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
-        """Yield first guesses, each a function of its own: one that is not called costs nothing.
+    def seeds(
+        self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
+    ) -> Iterator[MakeSeed]:
+        """Yield seeds, each a function of its own: one that is not called costs nothing.
 
         Args:
-            route: Where they lead.
+            context: Where they lead.
             blocked: Where tries from straight lines ended against something, worst first.
-            rng: Each guess draws from a child of it, so that none depends on another.
+            rng: Each seed draws from a child of it, so that none depends on another.
         """
         ...

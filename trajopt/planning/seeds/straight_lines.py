@@ -1,4 +1,4 @@
-"""Straight lines as a source: the first guess that solves nearly everything."""
+"""Straight lines as a source: the seed that solves nearly everything."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.planning.seeds.kind import SeedKind
-from trajopt.planning.seeds.source import Blocked, Guess, Ready, Route
+from trajopt.planning.seeds.source import Blocked, GivenSeed, MakeSeed, SeedContext
 
 
 @dataclass(frozen=True)
 class StraightLines:
-    """The `Source` of the one straight line of each route.
+    """The `Source` of the one straight line of each context.
 
     Attributes:
         kind: What to call it: the nearest goal configuration, another, or one that is free to change.
@@ -19,7 +19,9 @@ class StraightLines:
 
     kind: SeedKind = SeedKind.STRAIGHT
 
-    def guesses(self, route: Route, blocked: Sequence[Blocked], rng: np.random.Generator) -> Iterator[Guess]:
-        """Yield the line; see `Source.guesses`."""
+    def seeds(
+        self, context: SeedContext, blocked: Sequence[Blocked], rng: np.random.Generator
+    ) -> Iterator[MakeSeed]:
+        """Yield the line; see `Source.seeds`."""
         del blocked, rng
-        yield Ready(route.line.knots)
+        yield GivenSeed(context.line.knots)

@@ -1,4 +1,4 @@
-"""First guesses that pass waypoints: a configuration for each, and the knots they are held at."""
+"""Seeds that pass waypoints: a configuration for each, and the knots they are held at."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Ends of a motion: whether it can begin and end where it is asked to, and at which configurations."""
+"""Endpoint checks: whether a motion can begin and end where it has to, and at which configurations."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,10 +13,10 @@ from trajopt.infeasibility.conflict import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.model.limits import EXCESS
 from trajopt.model.requirements import JointPositions, Requirement
-from trajopt.planning.attempts import Attempts
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
+from trajopt.planning.workspace import Workspace
 from trajopt.query import Counts, Query
 from trajopt.terms import constrain
 from trajopt.terms.joint_positions import fixed_positions, joint_box, without_followers
@@ -27,22 +27,22 @@ from trajopt.verify import Examination, Moment
 
 
 @dataclass(frozen=True, eq=False)
-class Ends:
-    """Looks at the ends of a problem's motion, and at its waypoints.
+class EndpointChecks:
+    """Checks the ends of a problem's motion, and its waypoints.
 
     Attributes:
-        attempts: At the problem; makes the results that say why there can be no motion.
+        workspace: Of the problem; makes the results that say why there can be no motion.
     """
 
-    attempts: Attempts
+    workspace: Workspace
 
     def start(self) -> Result | None:
         """Refuse a start that no motion can leave."""
-        seen = self.attempts.judge.examine(self._start, moment=Moment.START)
+        seen = self.workspace.judge.examine(self._start, moment=Moment.START)
         refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
         broken = self._broken(self._start, 0)
         if refusal is None and broken:
-            refusal = self.attempts.result(Status.START_BREAKS_CONSTRAINT, broken)
+            refusal = self.workspace.result(Status.START_BREAKS_CONSTRAINT, broken)
         if refusal is None:
             return None
         proven = seen.clear or seen.proven
@@ -54,7 +54,7 @@ class Ends:
         Of goals of all joints their middle comes first, others within their tolerances only where these
         leave room or the middle will not do; all others come nearest first.
         """
-        attempts, problem = self.attempts, self.attempts.problem
+        work, problem = self.workspace, self.workspace.problem
         impossible = self._joint_goals_impossible()
         if impossible is not None:
             return impossible
@@ -73,23 +73,23 @@ class Ends:
             if refusal is not None:
                 return replace(refusal, message=reasons.nowhere_within(refusal.message))
             if found.blocking is not None:
-                return attempts.result(Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found))
+                return work.result(Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found))
             return self._out_of_reach(rng, counts, found)
         finally:
-            attempts.meter.count_work(counts)
+            work.tracker.count_work(counts)
 
     def _candidates(self, rng: np.random.Generator, counts: Counts) -> GoalCandidates:
         """Search goal configurations, thoroughly before it is said without a proof that there is none."""
-        attempts = self.attempts
+        work = self.workspace
 
         def search(starts: int) -> GoalCandidates:
             return goal_candidates(
-                attempts.problem.reduced,
+                work.problem.reduced,
                 self._wanted,
                 rng=rng,
                 counts=counts,
                 starts=starts,
-                check=lambda: attempts.meter.check(counts),
+                check=lambda: work.tracker.check(counts),
             )
 
         found = search(STARTS)
@@ -98,18 +98,18 @@ class Ends:
 
     def _out_of_reach(self, rng: np.random.Generator, counts: Counts, found: GoalCandidates) -> Result:
         """Say that no configuration was found that holds what is wanted at the end, or that there is none."""
-        attempts = self.attempts
+        work = self.workspace
         if self._proofs:
             status, words = self._proofs[0]
-            return attempts.result(status, words, certainty=Certainty.PROVEN)
-        clash = conflicting(attempts.problem.reduced, self._wanted, rng=rng, counts=counts)
+            return work.result(status, words, certainty=Certainty.PROVEN)
+        clash = conflicting(work.problem.reduced, self._wanted, rng=rng, counts=counts)
         status = Status.CONFLICTING_CONSTRAINTS if len(clash) > 1 else Status.NO_INVERSE_KINEMATICS
-        return attempts.result(status, reasons.unreachable(clash, found.nearest_miss))
+        return work.result(status, reasons.unreachable(clash, found.nearest_miss))
 
     @cached_property
     def _proofs(self) -> tuple[tuple[Status, str], ...]:
         """Proofs that nothing holds what is wanted at the end."""
-        reduced = self.attempts.problem.reduced
+        reduced = self.workspace.problem.reduced
         far = (out_of_reach(item, reduced) for item in self._wanted)
         clash = (
             f"{first} and {second} exclude each other: {words}"
@@ -123,13 +123,13 @@ class Ends:
 
     def _joint_goals_impossible(self) -> Result | None:
         """Refuse goals of joints that leave a joint nowhere to be."""
-        result, problem = self.attempts.result, self.attempts.problem
+        result, problem = self.workspace.result, self.workspace.problem
         beyond = reasons.joint_goal_beyond_limits(problem)
         if beyond:
             words = "; ".join(block.words for block in beyond)
             asked = fixed_positions(problem.goals, problem.reduced)
             if asked is not None:
-                seen = self.attempts.judge.examine(asked, moment=Moment.END)
+                seen = self.workspace.judge.examine(asked, moment=Moment.END)
                 words = reasons.out_of_limits(seen) or words
             return result(Status.GOAL_OUT_OF_LIMITS, words, certainty=Certainty.PROVEN)
         stated = without_followers(problem.goals, problem.reduced)
@@ -143,13 +143,13 @@ class Ends:
 
     def _middle_refused(self, middle: Floats) -> Result | None:
         """Refuse the middle of a goal of all joints; proven where no part of the goal will do either."""
-        problem = self.attempts.problem
+        problem = self.workspace.problem
         lower, upper = joint_box(problem.goals, problem.reduced)
-        seen = self.attempts.judge.examine(middle, moment=Moment.END)
+        seen = self.workspace.judge.examine(middle, moment=Moment.END)
         broken = self._broken(middle, self._last_stop)
         refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
         if refusal is None and broken:
-            refusal = self.attempts.result(Status.GOAL_BREAKS_CONSTRAINT, broken)
+            refusal = self.workspace.result(Status.GOAL_BREAKS_CONSTRAINT, broken)
         if refusal is None:
             return None
         if not self._has_tolerance:
@@ -162,7 +162,7 @@ class Ends:
 
     def waypoints(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
         """Return a configuration for each waypoint, or why one has none."""
-        attempts, problem, counts = self.attempts, self.attempts.problem, Counts()
+        work, problem, counts = self.workspace, self.workspace.problem, Counts()
         try:
             chosen = choose_waypoints(
                 problem.reduced,
@@ -170,46 +170,46 @@ class Ends:
                 [problem.requirements_at(stop) for stop in range(1, self._last_stop)],
                 rng=rng,
                 counts=counts,
-                check=lambda: attempts.meter.check(counts),
+                check=lambda: work.tracker.check(counts),
             )
         finally:
-            attempts.meter.count_work(counts)
-        return attempts.result(Status.NO_WAYPOINT, chosen.problem) if chosen.problem else chosen.found
+            work.tracker.count_work(counts)
+        return work.result(Status.NO_WAYPOINT, chosen.problem) if chosen.problem else chosen.found
 
     @property
     def _start(self) -> Floats:
-        return self.attempts.problem.reduced.start_positions
+        return self.workspace.problem.reduced.start_positions
 
     @property
     def _has_tolerance(self) -> bool:
         """Whether goals of all joints leave a joint any room."""
-        lower, upper = joint_box(self.attempts.problem.goals, self.attempts.problem.reduced)
+        lower, upper = joint_box(self.workspace.problem.goals, self.workspace.problem.reduced)
         return bool((lower < upper).any())
 
     @property
     def _last_stop(self) -> int:
-        return 1 + len(self.attempts.problem.waypoint_names)
+        return 1 + len(self.workspace.problem.waypoint_names)
 
     @property
     def _always(self) -> tuple[Requirement, ...]:
         """What holds on the way up to the end."""
-        return self.attempts.problem.requirements_at(self._last_stop)
+        return self.workspace.problem.requirements_at(self._last_stop)
 
     @property
     def _wanted(self) -> tuple[Requirement, ...]:
         """What must hold at the end."""
-        return (*self.attempts.problem.goals, *self._always)
+        return (*self.workspace.problem.goals, *self._always)
 
     def _refuse(self, seen: Examination, limits: Status, collision: Status) -> Result | None:
         if seen.out_of_limits:
-            return self.attempts.result(limits, reasons.out_of_limits(seen))
+            return self.workspace.result(limits, reasons.out_of_limits(seen))
         if seen.collisions:
-            return self.attempts.result(collision, reasons.collisions(seen))
+            return self.workspace.result(collision, reasons.collisions(seen))
         return None
 
     def _broken(self, positions: Floats, stop: int) -> str:
         """Say which path constraint does not hold at a configuration, or nothing."""
-        problem = self.attempts.problem
+        problem = self.workspace.problem
         motion = Motion.standing(positions, Query(problem.reduced))
         for required in problem.requirements_at(stop):
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):

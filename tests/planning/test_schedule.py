@@ -1,0 +1,34 @@
+"""The schedule is a table: what is tried, in which order, how many of each."""
+
+from itertools import islice, pairwise
+
+from trajopt.planning.schedule import CYCLE, CYCLES, OPENING, rounds
+from trajopt.planning.seeds import SeedKind
+
+
+def test_the_straight_line_to_the_nearest_goal_comes_first_and_alone() -> None:
+    (row,) = OPENING[0]
+    assert row.source is SeedKind.STRAIGHT and row.branches == (0, 1) and not row.brief
+
+
+def test_every_branch_gets_its_straight_line_once() -> None:
+    straight = [row.branches for rows in OPENING for row in rows if row.source is SeedKind.STRAIGHT]
+    assert straight[0][0] == 0 and straight[-1][1] is None
+    assert all(before[1] == after[0] for before, after in pairwise(straight))
+
+
+def test_what_is_looked_at_briefly_is_gone_on_with_in_the_next_round() -> None:
+    for table in (OPENING, CYCLE):
+        for rows, following in pairwise(table):
+            if any(row.brief for row in rows):
+                assert [row.source for row in following] == [None]
+
+
+def test_rounds_end_without_a_budget_and_go_on_with_one() -> None:
+    whole = list(rounds(bounded=False))
+    assert len(whole) == len(OPENING) + CYCLES * len(CYCLE)
+    assert list(islice(rounds(bounded=True), len(whole) + 1)) == [*whole, CYCLE[0]]
+
+
+def test_every_endless_row_is_counted() -> None:
+    assert all(row.count is not None for rows in CYCLE for row in rows)

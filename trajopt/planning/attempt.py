@@ -1,0 +1,66 @@
+"""plan_once(problem, seed): one attempt, the sequence that a reader would have typed."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from trajopt.arrays import Floats
+from trajopt.infeasibility import reasons
+from trajopt.methods import Knots, Method, Program, SupportsEarlyStop
+from trajopt.planning.budget import Budget, BudgetTracker
+from trajopt.planning.result import Result
+from trajopt.planning.status import Status
+from trajopt.planning.workspace import Workspace
+from trajopt.problem import Problem
+from trajopt.retime import RetimeFailure
+
+
+def plan_once(
+    problem: Problem,
+    seed: Floats,
+    *,
+    method: Method | None = None,
+    waypoint_knots: Sequence[int] = (),
+    program: Program | None = None,
+    workspace: Workspace | None = None,
+    brief: bool = False,
+) -> Result:
+    """Plan from one seed: transcribe, solve, retime, verify.
+
+    Args:
+        problem: What the motion must achieve, with one goal.
+        seed: Knots to start from, shape (N, n) [rad | m].
+        method: Transcription and solver; sequential QP over knots when None.
+        waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
+        program: The problem as the method transcribed it for an earlier seed; transcribed when None.
+        workspace: What attempts at this problem share; made anew, without a bound, when None.
+        brief: Whether a few steps are enough, where the method can stop early.
+
+    Returns:
+        The motion with its certificate, or why this seed came to none.
+
+    Raises:
+        ProblemError: If a requirement cannot be asked of this robot.
+        Stopped: If the workspace's budget ends before.
+    """
+    work = workspace or Workspace(problem, BudgetTracker(Budget()))
+    program = program or (method or Knots()).program(problem, seed, waypoint_knots)
+
+    with work.tracker.optimising(program.counts) as step:
+        if brief and isinstance(program, SupportsEarlyStop):
+            solved = program.solve_briefly(seed, progress=step)
+        else:
+            solved = program.solve(seed, progress=step)
+    work.tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
+
+    decoded = program.decode(solved)
+    result = work.result(Status.STUCK, solve=solved, path=decoded[0].path)
+    if not solved.feasible:
+        return replace(result, message=reasons.stuck(problem, solved))
+
+    for motion in work.timed(decoded):
+        if isinstance(motion, RetimeFailure):
+            return replace(result, status=Status.NO_TIMING, message=motion.reason)
+        result = work.judged(motion, solved)
+        if result.verified:
+            break
+    return result

@@ -1,0 +1,223 @@
+"""GoalSearch: planning to one goal: its branches, the candidates of each round, and what was learnt."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import chain, islice, zip_longest
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import MissingExtra
+from trajopt.methods import Method
+from trajopt.planning.attempt import plan_once
+from trajopt.planning.branch import GoalBranch, branches
+from trajopt.planning.endpoints import EndpointChecks
+from trajopt.planning.result import Result
+from trajopt.planning.schedule import Round, Row
+from trajopt.planning.seeds import (
+    Around,
+    Blocked,
+    Bumps,
+    GivenSeed,
+    MakeSeed,
+    NoSeed,
+    SampledPaths,
+    SeedKind,
+    Source,
+    StraightLines,
+)
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.workspace import Workspace
+from trajopt.query import Counts
+from trajopt.terms import Clearance
+
+BRANCHES = 12
+"""Goal configurations that are planned to at all."""
+CLOSE_BEND = 0.15
+"""Bends of lines around the best motion so far, in ordinary steps."""
+SOURCES: dict[SeedKind, Source] = {
+    SeedKind.AROUND: Around(),
+    SeedKind.BUMP: Bumps(),
+    SeedKind.SAMPLED: SampledPaths(),
+}
+"""What makes the seeds of each kind but the straight lines, which each branch calls as it likes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A seed that is yet to be made.
+
+    Attributes:
+        workspace: Of its problem.
+        branch: Where it leads.
+        kind: Its kind.
+        make_seed: Makes it.
+        brief: Whether it is only looked at: a few steps show how promising it is.
+        goal_name: Of a goal set: the goal that it leads to.
+    """
+
+    workspace: Workspace
+    branch: GoalBranch
+    kind: SeedKind
+    make_seed: MakeSeed
+    brief: bool = False
+    goal_name: str = ""
+
+
+def attempt(candidate: Candidate) -> Result:
+    """Make a seed and plan from it.
+
+    Raises:
+        Stopped: If the budget ends before.
+    """
+    work, counts = candidate.workspace, Counts()
+    try:
+        with work.tracker.stage("seed"):
+            seed = candidate.make_seed(counts, lambda: work.tracker.check(counts))
+    except (NoSeed, MissingExtra) as reason:
+        return work.result(Status.NO_FIRST_GUESS, str(reason))
+    finally:
+        work.tracker.count_work(counts)
+    program = candidate.branch.program
+    result = plan_once(work.problem, seed, program=program, workspace=work, brief=candidate.brief)
+    if work.tracker.budget.improve:
+        plain = work.judged_as_it_is(seed)
+        if plain is not None and plain.cost < result.cost:
+            return plain
+    return result
+
+
+@dataclass(eq=False)
+class GoalSearch:
+    """Seeds of one problem with one goal.
+
+    Attributes:
+        workspace: Of the problem.
+        method: Transcription and solver, with their options.
+        rng: Draws starts and bends; every seed from a child of its own.
+        goal_name: Of a goal set: the name of the goal.
+        nearest: The failure that came nearest, if any attempt has failed.
+    """
+
+    workspace: Workspace
+    method: Method
+    rng: np.random.Generator
+    goal_name: str = ""
+    nearest: Result | None = None
+    _branches: list[GoalBranch] = field(default_factory=list[GoalBranch])
+    _running: dict[SeedKind, Iterator[Candidate]] = field(default_factory=dict[SeedKind, Iterator[Candidate]])
+    _seen: list[tuple[float, Candidate]] = field(default_factory=list[tuple[float, Candidate]])
+
+    def prepare(self) -> Result | None:
+        """Look at the start and choose goal configurations; return why that is impossible, if it is."""
+        work = self.workspace
+        objection = self.method.objection(work.problem)
+        if objection:
+            words = f"{self.method.name}: {objection}"
+            return work.result(Status.METHOD_CANNOT, words, certainty=Certainty.PROVEN)
+        ends = EndpointChecks(work)
+        with work.tracker.stage("examine"):
+            refusal = ends.start()
+        if refusal is not None:
+            return refusal
+        with work.tracker.stage("seed"):
+            goals = ends.goals(self.rng)
+            if isinstance(goals, Result):
+                return goals
+            waypoints = ends.waypoints(self.rng)
+            if isinstance(waypoints, Result):
+                return waypoints
+            stops = [(*waypoints, goal) for goal in goals[:BRANCHES]]
+            self._branches = list(branches(work.problem, stops, self.method))
+        return None
+
+    @property
+    def travel(self) -> float:
+        """Time to the nearest goal configuration at full speed; known once prepared [s]."""
+        reduced = self.workspace.problem.reduced
+        away = [np.abs(branch.line.knots[-1] - reduced.start_positions) for branch in self._branches]
+        return min(float((each / reduced.limits.velocity).max()) for each in away)
+
+    def candidates(self, rows: Round, incumbent: Result | None = None) -> list[Candidate]:
+        """Return the candidates of a round.
+
+        Args:
+            rows: The round's rows of the schedule.
+            incumbent: The best motion so far, if one was found and a better one is looked for.
+        """
+        in_turn = zip_longest(*(self._of(row, incumbent) for row in rows))
+        return [item for one_of_each in in_turn for item in one_of_each if item is not None]
+
+    def learn(self, candidate: Candidate, result: Result) -> None:
+        """Note what became of a candidate."""
+        if candidate.kind is candidate.branch.kind:
+            candidate.branch.blocked = _blocked(result)
+        if result.verified:
+            return
+        if candidate.brief and result.path is not None:
+            again = replace(candidate, make_seed=GivenSeed(result.path.knots), brief=False)
+            self._seen.append((_rank(result), again))
+        if self.nearest is None or _rank(result) < _rank(self.nearest):
+            self.nearest = result
+
+    def _of(self, row: Row, incumbent: Result | None) -> Sequence[Candidate]:
+        """Return the candidates of one row."""
+        if row.source is None:
+            return self._promising(row)
+        if row.source is SeedKind.STRAIGHT:
+            straight = (
+                self._from(StraightLines(each.kind), each) for each in self._branches[slice(*row.branches)]
+            )
+            return list(chain.from_iterable(straight))
+        if row.bends_best and incumbent is not None and incumbent.path is not None:
+            return self._close_to(incumbent.path.knots, row)
+        if row.source not in self._running:
+            self._running[row.source] = self._in_turn(
+                SOURCES[row.source], self._branches[slice(*row.branches)]
+            )
+        return [replace(item, brief=row.brief) for item in islice(self._running[row.source], row.count)]
+
+    def _promising(self, row: Row) -> list[Candidate]:
+        """Go on with the seeds that came nearest, from where they were left."""
+        nearest_first = sorted(self._seen, key=lambda seen: seen[0])
+        self._seen.clear()
+        return [candidate for _, candidate in nearest_first[: row.count]]
+
+    def _close_to(self, knots: Floats, row: Row) -> list[Candidate]:
+        """Bend the best motion so far."""
+        ending_there = [each for each in self._branches if np.array_equal(each.line.knots[-1], knots[-1])]
+        free = [each for each in self._branches if each.kind is SeedKind.FREE_END]
+        branch = [*ending_there, *free, *self._branches][0]
+        context = replace(branch.context, line=replace(branch.line, knots=knots))
+        seeds = Bumps(CLOSE_BEND).seeds(context, (), self.rng)
+        return [self._candidate(branch, SeedKind.BUMP, make) for make in islice(seeds, row.count)]
+
+    def _in_turn(self, source: Source, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
+        """Yield candidates of one source to several branches in turn, until none has more."""
+        running = [self._from(source, branch) for branch in to]
+        for one_of_each in zip_longest(*running):
+            yield from (item for item in one_of_each if item is not None)
+
+    def _from(self, source: Source, branch: GoalBranch) -> Iterator[Candidate]:
+        for make in source.seeds(branch.context, branch.blocked, self.rng):
+            yield self._candidate(branch, source.kind, make)
+
+    def _candidate(self, branch: GoalBranch, kind: SeedKind, make: MakeSeed) -> Candidate:
+        return Candidate(self.workspace, branch, kind, make, goal_name=self.goal_name)
+
+
+def _rank(result: Result) -> float:
+    """Order failures by how near they came: by what they violate."""
+    return np.inf if result.solve is None else result.solve.at.violation
+
+
+def _blocked(result: Result) -> tuple[Blocked, ...]:
+    """Return where the worst pair undercuts its clearance most, if that is what is worst of all."""
+    solved = result.solve
+    if solved is None or solved.feasible:
+        return ()
+    worst = max(solved.at.constraints, key=lambda block: block.worst / block.tolerance)
+    if worst.kind is not Clearance:
+        return ()
+    row = int(np.argmax(worst.violation))
+    return (Blocked(solved.x, float(worst.rows.place[row]), int(worst.rows.component[row])),)

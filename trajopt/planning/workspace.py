@@ -1,0 +1,143 @@
+"""Workspace: what the attempts at one problem share: its judge, its budget, and how results are made."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from trajopt.arrays import Floats
+from trajopt.infeasibility import reasons
+from trajopt.methods import Decoded
+from trajopt.methods.timing import timed
+from trajopt.model.trajectory import Path, Trajectory
+from trajopt.planning.budget import BudgetTracker
+from trajopt.planning.judgement import judge
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, Status
+from trajopt.problem import Problem
+from trajopt.query import Counts, Query
+from trajopt.retime import Retimed, RetimeFailure
+from trajopt.solvers import SolveResult
+from trajopt.verify import Certificate, Judge
+
+PATH_TOLERANCES = (5e-3, 1e-3)
+"""How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
+WAYPOINT_TOLERANCE = 1e-4
+"""The same, a third time, for problems with waypoints: they may be at corners of the path [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimedMotion:
+    """A motion that is ready to be judged.
+
+    Attributes:
+        path: Its path.
+        trajectory: The motion.
+        timed: What retiming tells of it; None where the method decided on time itself.
+    """
+
+    path: Path
+    trajectory: Trajectory
+    timed: Retimed | None
+
+
+@dataclass(eq=False)
+class Workspace:
+    """One per thread; serves any number of attempts at the same problem.
+
+    Attributes:
+        problem: The problem, with one goal.
+        tracker: Counts the work and the time, and stops both.
+    """
+
+    problem: Problem
+    tracker: BudgetTracker
+
+    @cached_property
+    def judge(self) -> Judge:
+        """The judge of this problem; it keeps its own kinematics and geometry."""
+        return Judge(self.problem.reduced)
+
+    def timed(self, decoded: Iterable[Decoded]) -> Iterator[TimedMotion | RetimeFailure]:
+        """Time what a method made, and time it again, nearer to its path, whenever another is asked for."""
+        for item in decoded:
+            if item.trajectory is not None:
+                yield TimedMotion(item.path, item.trajectory, None)
+                continue
+            waypoints = (WAYPOINT_TOLERANCE,) if self.problem.waypoints else ()
+            for tolerance in (*PATH_TOLERANCES, *waypoints):
+                with self.tracker.stage("retime"):
+                    query = Query(self.problem.reduced)
+                    found = timed(self.problem, query, item.path, tolerance=tolerance)
+                if isinstance(found, RetimeFailure):
+                    yield found
+                    return
+                yield TimedMotion(item.path, found.trajectory, found)
+
+    def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:
+        """Have a motion judged by all that the problem asks.
+
+        Args:
+            motion: The motion.
+            solve: What its solver returned; None where no solver made it.
+        """
+        with self.tracker.stage("verify"):
+            certificate = judge(self.problem, motion.trajectory, workspace=self.judge)
+        self.tracker.count(judge_distance_calls=certificate.counts.distances)
+        return self.result(
+            Status.SOLVED if certificate.verified else Status.NOT_VERIFIED,
+            reasons.not_verified(certificate),
+            certainty=Certainty.PROVEN if certificate.verified else Certainty.EVIDENCE,
+            path=motion.path,
+            solve=solve,
+            trajectory=motion.trajectory,
+            timed=motion.timed,
+            certificate=certificate,
+        )
+
+    def judged_as_it_is(self, seed: Floats) -> Result | None:
+        """Time and judge a seed itself; None if something is too near at its knots.
+
+        Raises:
+            Stopped: If the budget ends before.
+        """
+        reduced, counts = self.problem.reduced, Counts()
+        touching = Query(reduced, counts).close_pairs(seed, reduced.pairs.required)
+        self.tracker.count_work(counts)
+        self.tracker.check()
+        if len(touching.pair):
+            return None
+        path, result = Path(reduced.joint_names, seed), None
+        for motion in self.timed((Decoded(path),)):
+            if isinstance(motion, RetimeFailure):
+                return self.result(Status.NO_TIMING, motion.reason, path=path)
+            result = self.judged(motion)
+            if result.verified:
+                break
+        return result
+
+    def result(
+        self,
+        status: Status,
+        message: str = "",
+        *,
+        certainty: Certainty = Certainty.EVIDENCE,
+        path: Path | None = None,
+        solve: SolveResult | None = None,
+        trajectory: Trajectory | None = None,
+        timed: Retimed | None = None,
+        certificate: Certificate | None = None,
+    ) -> Result:
+        """Return a result with what has been counted so far; the arguments are its fields."""
+        return Result(
+            problem=self.problem,
+            status=status,
+            message=message,
+            path=path,
+            solve=solve,
+            trajectory=trajectory,
+            timed=timed,
+            certificate=certificate,
+            counts=dict(self.tracker.counts),
+            cpu_seconds=dict(self.tracker.seconds),
+            certainty=certainty,
+        )
