@@ -2,8 +2,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.oracles.extremes import acceleration_range, speed_peaks
 from trajopt.model.trajectory import Trajectory
-from trajopt.retime.extremes import acceleration_range, speed_peaks
 
 
 def random_trajectory(seed: int) -> Trajectory:

@@ -3,10 +3,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from tests.oracles.reachability import constraint_rhs, fastest, stages
 from trajopt.arrays import Floats
 from trajopt.retime.profile import Profile, from_control
-from trajopt.retime.reachability import fastest
-from trajopt.retime.stages import Rows, rooms, stages, stations
+from trajopt.retime.stages import Rows, stations
 
 
 def random_control(seed: int) -> tuple[Floats, Floats]:
@@ -57,25 +57,25 @@ def test_limits_hold_at_every_grid_point_and_nothing_larger_does(seed: int) -> N
     rows = Rows(np.cos(phase) @ waves[0], np.sin(phase) @ waves[1], 0.3 * np.sin(phase) @ waves[0])
     limit = np.tile(np.abs(rows.c).max(axis=0) + rng.uniform(0.1, 1.0, columns), (count, 1))
     bound = rng.uniform(0.2, 2.0, count + 1)
-    table, room = stages(s, rows), rooms(rows, limit)
+    table, room = stages(s, rows), constraint_rhs(rows, limit)
     control = fastest(table, room, bound)
     profile = from_control(s, control)
     needed = rows.a * profile.u[:, None] + rows.b * profile.x[:, None] + rows.c
     assert (np.abs(needed) <= limit * (1.0 + 1e-9)).all()
     assert (control <= bound).all() and (control[1:-1] > 0.0).all()
-    used = table.onward * control[1:, None] + table.held * control[:-1, None]
+    used = table.coeff_next * control[1:, None] + table.coeff_prev * control[:-1, None]
     assert (used <= room * (1.0 + 1e-9) + 1e-12).all()
     larger = control.copy()
     larger[1:-1] *= 1.0 + 1e-6
     broken = (larger > bound).any()
-    broken |= (table.onward * larger[1:, None] + table.held * larger[:-1, None] > room).any()
+    broken |= (table.coeff_next * larger[1:, None] + table.coeff_prev * larger[:-1, None] > room).any()
     assert broken
 
 
 def test_constant_acceleration_gives_the_triangle() -> None:
     s = np.linspace(0.0, 1.0, 201)
     rows = Rows(np.ones((201, 1)), np.zeros((201, 1)), np.zeros((201, 1)))
-    control = fastest(stages(s, rows), rooms(rows, np.full((201, 1), 2.0)), np.full(202, 1e8))
+    control = fastest(stages(s, rows), constraint_rhs(rows, np.full((201, 1), 2.0)), np.full(202, 1e8))
     profile = from_control(s, control)
     station = stations(s)
     np.testing.assert_allclose(control, 4.0 * np.minimum(station, 1.0 - station), atol=1e-12)

@@ -1,4 +1,4 @@
-"""Stub of the native core `reachability`; its bodies in plain Python are in `trajopt.retime`."""
+"""Stub of the native core `reachability`; the same in plain Python is in tests/oracles."""
 
 from trajopt.arrays import Floats
 

@@ -1,16 +1,12 @@
-"""What retiming does at every grid point and piece: compiled where installed so, else in plain Python."""
+"""What retiming does at every grid point and piece: calls of the native core."""
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
-from trajopt.native import installed
-from trajopt.retime import barrier, extremes, reachability
+from trajopt.native import reachability
 from trajopt.retime.program import Program
-from trajopt.retime.stages import Rows, rooms, stages, stations
-
-NATIVE = installed("reachability")
-"""Whether the native core is in use; an installation without a compiler leaves it out."""
+from trajopt.retime.stages import Rows, stations
 
 
 def fastest(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
@@ -25,23 +21,26 @@ def fastest(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
     Returns:
         Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.
     """
-    if not NATIVE:
-        return reachability.fastest(stages(s, rows), rooms(rows, limit), bound)
-    from trajopt.native import reachability as core
-
-    return core.fastest(np.diff(stations(s)), rows.a, rows.b, rows.c, limit, bound)
+    return reachability.fastest(np.diff(stations(s)), rows.a, rows.b, rows.c, limit, bound)
 
 
-def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> barrier.Minimum:
-    """Find control values of nearly the least duration, as `trajopt.retime.barrier.minimise` does."""
-    if not NATIVE:
-        return barrier.minimise(program, z, first_gap=first_gap, gap=gap)
-    from trajopt.native import reachability as core
+def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> tuple[Floats, int]:
+    """Find control values of nearly the least duration by an interior point method.
 
+    Args:
+        program: The program.
+        z: Positive control values to start from, the first two equal and the last two, shape (k + 1,).
+        first_gap: Part of the duration that the first barrier leaves open.
+        gap: Part of the duration that may be missing to the least.
+
+    Returns:
+        Control values within all limits, shape (k + 1,), and the number of Newton steps.
+    """
     tables = (program.rows, program.above, program.below, program.jerk, program.speed)
     rows, above, below, jerk, speed = (np.ascontiguousarray(table) for table in tables)
-    found = core.minimise(program.weight, program.bound, rows, above, below, jerk, speed, z, first_gap, gap)
-    return barrier.Minimum(*found)
+    return reachability.minimise(
+        program.weight, program.bound, rows, above, below, jerk, speed, z, first_gap, gap
+    )
 
 
 def motion_extremes(trajectory: Trajectory) -> tuple[Floats, Floats, Floats]:
@@ -53,8 +52,4 @@ def motion_extremes(trajectory: Trajectory) -> tuple[Floats, Floats, Floats]:
     Returns:
         Three arrays (k - 1, n).
     """
-    if not NATIVE:
-        return extremes.speed_peaks(trajectory), *extremes.acceleration_range(trajectory)
-    from trajopt.native import reachability as core
-
-    return core.motion_extremes(trajectory.coefficients, np.diff(trajectory.times))
+    return reachability.motion_extremes(trajectory.coefficients, np.diff(trajectory.times))

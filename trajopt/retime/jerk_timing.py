@@ -170,7 +170,7 @@ class JerkTimer:
         shown = self.limits.acceleration / (SHOWN * cell)
         assert bounds.jerk is not None
         asked = rows.within(replace(bounds, jerk=np.minimum(bounds.jerk, shown)))
-        return minimise(asked, start.control, first_gap=start.gap, gap=gap).z
+        return minimise(asked, start.control, first_gap=start.gap, gap=gap)[0]
 
     def _attempt(self, rows: JerkRows, bounds: Bounds, start: _Start) -> _Attempt:
         control, on = self._control(rows, bounds, start, gap=GAP), rows.course

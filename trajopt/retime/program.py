@@ -15,8 +15,6 @@ convex-concave constraints using sequential convex programming, IEEE T-RO 29(6),
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from trajopt.arrays import Floats
 
 
@@ -41,50 +39,3 @@ class Program:
     below: Floats
     jerk: Floats
     speed: Floats
-
-
-def windows(z: Floats) -> Floats:
-    """Three neighbouring control values for each interval: (k + 1,) -> (k - 1, 3)."""
-    return np.stack((z[:-2], z[1:-1], z[2:]), axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """A program at some control values: how far all rows are from their limits.
-
-    Attributes:
-        z: The control values, shape (k + 1,).
-        above: Distance of the values from their upper limits, shape (k - 1, m + r).
-        below: Distance from their lower limits, shape (k - 1, m + r).
-        slope: Derivative of each jerk row's limit by y, shape (k - 1, r).
-    """
-
-    z: Floats
-    above: Floats
-    below: Floats
-    slope: Floats
-
-    @property
-    def inside(self) -> bool:
-        """Whether all rows hold with something left."""
-        return bool(self.above.min() > 0.0 and self.below.min() > 0.0)
-
-
-def at(program: Program, z: Floats) -> State:
-    """Evaluate all rows at positive control values."""
-    window = windows(z)
-    values = (program.rows @ window[:, :, None])[:, :, 0]
-    half = program.jerk.shape[1] // 2
-    y = np.repeat((program.speed @ window[:, :, None])[:, :, 0], half, axis=1)
-    limit = program.jerk / np.sqrt(y)
-    return State(
-        z,
-        np.hstack((program.above, limit)) - values,
-        np.hstack((program.below, limit)) + values,
-        limit / (-2.0 * y),
-    )
-
-
-def duration(program: Program, z: Floats) -> float:
-    """Return about what the motion takes [s]."""
-    return float((program.weight / np.sqrt(z)).sum())

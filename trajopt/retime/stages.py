@@ -1,16 +1,7 @@
-"""The limits of a time-optimal profile as half-planes in two neighbouring control values.
-
-A profile (see `trajopt.retime.profile`) is given by control values y at the `stations`: start, middles
-of the grid intervals, goal. At the grid point between two stations its path acceleration is
-u = (y_after - y_before) / (2 distance), and its squared speed x = (ds/dt)² lies between the two.
-So a limit |a u + b x + c| <= limit holds at the grid point if it holds with either of them for x:
-
-    onward * y_after + held * y_before <= room.
-
-(With the average itself for x, a large value could pay for a small neighbour, and profiles jitter.)
+"""What limits a time-optimal profile on a grid: linear constraints on path acceleration and squared speed.
 
 Source: Pham and Pham, A new approach to time-optimal path parameterization based on reachability
-analysis, IEEE T-RO 34(3), 2018; here on the stations, so that what is bounded is the smooth profile.
+analysis, IEEE T-RO 34(3), 2018.
 """
 
 from dataclasses import dataclass
@@ -41,43 +32,9 @@ class Rows:
     c: Floats
 
 
-@dataclass(frozen=True, eq=False)
-class Stages:
-    """Half-planes at all grid points, shape (k, 4 m) each.
-
-    Attributes:
-        onward: Factors of the control value after the grid point.
-        held: Factors of the control value before it.
-    """
-
-    onward: Floats
-    held: Floats
-
-
 def stations(s: Floats) -> Floats:
     """Where control values stand: start, interval middles, goal: (k,) -> (k + 1,)."""
     return np.concatenate((s[:1], (s[:-1] + s[1:]) / 2.0, s[-1:]))
-
-
-def stages(s: Floats, rows: Rows) -> Stages:
-    """Write the limits as half-planes.
-
-    Args:
-        s: Grid, increasing, shape (k,).
-        rows: The limits at the grid points.
-    """
-    a = rows.a / (2.0 * np.diff(stations(s))[:, None])
-    b = rows.b.copy()
-    b[[0, -1]] = 0.0  # at rest
-    onward, held = np.hstack((a, a + b)), np.hstack((b - a, -a))
-    return Stages(np.hstack((onward, -onward)), np.hstack((held, -held)))
-
-
-def rooms(rows: Rows, limit: Floats) -> Floats:
-    """Right-hand sides of the half-planes: limits (k, m) -> (k, 4 m), never less than a trifle."""
-    least = LEAST_ROOM * limit
-    above, below = np.maximum(limit - rows.c, least), np.maximum(limit + rows.c, least)
-    return np.hstack((above, above, below, below))
 
 
 def squared_speed_bound(derivative: Floats, velocity: Floats) -> Floats:

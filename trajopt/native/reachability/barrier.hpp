@@ -6,8 +6,7 @@
 // minimise the duration plus a barrier at every limit; each takes the tangent of jerk / sqrt(y) at hand, which
 // lies below it, so that the Hessian is positive definite and no step within the tangents leaves the limits.
 //
-// The body in plain Python, and the oracle of this one: trajopt/retime/barrier.py, with the program of
-// trajopt/retime/program.py.
+// The same in plain Python, compared with this in the tests: tests/oracles/barrier.py.
 #pragma once
 
 #include <algorithm>

@@ -1,8 +1,4 @@
-"""Exact extremes of the velocity and acceleration of quintic pieces.
-
-This is the body in plain Python of a part of the native core `reachability`, and its oracle: see
-`trajopt.retime.cores`.
-"""
+"""Exact extremes of the velocity and acceleration of quintic pieces."""
 
 from typing import Any
 

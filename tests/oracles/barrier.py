@@ -5,9 +5,6 @@ definite and no step within the tangents leaves the limits themselves. The barri
 holds the duration up by a known part: the number of rows over the weight of the duration.
 
 Source: Boyd and Vandenberghe, Convex Optimization, 2004, chapter 11.
-
-This is the body in plain Python of a part of the native core `reachability`, and its oracle: see
-`trajopt.retime.cores`.
 """
 
 from dataclasses import dataclass
@@ -15,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.retime.program import Program, State, at, duration, windows
+from trajopt.retime.program import Program
 
 TIGHTER = 0.1
 """Factor of the gap from one barrier to the next."""
@@ -28,7 +25,7 @@ START = 0.9
 HALVINGS = 20
 """Most halvings of a step that makes nothing better; then rounding errors rule."""
 ARMIJO = 0.1
-"""Part of the promised decrease that a step must bring."""
+"""Part of the predicted decrease that a step must bring."""
 NEAR = 0.95
 """Part of the way to the nearest limit that a step may go."""
 
@@ -44,6 +41,53 @@ class Minimum:
 
     z: Floats
     steps: int
+
+
+def windows(z: Floats) -> Floats:
+    """Three neighbouring control values for each interval: (k + 1,) -> (k - 1, 3)."""
+    return np.stack((z[:-2], z[1:-1], z[2:]), axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A program at some control values: how far all rows are from their limits.
+
+    Attributes:
+        z: The control values, shape (k + 1,).
+        above: Distance of the values from their upper limits, shape (k - 1, m + r).
+        below: Distance from their lower limits, shape (k - 1, m + r).
+        slope: Derivative of each jerk row's limit by y, shape (k - 1, r).
+    """
+
+    z: Floats
+    above: Floats
+    below: Floats
+    slope: Floats
+
+    @property
+    def inside(self) -> bool:
+        """Whether all rows hold with something left."""
+        return bool(self.above.min() > 0.0 and self.below.min() > 0.0)
+
+
+def at(program: Program, z: Floats) -> State:
+    """Evaluate all rows at positive control values."""
+    window = windows(z)
+    values = (program.rows @ window[:, :, None])[:, :, 0]
+    half = program.jerk.shape[1] // 2
+    y = np.repeat((program.speed @ window[:, :, None])[:, :, 0], half, axis=1)
+    limit = program.jerk / np.sqrt(y)
+    return State(
+        z,
+        np.hstack((program.above, limit)) - values,
+        np.hstack((program.below, limit)) + values,
+        limit / (-2.0 * y),
+    )
+
+
+def duration(program: Program, z: Floats) -> float:
+    """Return about what the motion takes [s]."""
+    return float((program.weight / np.sqrt(z)).sum())
 
 
 def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> Minimum:

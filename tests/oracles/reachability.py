@@ -1,16 +1,21 @@
 """The fastest profile on a grid: one pass backward, one forward.
 
-A profile is given by control values y of x = (ds/dt)² at the stations (`trajopt.retime.stages`). The
-backward pass finds, for each station, the largest y from which rest at the goal can still be
+A profile (see `trajopt.retime.profile`) is given by control values y of x = (ds/dt)² at the `stations`:
+start, middles of the grid intervals, goal. At the grid point between two stations its path acceleration is
+u = (y_next - y_prev) / (2 distance), and its squared speed x lies between the two. So a limit
+|a u + b x + c| <= limit holds at the grid point if it holds with either of them for x:
+
+    coeff_next * y_next + coeff_prev * y_prev <= constraint_rhs.
+
+(With the average itself for x, a large value could pay for a small neighbour, and profiles jitter.)
+
+The backward pass finds, for each station, the largest y from which rest at the goal can still be
 reached; the forward pass takes the largest y that stays below. Standing still must be allowed at
-every grid point (`rooms` positive): then every y from 0 up to the largest is such a value, the
+every grid point (`constraint_rhs` positive): then every y from 0 up to the largest is such a value, the
 half-planes of a grid point hold the origin, and both passes always succeed.
 
 Source: Pham and Pham, IEEE T-RO 34(3), 2018, algorithm 1 (TOPP-RA). Here the two linear programs of
 each grid point are reduced beforehand, for all at once, to the least of some straight lines.
-
-This is the body in plain Python of the native core `reachability`, and its oracle: see
-`trajopt.retime.cores`.
 """
 
 from dataclasses import dataclass
@@ -18,15 +23,49 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.retime.stages import Stages
+from trajopt.retime.stages import LEAST_ROOM, Rows, stations
 
 ROUNDS = 60
 """Most cuts of the search along a polygon; each cut drops one of its at most 4 m sides."""
 STEEP = 1e-8
 """A factor that is this much smaller than the other one of its half-plane is taken for a rounding error of
-zero, which quotients would magnify. Paths that turn back have such."""
+zero, which quotients would magnify. This occurs where a path reverses."""
 FAR = 1e200
 """Where lines lie that bound nothing: finite, so that differences of them are numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stages:
+    """Half-planes at all grid points, shape (k, 4 m) each.
+
+    Attributes:
+        coeff_next: Factors of the control value after the grid point.
+        coeff_prev: Factors of the control value before it.
+    """
+
+    coeff_next: Floats
+    coeff_prev: Floats
+
+
+def stages(s: Floats, rows: Rows) -> Stages:
+    """Write the limits as half-planes.
+
+    Args:
+        s: Grid, increasing, shape (k,).
+        rows: The limits at the grid points.
+    """
+    a = rows.a / (2.0 * np.diff(stations(s))[:, None])
+    b = rows.b.copy()
+    b[[0, -1]] = 0.0  # at rest
+    coeff_next, coeff_prev = np.hstack((a, a + b)), np.hstack((b - a, -a))
+    return Stages(np.hstack((coeff_next, -coeff_next)), np.hstack((coeff_prev, -coeff_prev)))
+
+
+def constraint_rhs(rows: Rows, limit: Floats) -> Floats:
+    """Right-hand sides of the half-planes: limits (k, m) -> (k, 4 m), never less than a trifle."""
+    least = LEAST_ROOM * limit
+    above, below = np.maximum(limit - rows.c, least), np.maximum(limit + rows.c, least)
+    return np.hstack((above, above, below, below))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,44 +89,44 @@ class _Lines:
         return self.offset[rows, index] - slope * argument, -slope
 
 
-def fastest(stages: Stages, room: Floats, bound: Floats) -> Floats:
+def fastest(stages: Stages, rhs: Floats, bound: Floats) -> Floats:
     """Find the pointwise largest control values of a profile from rest to rest.
 
     Args:
         stages: Half-planes at the k grid points.
-        room: Their right-hand sides, positive, shape (k, 4 m).
+        rhs: Their right-hand sides, positive, shape (k, 4 m).
         bound: Bound at the stations, positive, shape (k + 1,).
 
     Returns:
         Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.
     """
-    above = _bounds(room, stages.held, stages.onward, upper=True)
-    onward = _bounds(room, stages.onward, stages.held, upper=True)
+    above = _bounds(rhs, stages.coeff_prev, stages.coeff_next, upper=True)
+    coeff_next = _bounds(rhs, stages.coeff_next, stages.coeff_prev, upper=True)
     summit = _summit(
-        above, _bounds(room, stages.held, stages.onward, upper=False), _ahead(stages, room, bound)
+        above, _bounds(rhs, stages.coeff_prev, stages.coeff_next, upper=False), _ahead(stages, rhs, bound)
     )
     controllable = _backward(above, summit, bound)
     count = len(bound)
     control = [0.0] * count
-    offset, slope = list(onward.offset), list(onward.slope)
+    offset, slope = list(coeff_next.offset), list(coeff_next.slope)
     for i in range(count - 1):
         reached = float((offset[i] - slope[i] * control[i]).min())
         control[i + 1] = max(0.0, min(reached, controllable[i + 1]))
     return np.array(control)
 
 
-def _bounds(room: Floats, factor: Floats, other: Floats, *, upper: bool) -> _Lines:
-    """Solve factor * y + other * argument <= room for y: upper or lower bounds of y."""
+def _bounds(rhs: Floats, factor: Floats, other: Floats, *, upper: bool) -> _Lines:
+    """Solve factor * y + other * argument <= rhs for y: upper or lower bounds of y."""
     least = STEEP * np.abs(other)
     used = factor > least if upper else factor < -least
     safe = np.where(used, factor, 1.0)
-    return _Lines(np.where(used, room / safe, FAR if upper else -FAR), np.where(used, other / safe, 0.0))
+    return _Lines(np.where(used, rhs / safe, FAR if upper else -FAR), np.where(used, other / safe, 0.0))
 
 
-def _ahead(stages: Stages, room: Floats, bound: Floats) -> Floats:
+def _ahead(stages: Stages, rhs: Floats, bound: Floats) -> Floats:
     """Bound of the value after each grid point, by the half-planes that bound it alone too."""
-    alone = (np.abs(stages.held) <= STEEP * stages.onward) & (stages.onward > 0.0)
-    most = np.where(alone, room / np.where(alone, stages.onward, 1.0), FAR)
+    alone = (np.abs(stages.coeff_prev) <= STEEP * stages.coeff_next) & (stages.coeff_next > 0.0)
+    most = np.where(alone, rhs / np.where(alone, stages.coeff_next, 1.0), FAR)
     return np.minimum(bound[1:], most.min(axis=1))
 
 
