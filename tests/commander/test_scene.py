@@ -15,11 +15,13 @@ from trajopt.commander.moveit_msgs.msg import (
     AttachedCollisionObject,
     CollisionObject,
     LinkPadding,
+    LinkScale,
     MoveItErrorCodes,
     PlanningScene,
     PlanningSceneComponents,
     PlanningSceneWorld,
 )
+from trajopt.model.shapes import bounding_box
 
 AT = stamped(placement((0.3, 0.7, 0.1), rpy=(0, 0, 0.4)), "base")
 EVERYTHING = 1023
@@ -163,9 +165,20 @@ def test_differences(scene: PlanningSceneInterface, jumping: World) -> None:
         PlanningScene(is_diff=True, world=PlanningSceneWorld([ball]), link_padding=padding)
     )
     assert scene.get_known_object_names() == ["box", "ball"]
-    assert jumping.scene.margin_of("hand", "ball") == 0.05
+    assert jumping.scene.clearance_of("hand", "ball") == 0.05
+    scene.add_sphere("later", AT, 0.1)
+    assert jumping.scene.clearance_of("hand", "later") == 0.05
+    for scale in (1.5, 1.2):  # the size is that of the last message, not of all together
+        scene.apply_planning_scene(PlanningScene(is_diff=True, link_scale=[LinkScale("hand", scale)]))
+    told = scene.get_planning_scene(PlanningSceneComponents.LINK_PADDING_AND_SCALING)
+    assert told.link_padding == padding and told.link_scale == [LinkScale("hand", 1.2)]
+    first = [bounding_box(body.shape) for body in jumping.robot.bodies if body.owner == "hand"]
+    sizes = [bounding_box(body.shape) for body in jumping.scene.robot.bodies if body.owner == "hand"]
+    assert np.allclose(sizes, 1.2 * np.array(first), atol=1e-12) and sizes
     scene.apply_planning_scene(PlanningScene(world=PlanningSceneWorld([ball])))
     assert scene.get_known_object_names() == ["ball"]
+    assert jumping.scene.clearance_of("hand", "ball") == 0.0
+    assert all(body.scale == 1.0 for body in jumping.scene.robot.bodies)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """PlanningSceneInterface: edits the scene of a world, in MoveIt's words."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,6 +14,8 @@ from trajopt.commander.geometry_msgs.msg import Pose
 from trajopt.commander.moveit_msgs.msg import (
     AttachedCollisionObject,
     CollisionObject,
+    LinkPadding,
+    LinkScale,
     PlanningScene,
     PlanningSceneComponents,
     PlanningSceneWorld,
@@ -224,6 +227,10 @@ class PlanningSceneInterface:
             message.world = PlanningSceneWorld(list(objects.values()))
         if components & asked.ALLOWED_COLLISION_MATRIX:
             message.allowed_collision_matrix = matrix_message(scene)
+        if components & asked.LINK_PADDING_AND_SCALING:
+            message.link_padding = [LinkPadding(*item) for item in scene.clearances.links.items()]
+            scales = {body.owner: body.scale for body in scene.robot.bodies if body.scale != 1.0}
+            message.link_scale = [LinkScale(*item) for item in scales.items()]
         return message
 
     def apply_planning_scene(self, planning_scene_message: Any) -> bool:
@@ -301,9 +308,12 @@ def _emptied(scene: Scene) -> Scene:
 
 
 def _empty(scene: Scene) -> Scene:
-    """Return a scene with the robot only, and with what is to be kept from everything."""
+    """Return a scene with the robot only, of its first size, and with what is to be kept from everything."""
     everywhere = Clearances(scene.clearances.everywhere)
-    return Scene(scene.robot, margin=scene.margin, clearances=everywhere)
+    robot = scene.robot
+    if any(body.scale != 1.0 for body in robot.bodies):
+        robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
+    return Scene(robot, margin=scene.margin, clearances=everywhere)
 
 
 def _with_object(node: Node, scene: Scene, reading: Reading) -> Scene:

@@ -174,7 +174,7 @@ def stuck(problem: Problem, solved: SolveResult) -> str:
 def walled_in(problem: Problem, cut: ClosedCut) -> str:
     """Say where no configuration can pass."""
     between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
-    required = max(problem.scene.clearances.of(*pair) for pair in cut.pairs[:NAMED])
+    required = max(problem.scene.clearance_of(*pair) for pair in cut.pairs[:NAMED])
     how = "collide" if required == 0.0 else f"come nearer than the required {1000 * required:g} mm or collide"
     return (
         f"{cut.joint} has to pass {cut.position:.4f} on the way, and there {between} {how}, whatever "

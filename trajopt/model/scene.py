@@ -7,7 +7,7 @@ from trajopt.arrays import Floats, Value, floats, number
 from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, ObjectNotFound, ShapeError, shown
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.collisions.bodies import CollisionBody
-from trajopt.model.collisions.clearances import Clearances
+from trajopt.model.collisions.clearances import ROOM, Clearances
 from trajopt.model.description.pinocchio_model import link_placement
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement
@@ -303,7 +303,14 @@ class Scene(Value):
 
     def margin_of(self, a: str, b: str) -> float:
         """Return the clearance that the optimiser aims at, a little above what is required at least [m]."""
-        return self.clearances.aim(self.pair_margins.get(frozenset((a, b)), self.margin), a, b)
+        margin, required = self.pair_margins.get(frozenset((a, b)), self.margin), self.clearance_of(a, b)
+        return max(margin, required + ROOM) if required > 0.0 else margin
+
+    def clearance_of(self, a: str, b: str) -> float:
+        """Return the clearance that is required between two links or objects [m]."""
+        holders, links = [self.holder(name).link for name in (a, b)], self.clearances.links
+        padding = max(links.get(link, 0.0) for link in holders) if WORLD in holders else 0.0
+        return self.clearances.pairs.get(frozenset((a, b)), max(self.clearances.everywhere, padding))
 
     def __repr__(self) -> str:
         """Say the robot, the objects and what is kept from them."""

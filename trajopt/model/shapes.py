@@ -3,7 +3,7 @@
 The origin of each shape is where its docstring says; a placement puts it somewhere.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -208,3 +208,24 @@ def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
         case Convex() | Mesh():
             return shape.vertices.min(axis=0), shape.vertices.max(axis=0)
     return -half, half
+
+
+def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
+    """Return a shape of another size: primitives about their origin, points about a centre, shape (3,) [m].
+
+    A plane has no size, and stays.
+
+    Raises:
+        SizeError: If it would become larger than any shape may be.
+    """
+    match shape:
+        case Box():
+            return Box(factor * shape.x, factor * shape.y, factor * shape.z)
+        case Sphere():
+            return Sphere(factor * shape.radius)
+        case Cylinder() | Capsule() | Cone():
+            return type(shape)(factor * shape.radius, factor * shape.length)
+        case Plane():
+            return shape
+        case Convex() | Mesh():
+            return replace(shape, vertices=readonly(centre + factor * (shape.vertices - centre)))

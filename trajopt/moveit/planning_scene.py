@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from trajopt.arrays import Floats
-from trajopt.errors import FrameNotFound
+from trajopt.errors import FrameNotFound, ShapeError
 from trajopt.io.document import Node, read_document
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
-from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
@@ -53,8 +52,8 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
     """Read a `moveit_msgs/PlanningScene` from YAML.
 
     Everything is put into a fresh scene. Objects in the frame of a link stand in the world where
-    that link is at the file's robot state. Link padding becomes a clearance to keep from the
-    objects of the file; colours are ignored.
+    that link is at the file's robot state. Link padding becomes a required clearance from what stands
+    in the world, link scale the size of the link's collision shapes; colours are ignored.
 
     Args:
         path: The file.
@@ -132,24 +131,46 @@ def _refuse_octomap(node: Node) -> None:
 
 
 def with_padding(document: Node, scene: Scene, notes: list[str]) -> Scene:
-    """Return the scene with a message's link padding, as a clearance from the objects of the world.
+    """Return the scene with a message's link padding and link scale.
+
+    A padding is the clearance that the link, and what it carries, must keep from everything that stands in
+    the world: as in MoveIt, the robot's own links do not keep it from each other. A scale is that of the
+    link's collision shapes: of primitives about their origin, of meshes about the mean of their vertices.
 
     Raises:
-        FileFormatError: If a padding is negative.
-        FrameNotFound: If it is of an unknown link.
+        FileFormatError: If a padding is negative, or a scale not positive.
+        FrameNotFound: If a link is unknown.
     """
+    robot, scales = scene.robot, dict[str, float]()
     for node in document["link_scale"].elements():
-        if node.only(("link_name", "scale"))["scale"].number(1.0) != 1.0:
-            notes.append(f"{node.place}: the scale of {node['link_name'].text()!r} is ignored")
-    margins = dict(scene.pair_margins)
-    around = [name for name in scene.objects if scene.holder(name).link == WORLD]
+        link, scale = _of_link(node, scene, "scale", 1.0)
+        if scale <= 0.0:
+            raise node["scale"].error(f"must be positive, is {scale:g}")
+        scales[link] = scale
+        if scale != 1.0:
+            notes.append(
+                f"{node.place}: {link} is scaled by {scale:g} against the robot's other links too, where "
+                "MoveIt does not scale it; what it carries keeps its size"
+            )
+    if any(scales.get(body.owner, body.scale) != body.scale for body in robot.bodies):
+        try:
+            bodies = tuple(body.scaled(scales.get(body.owner, body.scale)) for body in robot.bodies)
+        except ShapeError as error:
+            raise document["link_scale"].error(str(error)) from error
+        scene = replace(scene, robot=replace(robot, bodies=bodies))
+    paddings = dict(scene.clearances.links)
     for node in document["link_padding"].elements():
-        padding = node.only(("link_name", "padding"))["padding"].number(0.0)
-        link = node["link_name"].text()
-        require(node["link_name"], FrameNotFound, "link", link, scene.robot.links)
+        link, padding = _of_link(node, scene, "padding", 0.0)
         if padding < 0.0:
             raise node["padding"].error(f"is negative: {padding:g} m")
-        if padding > scene.margin:
-            notes.append(f"{node.place}: {link} keeps {padding:g} m from the objects of the world")
-            margins.update({frozenset((link, name)): padding for name in around})
-    return replace(scene, pair_margins=margins)
+        paddings[link] = padding
+    paddings = {link: padding for link, padding in paddings.items() if padding > 0.0}
+    return replace(scene, clearances=replace(scene.clearances, links=paddings))
+
+
+def _of_link(node: Node, scene: Scene, key: str, default: float) -> tuple[str, float]:
+    """Return the link that an entry names, and its number."""
+    value = node.only(("link_name", key))[key].number(default)
+    link = node["link_name"].text()
+    require(node["link_name"], FrameNotFound, "link", link, scene.robot.links)
+    return link, value

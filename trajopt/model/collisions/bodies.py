@@ -2,12 +2,17 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from trajopt.arrays import Floats, readonly
 from trajopt.model.description.urdf import LinkGeometry, MeshReference
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_file
 from trajopt.model.placement import IDENTITY, Placement
-from trajopt.model.shapes import Shape
+from trajopt.model.shapes import Shape, scaled
+
+ORIGIN = readonly(np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +25,9 @@ class CollisionBody:
         frame: Link it moves with, or "world".
         placement: Of the shape in that frame.
         shape: The shape.
+        centre: Point about which it is scaled, in its own frame, shape (3,) [m]: of a mesh, and of what
+            covers one, the mean of the mesh's vertices.
+        scale: Factor on its size.
     """
 
     name: str
@@ -27,6 +35,16 @@ class CollisionBody:
     frame: str
     placement: Placement
     shape: Shape
+    centre: Floats = field(default_factory=lambda: ORIGIN)
+    scale: float = 1.0
+
+    def scaled(self, scale: float) -> "CollisionBody":
+        """Return it at another scale, as MoveIt scales links: relative to its first size.
+
+        Raises:
+            SizeError: If it would become larger than any shape may be.
+        """
+        return replace(self, shape=scaled(self.shape, scale / self.scale, self.centre), scale=scale)
 
 
 def robot_bodies(
@@ -45,16 +63,17 @@ def robot_bodies(
     links_by_note: dict[str, list[str]] = {}
     for element in collisions:
         shapes: tuple[Shape, ...]
+        centre = ORIGIN
         if isinstance(element.geometry, MeshReference):
             cover = cover_file(element.geometry.path, element.geometry.scale, policy)
-            shapes = cover.shapes
+            shapes, centre = cover.shapes, cover.centre
             links_by_note.setdefault(cover.note, []).append(element.link)
         else:
             shapes = (element.geometry,)
         for shape in shapes:
             name = f"{element.link}/{counts[element.link]}"
             counts[element.link] += 1
-            bodies.append(CollisionBody(name, element.link, element.link, element.placement, shape))
+            bodies.append(CollisionBody(name, element.link, element.link, element.placement, shape, centre))
     notes = tuple(f"{', '.join(links)}: {note}" for note, links in links_by_note.items())
     return tuple(bodies), notes
 

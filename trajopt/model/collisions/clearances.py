@@ -28,25 +28,18 @@ class Clearances:
     Attributes:
         everywhere: Between any two [m].
         pairs: Between single pairs, where it differs [m].
+        links: Between a link, with what it carries, and what stands in the world, where it is more [m].
     """
 
     everywhere: float = 0.0
     pairs: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
+    links: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:
         """Refuse what is no clearance."""
-        for value in (self.everywhere, *self.pairs.values()):
+        for value in (self.everywhere, *self.pairs.values(), *self.links.values()):
             if number("required clearance", value) < 0.0:
                 raise ShapeError("required clearance", f"is negative: {value:g} m")
-
-    def of(self, a: str, b: str) -> float:
-        """Return the clearance that is required between two links or objects [m]."""
-        return self.pairs.get(frozenset((a, b)), self.everywhere)
-
-    def aim(self, margin: float, a: str, b: str) -> float:
-        """Return what the optimiser aims at with a margin: a little above what is required, at least [m]."""
-        required = self.of(a, b)
-        return max(margin, required + ROOM) if required > 0.0 else margin
 
     def having(self, value: float, pair: frozenset[str] | None) -> "Clearances":
         """Return these with another clearance everywhere, or between two things [m].
@@ -64,5 +57,7 @@ class Clearances:
 
     def beside(self, margin: float, pair_margins: Mapping[frozenset[str], float]) -> str:
         """Say what is required everywhere, and the margin [m] beside it; and whether pairs differ."""
-        clearance = f"clearance {1000 * self.everywhere:g} mm required" + PAIRS_DIFFER * bool(self.pairs)
+        clearance = f"clearance {1000 * self.everywhere:g} mm required" + PAIRS_DIFFER * bool(
+            self.pairs or self.links
+        )
         return f"{clearance}, margin {1000 * margin:g} mm" + PAIRS_DIFFER * bool(pair_margins)

@@ -94,6 +94,13 @@ def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
 
 def _rules(scene: Scene) -> ContactRules:
     touched = {name: item.touch_links for name, item in scene.objects.items() if item.touch_links}
+    carriers = {name: scene.holder(name).link for name in scene.objects} if scene.clearances.links else {}
     return ContactRules(
-        scene.allowed, touched, scene.margin, scene.pair_margins, scene.clearances, scene.allowances
+        allowed=scene.allowed,
+        touch_links=touched,
+        margin=scene.margin,
+        pair_margins=scene.pair_margins,
+        clearances=scene.clearances,
+        carriers=carriers,
+        allowances=scene.allowances,
     )

@@ -14,6 +14,7 @@ from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.collisions.bodies import FixedBody
 from trajopt.model.collisions.clearances import ROOM, Clearances
+from trajopt.model.requirements import WORLD
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +49,7 @@ class ContactRules:
         margin: Clearance that the optimiser keeps where it can [m].
         pair_margins: The same of single pairs, where it differs [m].
         clearances: What is required.
+        carriers: The link that carries each object, by object; those that stand in the world have none.
         allowances: Contacts that are meant, for a time.
     """
 
@@ -56,6 +58,7 @@ class ContactRules:
     margin: float
     pair_margins: Mapping[frozenset[str], float]
     clearances: Clearances
+    carriers: Mapping[str, str]
     allowances: tuple[ContactAllowance, ...]
 
 
@@ -79,11 +82,8 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
     first, second = np.minimum(one, other), np.maximum(one, other)
     order = np.argsort(second * len(bodies) + first)
     required, margin = (
-        owners.values(*given)[own[at], part[other]][order]
-        for given in (
-            (rules.clearances.everywhere, rules.clearances.pairs),
-            (rules.margin, rules.pair_margins),
-        )
+        values[own[at], part[other]][order]
+        for values in (owners.required(rules), owners.values(rules.margin, rules.pair_margins))
     )
     margin = np.where(required > 0.0, np.maximum(margin, required + ROOM), margin)
     first, second = first[order], second[order]
@@ -111,6 +111,7 @@ class _Owners:
     """
 
     def __init__(self, bodies: Sequence[FixedBody], links: frozenset[str], rules: ContactRules) -> None:
+        self._links = links
         joints = {body.owner: body.joint for body in bodies}
         self.names = tuple(joints)
         self._index = {name: place for place, name in enumerate(self.names)}
@@ -124,11 +125,17 @@ class _Owners:
 
     def values(self, every: float, single: Mapping[frozenset[str], float]) -> Floats:
         """Return a value of any two owners that differs for single pairs, shape (rows, o)."""
-        values = np.full(self.excused.shape, every)
-        for pair, value in single.items():
-            for one, other in permutations(pair, 2):
-                self._enter(values, one, other, value)
-        return values
+        return self._entered(np.full(self.excused.shape, every), single)
+
+    def required(self, rules: ContactRules) -> Floats:
+        """Return the clearance that is required of any two owners, shape (rows, o) [m]."""
+        clearances = rules.clearances
+        values = self.values(clearances.everywhere, {})
+        holders = [name if name in self._links else rules.carriers.get(name, WORLD) for name in self.names]
+        least = np.array([clearances.links.get(holder, 0.0) for holder in holders])
+        standing = np.array([holder == WORLD for holder in holders], dtype=np.bool_)
+        values[:, standing] = np.maximum(values[:, standing], least[self._of_row][:, None])
+        return self._entered(values, clearances.pairs)
 
     def allowances(
         self, allowances: tuple[ContactAllowance, ...], first: Ints, second: Ints
@@ -163,6 +170,12 @@ class _Owners:
                 self._enter(excused, name, link, True)
                 self._enter(excused, link, name, True)
         return excused
+
+    def _entered(self, values: Floats, single: Mapping[frozenset[str], float]) -> Floats:
+        for pair, value in single.items():
+            for one, other in permutations(pair, 2):
+                self._enter(values, one, other, value)
+        return values
 
     def _enter(self, matrix: Bools | Floats, one: str, other: str, value: float) -> None:
         """Enter a value for two names, if both own bodies and the first has a row."""

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from trajopt.arrays import Floats
 from trajopt.model.meshes.array_cache import Arrays, cached_arrays
 from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.convex import VERSION, CoverMethod, convex_pieces
 from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.shapes import Convex, Shape, convex
 
-_VERSION = 2  # of what is kept: part of the key of the cache
+_VERSION = 3  # of what is kept: part of the key of the cache
 _ALONE = (".stl", ".dae", ".obj", ".ply")  # files that hold all of their geometry themselves
 
 
@@ -42,22 +43,25 @@ class Cover:
     Attributes:
         shapes: One convex hull, several convex pieces, or the mesh itself.
         note: What they are, in words.
+        centre: Mean of the mesh's vertices, shape (3,) [m].
     """
 
     shapes: tuple[Shape, ...]
     note: str
+    centre: Floats
 
 
 def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     """Return the shapes that stand for a mesh, and say which they are."""
+    centre = mesh.vertices.mean(axis=0)
     if policy.exact:
         known = f"exact mesh of {len(mesh.faces)} triangles"
         doubt = closed_surface(mesh).note
-        return Cover((mesh,), f"{known}; {doubt}" if doubt else known)
+        return Cover((mesh,), f"{known}; {doubt}" if doubt else known, centre)
     cover = convex_pieces(mesh, hull_excess=policy.hull_excess, tolerance=policy.tolerance)
     shapes = tuple(convex(piece) for piece in cover.pieces)
     if cover.method is CoverMethod.HULL:
-        return Cover(shapes, "convex hull")
+        return Cover(shapes, "convex hull", centre)
     note = f"{len(shapes)} convex pieces"
     if cover.reach > policy.tolerance:
         far, asked = 1000.0 * cover.reach, 1000.0 * policy.tolerance
@@ -65,7 +69,7 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
             f", which stand out of it by up to {far:.0f} mm: cutting came to its bound before "
             f"{asked:g} mm; MeshPolicy(exact=True) keeps the triangles"
         )
-    return Cover(shapes, note)
+    return Cover(shapes, note, centre)
 
 
 def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy) -> Cover:
@@ -92,11 +96,12 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
             "faces": np.concatenate([shape.faces for shape in shapes]),
             "ends": np.cumsum([(len(shape.vertices), len(shape.faces)) for shape in shapes], axis=0),
             "note": np.array(cover.note),
+            "centre": cover.centre,
         }
 
     options = np.array([VERSION, _VERSION, *scale, policy.hull_excess, policy.tolerance])
     key = (path.suffix.lower().encode(), options.tobytes(), path.read_bytes())
-    kept = cached_arrays("cover", key, ("vertices", "faces", "ends", "note"), make)
+    kept = cached_arrays("cover", key, ("vertices", "faces", "ends", "note", "centre"), make)
     vertices, faces = kept["vertices"], kept["faces"]
     for array in (vertices, faces):
         array.flags.writeable = False
@@ -104,4 +109,4 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
         Convex(vertices[a:b], faces[c:d])
         for (a, c), (b, d) in pairwise(np.concatenate([[(0, 0)], kept["ends"]]).tolist())
     )
-    return Cover(shapes, str(kept["note"]))
+    return Cover(shapes, str(kept["note"]), kept["centre"])

@@ -24,6 +24,7 @@ from trajopt.commander.moveit_msgs.msg.planning_scene import (
 )
 from trajopt.commander.moveit_msgs.msg.planning_scene import CollisionObject as CollisionObject
 from trajopt.commander.moveit_msgs.msg.planning_scene import LinkPadding as LinkPadding
+from trajopt.commander.moveit_msgs.msg.planning_scene import LinkScale as LinkScale
 from trajopt.commander.moveit_msgs.msg.planning_scene import PlanningScene as PlanningScene
 from trajopt.commander.moveit_msgs.msg.planning_scene import (
     PlanningSceneComponents as PlanningSceneComponents,

@@ -99,7 +99,7 @@ class AllowedCollisionMatrix:
 
 @dataclass(slots=True)
 class LinkPadding:
-    """Clearance that a link keeps from the objects of the world [m]."""
+    """Clearance that a link must keep from the objects of the world [m]."""
 
     link_name: str = ""
     padding: float = 0.0
@@ -107,7 +107,7 @@ class LinkPadding:
 
 @dataclass(slots=True)
 class LinkScale:
-    """Scale of a link; ignored."""
+    """Scale of a link's collision shapes."""
 
     link_name: str = ""
     scale: float = 1.0
