@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from trajopt.planning.portfolio import _blocked  # pyright: ignore[reportPrivateUsage]
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
@@ -9,7 +10,6 @@ from trajopt.arrays import Floats
 from trajopt.explanation import Certainty, Explanation
 from trajopt.explanation.candidates import candidates
 from trajopt.infeasibility.reasons import BlockKind, blocks_on_the_way
-from trajopt.planning.portfolio import _blocked  # pyright: ignore[reportPrivateUsage]
 from trajopt.planning.result import Status
 from trajopt.solvers import SolveResult, Sqp
 from trajopt.terms import Clearance, Constraint, JointPosition, OwnResidual, constraint, own

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.oracles.judge_distances import PlainDistances
 from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
 from trajopt.model.collisions.bodies import MeshPolicy
 from trajopt.model.meshes.mesh_file import Mesh
@@ -16,7 +17,6 @@ from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Plane, Sphere, convex
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Certificate, Check, Evidence, VerifyOptions, verify
-from trajopt.verify.kernel.distances import Distances
 from trajopt.verify.kernel.kinematics import Kinematics
 
 SWEEP = [[-1.0, 0.0], [1.0, 0.0]]
@@ -28,7 +28,7 @@ def clearance(certificate: Certificate) -> Check:
 
 def densest(model: ReducedModel, trajectory: Trajectory, samples: int = 400) -> float:
     """Smallest distance of any pair at many samples."""
-    distances = Distances(model, error=1e-12)
+    distances = PlainDistances(model, error=1e-12)
     poses = Kinematics(model).poses(trajectory(np.linspace(0.0, trajectory.duration, samples)))
     count = len(distances.first)
     cell, pair = np.repeat(np.arange(samples), count), np.tile(np.arange(count), samples)

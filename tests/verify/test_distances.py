@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.oracles.judge_distances import PlainDistances
+from tests.oracles.judge_geometry import inside
 from tests.verify.arms import joint, link, reduced, robot
 from trajopt.arrays import Floats
 from trajopt.errors import ModelError
@@ -19,8 +21,6 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.verify.kernel.distances import Distances
-from trajopt.verify.kernel.enclosure import inside
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.support import support
 
@@ -47,7 +47,7 @@ def distance(folder: Path, first: Shape, second: Shape, where: Placement) -> flo
     scene = Scene(arm).add("fixed", first, meshes=MeshPolicy(exact=True))
     scene = scene.add("moved", second, where, frame="a", meshes=MeshPolicy(exact=True))
     model = reduced(scene, [0.0])
-    distances = Distances(model, error=ERROR)
+    distances = PlainDistances(model, error=ERROR)
     poses = Kinematics(model).poses(np.zeros((1, 1)))
     pair = next(p for p in range(len(distances.first)) if set(distances.owners(p)) == {"fixed", "moved"})
     found = distances.measure(poses, np.array([0]), np.array([pair]))[0]
@@ -164,8 +164,8 @@ def test_two_half_spaces_that_must_keep_apart_are_refused(tmp_path: Path) -> Non
     arm = robot(tmp_path, link("base"), link("a"), joint("j", "base", "a"))
     scene = Scene(arm).add("floor", Plane()).add("wall", Plane(), frame="a")
     with pytest.raises(ModelError, match="floor - wall"):
-        Distances(reduced(scene, [0.0]), error=ERROR)
-    Distances(reduced(scene.allow("floor", "wall"), [0.0]), error=ERROR)
+        PlainDistances(reduced(scene, [0.0]), error=ERROR)
+    PlainDistances(reduced(scene.allow("floor", "wall"), [0.0]), error=ERROR)
 
 
 def test_a_flat_mesh_can_be_measured(tmp_path: Path) -> None:

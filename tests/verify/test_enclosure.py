@@ -8,6 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tests.oracles.judge import PlainJudge
+from tests.oracles.judge_geometry import inside
 from tests.verify.arms import joint, link, reduced, robot
 from trajopt.arrays import Bools, Floats
 from trajopt.kinematics import validity
@@ -18,9 +20,7 @@ from trajopt.model.placement import placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Shape, Sphere, convex
 from trajopt.model.trajectory import Trajectory
-from trajopt.verify import Body, Certificate, Check, Judge
-from trajopt.verify.kernel.body import INSTALLED
-from trajopt.verify.kernel.enclosure import inside
+from trajopt.verify import Certificate, Check, Judge
 
 EXACT = MeshPolicy(exact=True)
 CORNERS = convex([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
@@ -55,8 +55,8 @@ def without_lid(size: float) -> Mesh:
     return Mesh(mesh.vertices, mesh.faces[~top])
 
 
-@pytest.fixture(params=[body for body in Body if body is Body.PYTHON or INSTALLED is Body.NATIVE])
-def body(request: pytest.FixtureRequest) -> Body:
+@pytest.fixture(params=[PlainJudge, Judge])
+def judge(request: pytest.FixtureRequest) -> type[Judge]:
     return request.param
 
 
@@ -81,11 +81,11 @@ def slide(
     return scene
 
 
-def moved(scene: Scene, body: Body, times: list[float], places: list[float]) -> Certificate:
+def moved(scene: Scene, judge: type[Judge], times: list[float], places: list[float]) -> Certificate:
     """Judge a motion straight from place to place."""
     model = reduced(scene, [places[0]])
     path = Trajectory(model.joint_names, np.array(times), np.array(places)[:, None])
-    return Judge(model, body=body).verify(path, goals=())
+    return judge(model).verify(path, goals=())
 
 
 def named(certificate: Certificate, name: str) -> Check:
@@ -96,8 +96,8 @@ IN_AND_OUT = [0.0, 0.19, 0.38], [-0.52, 0.0, -0.52]
 """Through the surface of a block of 1 m within the first and the last 0.02 s."""
 
 
-def test_a_body_let_in_and_out_is_found_inside(tmp_path: Path, body: Body) -> None:
-    certificate = moved(slide(tmp_path, cube(1.0), first=0.02, last=0.02), body, *IN_AND_OUT)
+def test_a_body_let_in_and_out_is_found_inside(tmp_path: Path, judge: type[Judge]) -> None:
+    certificate = moved(slide(tmp_path, cube(1.0), first=0.02, last=0.02), judge, *IN_AND_OUT)
     check = named(certificate, "clearance")
     assert not certificate.verified and not check.holds
     assert check.value == pytest.approx(-0.5 - TIP, abs=1e-4), "as deep as it is far from outside, at most"
@@ -106,77 +106,77 @@ def test_a_body_let_in_and_out_is_found_inside(tmp_path: Path, body: Body) -> No
     assert certificate.clearance < -0.4
 
 
-def test_a_body_let_in_to_stay_is_found_inside(tmp_path: Path, body: Body) -> None:
+def test_a_body_let_in_to_stay_is_found_inside(tmp_path: Path, judge: type[Judge]) -> None:
     for first, last, places in ((0.02, 0.0, [-0.52, 0.0]), (0.0, 0.02, [0.0, -0.52])):
         scene = slide(tmp_path, cube(1.0), first=first, last=last)
-        assert not moved(scene, body, [0.0, 0.2], places).verified
+        assert not moved(scene, judge, [0.0, 0.2], places).verified
 
 
-def test_inside_counts_as_depth_while_contact_is_accepted(tmp_path: Path, body: Body) -> None:
-    deep = moved(slide(tmp_path, cube(1.0), first=9.0, depth=0.6), body, *IN_AND_OUT)
+def test_inside_counts_as_depth_while_contact_is_accepted(tmp_path: Path, judge: type[Judge]) -> None:
+    deep = moved(slide(tmp_path, cube(1.0), first=9.0, depth=0.6), judge, *IN_AND_OUT)
     assert deep.verified, str(deep)
     assert named(deep, "contact: through").value == pytest.approx(0.5 + TIP, abs=0.02)
     assert deep.clearance == np.inf
-    shallow = moved(slide(tmp_path, cube(1.0), first=9.0, depth=0.3), body, *IN_AND_OUT)
+    shallow = moved(slide(tmp_path, cube(1.0), first=9.0, depth=0.3), judge, *IN_AND_OUT)
     contact = named(shallow, "contact: through")
     assert not shallow.verified and not contact.holds
     assert contact.value == pytest.approx(0.5 + TIP, abs=1e-4)
 
 
-def test_windows_that_hold_all_of_the_visit(tmp_path: Path, body: Body) -> None:
+def test_windows_that_hold_all_of_the_visit(tmp_path: Path, judge: type[Judge]) -> None:
     scene = slide(tmp_path, cube(0.2), first=0.5, depth=0.2)
-    gone = moved(scene, body, [0.0, 0.4, 1.0], [0.0, 0.3, 0.6])
+    gone = moved(scene, judge, [0.0, 0.4, 1.0], [0.0, 0.3, 0.6])
     assert gone.verified, str(gone)
     # Outside, the clearance is that where the window closes.
     assert 0.75 * 0.23 - 0.02 <= gone.clearance <= 0.23
-    assert not moved(scene, body, [0.0, 0.7, 1.0], [0.0, 0.0, 0.6]).verified
+    assert not moved(scene, judge, [0.0, 0.7, 1.0], [0.0, 0.0, 0.6]).verified
 
 
 @pytest.mark.parametrize("carried", [cube(0.1), Box(0.1, 0.1, 0.1), convex(0.1 * CORNERS.vertices)])
-def test_a_small_body_in_a_large_mesh(tmp_path: Path, body: Body, carried: Shape) -> None:
+def test_a_small_body_in_a_large_mesh(tmp_path: Path, judge: type[Judge], carried: Shape) -> None:
     scene = slide(tmp_path, cube(1.0), carried, first=0.05, last=0.05)
-    found = named(moved(scene, body, [0.0, 0.2, 0.4], [-0.52, 0.0, -0.52]), "clearance")
+    found = named(moved(scene, judge, [0.0, 0.2, 0.4], [-0.52, 0.0, -0.52]), "clearance")
     assert not found.holds and found.value == pytest.approx(-0.55, abs=1e-4)
 
 
-def test_a_large_mesh_around_a_small_one(tmp_path: Path, body: Body) -> None:
+def test_a_large_mesh_around_a_small_one(tmp_path: Path, judge: type[Judge]) -> None:
     scene = slide(tmp_path, cube(0.1), cube(1.0), first=0.05, last=0.05)
-    found = named(moved(scene, body, [0.0, 0.2, 0.4], [-0.52, 0.0, -0.52]), "clearance")
+    found = named(moved(scene, judge, [0.0, 0.2, 0.4], [-0.52, 0.0, -0.52]), "clearance")
     assert not found.holds and found.value == pytest.approx(-0.55, abs=1e-4)
     part = joined(cube(0.1), cube(0.1, (0.0, 3.0, 0.0)))
-    assert not moved(slide(tmp_path, cube(1.0), part), body, [0.0, 1.0], [0.0, 0.1]).verified, (
+    assert not moved(slide(tmp_path, cube(1.0), part), judge, [0.0, 1.0], [0.0, 0.1]).verified, (
         "one of two parts"
     )
 
 
-def test_a_body_in_a_hollow_is_outside(tmp_path: Path, body: Body) -> None:
+def test_a_body_in_a_hollow_is_outside(tmp_path: Path, judge: type[Judge]) -> None:
     scene = slide(tmp_path, hollow(1.0, 0.6))
     assert not scene.objects["block"].notes[0].endswith("inside")
-    certificate = moved(scene, body, [0.0, 1.0], [0.0, 0.2])
+    certificate = moved(scene, judge, [0.0, 1.0], [0.0, 0.2])
     assert certificate.verified, str(certificate)
     assert certificate.clearance == pytest.approx(0.3 - 0.2 - TIP, abs=1e-3)
-    assert not moved(scene, body, [0.0, 1.0], [0.4, 0.41]).verified, "in the wall"
-    assert not moved(scene, body, [0.0, 1.0], [0.0, 0.4]).verified, "into the wall"
+    assert not moved(scene, judge, [0.0, 1.0], [0.4, 0.41]).verified, "in the wall"
+    assert not moved(scene, judge, [0.0, 1.0], [0.0, 0.4]).verified, "into the wall"
     # From the hollow through a window into the wall, and to stay there.
     through = slide(tmp_path, hollow(1.0, 0.6), first=0.05)
-    assert not moved(through, body, [0.0, 0.05, 1.0], [0.2, 0.4, 0.41]).verified
+    assert not moved(through, judge, [0.0, 0.05, 1.0], [0.2, 0.4, 0.41]).verified
     # From the wall through a window into the hollow: let out.
-    assert moved(through, body, [0.0, 0.05, 1.0], [0.4, 0.2, 0.0]).verified
+    assert moved(through, judge, [0.0, 0.05, 1.0], [0.4, 0.2, 0.0]).verified
     # Inside out as a whole it is the same solid.
     inverted = slide(tmp_path, turned(hollow(1.0, 0.6)))
-    assert moved(inverted, body, [0.0, 1.0], [0.0, 0.2]).verified
-    assert not moved(inverted, body, [0.0, 1.0], [0.4, 0.41]).verified
+    assert moved(inverted, judge, [0.0, 1.0], [0.0, 0.2]).verified
+    assert not moved(inverted, judge, [0.0, 1.0], [0.4, 0.41]).verified
 
 
-def test_an_open_surface_has_no_inside_and_says_so(tmp_path: Path, body: Body) -> None:
+def test_an_open_surface_has_no_inside_and_says_so(tmp_path: Path, judge: type[Judge]) -> None:
     scene = slide(tmp_path, without_lid(1.0))
-    certificate = moved(scene, body, [0.0, 1.0], [0.0, 0.2])
+    certificate = moved(scene, judge, [0.0, 1.0], [0.0, 0.2])
     assert certificate.verified, str(certificate)
     assert certificate.clearance == pytest.approx(0.3 - TIP, abs=1e-3)
     assert any("open and so without an inside" in note for note in certificate.notes)
-    assert not moved(scene, body, [0.0, 1.0], [0.0, 0.5]).verified, "its walls are there"
+    assert not moved(scene, judge, [0.0, 1.0], [0.0, 0.5]).verified, "its walls are there"
     mixed = slide(tmp_path, joined(without_lid(1.0), cube(0.2)))
-    assert not moved(mixed, body, [0.0, 1.0], [0.0, 0.01]).verified
+    assert not moved(mixed, judge, [0.0, 1.0], [0.0, 0.01]).verified
     assert mixed.objects["block"].notes == (
         "block: exact mesh of 22 triangles; 1 of 2 parts are open and so without an inside",
     )
@@ -209,15 +209,15 @@ def test_overlapping_parts_need_not_agree_on_their_faces() -> None:
     assert inside(points, both).tolist() == [True, True, True, False]
 
 
-def test_a_configuration_inside_is_examined_as_such(tmp_path: Path, body: Body) -> None:
+def test_a_configuration_inside_is_examined_as_such(tmp_path: Path, judge: type[Judge]) -> None:
     scene = slide(tmp_path, cube(1.0), first=0.1, depth=0.2)
     model = reduced(scene, [0.0])
-    seen = Judge(model, body=body).examine(np.zeros(1))
+    seen = judge(model).examine(np.zeros(1))
     assert not seen.clear
     assert seen.collisions[0].distance == pytest.approx(-0.5 - TIP, abs=1e-4)
     said = validity(model, np.zeros(1))
     assert not said.valid and "inside" in said.reasons[0]
-    assert Judge(reduced(slide(tmp_path, hollow(1.0, 0.6)), [0.0]), body=body).examine(np.zeros(1)).clear
+    assert judge(reduced(slide(tmp_path, hollow(1.0, 0.6)), [0.0])).examine(np.zeros(1)).clear
 
 
 def crossings(point: Floats, mesh: Mesh, rng: np.random.Generator) -> bool:
@@ -278,10 +278,8 @@ def test_random_poses_against_the_even_odd_rule(tmp_path: Path, seed: int, which
     scene = scene.add("tip", carried, placement(where * seen, rotation=turn), frame="hand", meshes=EXACT)
     model = reduced(scene, [0.0])
     off = float(mesh.distance(seen[None])[0])
-    for body in Body:
-        if body is Body.NATIVE and INSTALLED is not Body.NATIVE:
-            continue
-        examined = Judge(model, body=body).examine(np.zeros(1))
+    for judge in (PlainJudge, Judge):
+        examined = judge(model).examine(np.zeros(1))
         if off > size + 1e-5:
             assert examined.clear == (not crossings(seen, mesh, rng))
         elif not meshed:
@@ -311,11 +309,7 @@ def test_random_motions_with_windows_are_judged_soundly(tmp_path: Path, seed: in
     places = rng.uniform(-0.7, 0.7, (4, 2))
     model = reduced(scene, places[0])
     path = Trajectory(model.joint_names, np.linspace(0.0, 1.0, 4), places)
-    judged = [
-        Judge(model, body=body).verify(path, goals=())
-        for body in Body
-        if body is Body.PYTHON or INSTALLED is Body.NATIVE
-    ]
+    judged = [judge(model).verify(path, goals=()) for judge in (PlainJudge, Judge)]
     assert len({certificate.verified for certificate in judged}) == 1
     times = np.linspace(first + 1e-6, 1.0 - last - 1e-6, 60)
     points = np.column_stack((path(times), np.zeros(len(times)))) + np.array((0.01, 0.02, 0.03))

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.oracles.judge import PlainJudge
 from tests.verify.arms import joint, link, quintic, reduced, robot
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, ModelError, ShapeError
 from trajopt.model.scene import Scene
-from trajopt.verify import Body, Certificate, Check, Evidence, Judge, Moment
+from trajopt.verify import Certificate, Check, Evidence, Judge, Moment
 
-BODIES = (Body.PYTHON, Body.NATIVE)
+JUDGES = (PlainJudge, Judge)
 RADIUS = 0.05
 
 
@@ -37,9 +38,9 @@ def walled(folder: Path) -> Scene:
     return gantry(folder).add("wall", to.Box(0.1, 2.0, 2.0), to.placement((0.2, 0.0, 0.0)))
 
 
-def judged(scene: Scene, knots: list[list[float]], body: Body) -> Certificate:
+def judged(scene: Scene, knots: list[list[float]], judge: type[Judge]) -> Certificate:
     model = reduced(scene, knots[0])
-    return Judge(model, body=body).verify(quintic(model, knots, 1.0), goals=())
+    return judge(model).verify(quintic(model, knots, 1.0), goals=())
 
 
 def rows(certificate: Certificate) -> list[Check]:
@@ -50,9 +51,9 @@ THERE_AND_BACK = [[0.0, 0.0, 0.0], [0.07, 0.0, 0.0], [0.0, 0.0, 0.0]]
 """It comes within exactly 30 mm of the wall."""
 
 
-@pytest.mark.parametrize("body", BODIES)
-def test_what_is_required_is_proven_and_shown(tmp_path: Path, body: Body) -> None:
-    certificate = judged(walled(tmp_path).with_clearance(0.0299), THERE_AND_BACK, body)
+@pytest.mark.parametrize("judge", JUDGES)
+def test_what_is_required_is_proven_and_shown(tmp_path: Path, judge: type[Judge]) -> None:
+    certificate = judged(walled(tmp_path).with_clearance(0.0299), THERE_AND_BACK, judge)
     (row,) = rows(certificate)
     assert certificate.verified and row.evidence is Evidence.PROVEN
     assert row.bound == 0.0299 and row.value is not None and 0.0299 < row.value <= 0.03
@@ -63,9 +64,9 @@ def test_what_is_required_is_proven_and_shown(tmp_path: Path, body: Body) -> Non
     assert certificate.pairs[0].required == 0.0299
 
 
-@pytest.mark.parametrize("body", BODIES)
-def test_what_undercuts_it_is_refused(tmp_path: Path, body: Body) -> None:
-    certificate = judged(walled(tmp_path).with_clearance(0.0301), THERE_AND_BACK, body)
+@pytest.mark.parametrize("judge", JUDGES)
+def test_what_undercuts_it_is_refused(tmp_path: Path, judge: type[Judge]) -> None:
+    certificate = judged(walled(tmp_path).with_clearance(0.0301), THERE_AND_BACK, judge)
     (row,) = rows(certificate)
     assert not certificate.verified and row.evidence is Evidence.SAMPLED
     assert row.bound == 0.0301 and row.value == pytest.approx(0.03, abs=1e-5)
@@ -74,38 +75,38 @@ def test_what_undercuts_it_is_refused(tmp_path: Path, body: Body) -> None:
     assert "30.1 mm are required" in row.detail
 
 
-@pytest.mark.parametrize("body", BODIES)
-def test_one_pair_has_its_own(tmp_path: Path, body: Body) -> None:
+@pytest.mark.parametrize("judge", JUDGES)
+def test_one_pair_has_its_own(tmp_path: Path, judge: type[Judge]) -> None:
     scene = walled(tmp_path).add("person", to.Sphere(0.1), to.placement((0.0, 0.4, 0.0)))
     # The person is 0.25 m away all the time, the wall comes within 30 mm.
-    kept = judged(scene.with_clearance(0.24, "ball", "person"), THERE_AND_BACK, body)
+    kept = judged(scene.with_clearance(0.24, "ball", "person"), THERE_AND_BACK, judge)
     assert kept.verified
     wall, person = rows(kept)
     assert (wall.bound, person.bound) == (0.0, 0.24)
     assert "wall" in wall.subject and "person" in person.subject
     assert wall.value == pytest.approx(0.03, abs=2e-3) and person.value == pytest.approx(0.25, abs=3e-3)
     assert "of which 240 mm are required" in person.detail
-    broken = judged(scene.with_clearance(0.26, "ball", "person"), THERE_AND_BACK, body)
+    broken = judged(scene.with_clearance(0.26, "ball", "person"), THERE_AND_BACK, judge)
     (row,) = broken.failed
     assert "person" in row.subject and row.bound == 0.26 and row.value == pytest.approx(0.25, abs=1e-5)
     everywhere = scene.with_clearance(0.2).with_clearance(0.02, "ball", "wall")
-    assert judged(everywhere, THERE_AND_BACK, body).verified
+    assert judged(everywhere, THERE_AND_BACK, judge).verified
 
 
-@pytest.mark.parametrize("body", BODIES)
-def test_meant_contact_is_free_of_it_in_its_window_only(tmp_path: Path, body: Body) -> None:
+@pytest.mark.parametrize("judge", JUDGES)
+def test_meant_contact_is_free_of_it_in_its_window_only(tmp_path: Path, judge: type[Judge]) -> None:
     scene = walled(tmp_path).with_clearance(0.02)
     leaving = [[0.0995, 0.0, 0.0], [0.0, 0.0, 0.0]]
-    assert not judged(scene, leaving, body).verified
+    assert not judged(scene, leaving, judge).verified
     # A minimum-jerk way of 0.1 m in 1 s is 20 mm away after 0.33 s.
     meant = scene.allow_contact("lift off", "ball", "wall", first=0.4)
-    assert judged(meant, leaving, body).verified
-    short = judged(scene.allow_contact("lift off", "ball", "wall", first=0.3), leaving, body)
+    assert judged(meant, leaving, judge).verified
+    short = judged(scene.allow_contact("lift off", "ball", "wall", first=0.3), leaving, judge)
     assert [check.bound for check in short.failed if check.name == "clearance"] == [0.02]
 
 
-@pytest.mark.parametrize("body", BODIES)
-def test_random_motions_are_judged_as_a_formula_says(tmp_path: Path, body: Body) -> None:
+@pytest.mark.parametrize("judge", JUDGES)
+def test_random_motions_are_judged_as_a_formula_says(tmp_path: Path, judge: type[Judge]) -> None:
     rng = np.random.default_rng(11)
     verdicts: list[bool] = []
     empty = gantry(tmp_path)
@@ -124,7 +125,7 @@ def test_random_motions_are_judged_as_a_formula_says(tmp_path: Path, body: Body)
         spare = apart - np.array(list(required.values()))
         if abs(spare).min() < 1e-4:
             continue
-        certificate = Judge(model, body=body).verify(motion, goals=())
+        certificate = judge(model).verify(motion, goals=())
         held = all(check.holds for check in rows(certificate))
         assert held == (spare.min() > 0.0)
         verdicts.append(held)
@@ -134,26 +135,24 @@ def test_random_motions_are_judged_as_a_formula_says(tmp_path: Path, body: Body)
     assert 5 < sum(verdicts) < len(verdicts) - 5
 
 
-@pytest.mark.parametrize(("body", "moment"), tuple(product(BODIES, Moment)))
-def test_a_configuration_is_examined_against_it(tmp_path: Path, body: Body, moment: Moment) -> None:
+@pytest.mark.parametrize(("judge", "moment"), tuple(product(JUDGES, Moment)))
+def test_a_configuration_is_examined_against_it(tmp_path: Path, judge: type[Judge], moment: Moment) -> None:
     scene = walled(tmp_path).add("far", to.Sphere(0.1), to.placement((-1.0, 0.0, 0.0)))
-    seen = Judge(reduced(scene.with_clearance(0.12), [0.0] * 3), body=body).examine(
-        np.zeros(3), moment=moment
-    )
+    seen = judge(reduced(scene.with_clearance(0.12), [0.0] * 3)).examine(np.zeros(3), moment=moment)
     (pair,) = seen.collisions
     assert {pair.first, pair.second} == {"ball", "wall"} and pair.required == 0.12
     assert pair.distance == pytest.approx(0.1, abs=2e-6)
     assert (
         pair.words.endswith("is 100.0 mm from wall, 120 mm are required") or "wall is 100.0 mm" in pair.words
     )
-    assert Judge(reduced(scene.with_clearance(0.09), [0.0] * 3), body=body).examine(np.zeros(3)).clear
+    assert judge(reduced(scene.with_clearance(0.09), [0.0] * 3)).examine(np.zeros(3)).clear
 
 
-@pytest.mark.parametrize("body", BODIES)
-def test_the_farther_pair_may_be_the_one_too_near(tmp_path: Path, body: Body) -> None:
+@pytest.mark.parametrize("judge", JUDGES)
+def test_the_farther_pair_may_be_the_one_too_near(tmp_path: Path, judge: type[Judge]) -> None:
     scene = walled(tmp_path).add("person", to.Sphere(0.1), to.placement((0.0, 0.75, 0.0)))
     scene = scene.with_clearance(0.7, "ball", "person")
-    seen = Judge(reduced(scene, [0.0] * 3), body=body).examine(np.zeros(3))
+    seen = judge(reduced(scene, [0.0] * 3)).examine(np.zeros(3))
     (pair,) = seen.collisions
     assert {pair.first, pair.second} == {"ball", "person"}
     assert pair.distance == pytest.approx(0.6, abs=2e-6)

@@ -8,9 +8,9 @@ import pytest
 import trajopt as to
 from trajopt.errors import ProblemError, ShapeError
 from trajopt.verify.checks.joint_torques import inverse_dynamics
+from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.moments import sampled_times, steps_in_pieces
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.native_kinematics import NativeKinematics
 from trajopt.verify.kernel.options import VerifyOptions
 
 pytestmark = pytest.mark.timeout(60)
@@ -40,7 +40,7 @@ def slowed(of: to.Trajectory, factor: float) -> to.Trajectory:
 
 
 def moved(problem: to.Problem, trajectory: to.Trajectory) -> Motion:
-    kinematics = NativeKinematics(problem.reduced)
+    kinematics = Kinematics(problem.reduced)
     return Motion(problem.reduced, trajectory, kinematics=kinematics, options=VerifyOptions())
 
 

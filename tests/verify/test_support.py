@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tests.oracles.judge_distances import PlainDistances
+from tests.oracles.judge_geometry import CoalPairs, gap, largest_gap
 from tests.verify.arms import joint, link, reduced, robot
 from trajopt.arrays import Floats, Ints
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.verify.kernel.coal_geometry import CoalPairs
-from trajopt.verify.kernel.distances import Distances
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
-from trajopt.verify.kernel.support import gap, largest_gap, support
+from trajopt.verify.kernel.support import support
 
 CLOUD = np.random.default_rng(1).normal(size=(20, 3))
 SHAPES: tuple[Shape, ...] = (
@@ -121,7 +121,7 @@ def test_a_wrong_proposal_is_not_believed(
         return np.full(len(cell), distance), np.tile(np.array(normal), (len(cell), 1))
 
     monkeypatch.setattr(CoalPairs, "measure", lie)
-    distances = Distances(model, error=1e-12)
+    distances = PlainDistances(model, error=1e-12)
     poses = Kinematics(model).poses(np.zeros((1, 1)))
     found = distances.measure(poses, np.array([0]), np.array([0]))[0]
     assert found == pytest.approx(0.3, abs=1e-6)

@@ -15,12 +15,9 @@ from trajopt.verify.checks.requirement import When, check_requirement
 from trajopt.verify.checks.sampled import SampledCheck
 from trajopt.verify.examination import Examination, Moment, OutOfLimit, PairDistance
 from trajopt.verify.judge import Judge, examine, verify
-from trajopt.verify.kernel.body import INSTALLED, Body
 from trajopt.verify.kernel.options import VerifyOptions
 
 __all__ = [
-    "INSTALLED",
-    "Body",
     "Certificate",
     "Check",
     "Counts",

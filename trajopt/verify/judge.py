@@ -36,11 +36,12 @@ from trajopt.verify.checks.sampled import SampledCheck, sampled_check
 from trajopt.verify.checks.tool_speed import tool_speed_checks
 from trajopt.verify.checks.waypoints import passages
 from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
-from trajopt.verify.kernel.body import INSTALLED, Body
+from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
-from trajopt.verify.kernel.workspace import workspace
+from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.notes import notes
+from trajopt.verify.search.clearance_search import Findings, search_clearance
 
 REQUIREMENT_MODULES = (
     joint_positions,
@@ -66,26 +67,19 @@ NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
 class Judge:
     """Workspace that judges motions of one reduced model; one for each thread."""
 
-    def __init__(
-        self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT, *, body: Body = INSTALLED
-    ) -> None:
+    def __init__(self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT) -> None:
         """Build the judge's own kinematics and geometry.
 
         Args:
             reduced: The model.
             options: Numbers to judge with.
-            body: What computes: the native core where it is installed.
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
         self._reduced, self._options = reduced, options
-        self._workspace = workspace(reduced, body, error=options.distance_error)
-
-    @property
-    def body(self) -> Body:
-        """What computes."""
-        return self._workspace.body
+        self._kinematics = Kinematics(reduced)
+        self._distances = PairDistances(self._kinematics, error=options.distance_error)
 
     def verify(
         self,
@@ -101,8 +95,7 @@ class Judge:
         start_velocities: Floats | None = None,
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
-        reduced, own = self._reduced, self._workspace
-        kinematics, distances = own.kinematics, own.distances
+        reduced, kinematics, distances = self._reduced, self._kinematics, self._distances
         moving = moving_limits(reduced, limits)
         bounds = group_part(reduced, moving)
         motion = Motion(reduced, trajectory, kinematics=kinematics, options=self._options)
@@ -117,7 +110,7 @@ class Judge:
         checks += torque_checks(motion, bounds)
         for tool in tool_speeds:
             checks += tool_speed_checks(motion, tool)
-        found = judge_clearance(motion, distances, own.search(motion))
+        found = judge_clearance(motion, distances, self._search(motion))
         return Certificate(
             checks=(*found.checks, *checks),
             clearance=found.clearance,
@@ -135,8 +128,8 @@ class Judge:
     def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
         """Examine a configuration, as the function `examine` does."""
         return examine_with(
-            self._workspace.kinematics,
-            self._workspace.distances,
+            self._kinematics,
+            self._distances,
             positions,
             moment=moment,
             options=self._options,
@@ -153,8 +146,10 @@ class Judge:
             ShapeError: If there is not one finite position for each joint.
             NameNotFound: If a requirement names what does not exist.
         """
-        kinematics = self._workspace.kinematics
-        return requirements_with(kinematics, positions, requirements, options=self._options)
+        return requirements_with(self._kinematics, positions, requirements, options=self._options)
+
+    def _search(self, motion: Motion) -> Findings:
+        return search_clearance(motion, self._distances)
 
 
 def _range(values: Floats) -> tuple[float, float]:

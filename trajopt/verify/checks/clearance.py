@@ -9,7 +9,7 @@ from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.verify.certificate import Check, Evidence, PairClearance, Unproven
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
-from trajopt.verify.search.clearance_record import Contact, Findings, Tally
+from trajopt.verify.search.clearance_search import Contact, Findings, Tally
 
 _PROBES = 17
 _FOLLOWED = 8

@@ -47,7 +47,7 @@ def _(requirement: CoupledJoints, motion: Motion, when: When) -> tuple[Check, ..
         matrix, offset = joint_rows(motion, joints)
         factors = np.array([[requirement.weights[joint] for joint in joints]])
         total = motion.group[0].combined(factors @ matrix, factors @ offset - requirement.value)
-        high, low = motion.kinematics.extremes(total)
+        high, low = total.extremes()
         above = high.values[0] >= -low.values[0]
         deviation = float(high.values[0] if above else -low.values[0])
         time = float((high if above else low).times[0])

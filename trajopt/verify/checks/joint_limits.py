@@ -120,7 +120,7 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
 
 
 def _tightest(motion: Motion, order: int, lower: Floats, upper: Floats) -> _Tightest:
-    high, low = motion.kinematics.extremes(motion.moving(order))
+    high, low = motion.moving(order).extremes()
     above = upper - high.values <= low.values - lower
     bounds = np.where(above, upper, lower)
     excess = motion.options.excess

@@ -50,7 +50,7 @@ def _(requirement: JointPositions, motion: Motion, when: When) -> tuple[Check, .
         values = matrix @ motion.trajectory.positions[-1] + offset
         high = low = Extremes(values, np.full(len(joints), motion.duration))
     else:
-        high, low = motion.kinematics.extremes(motion.group[0].combined(matrix, offset))
+        high, low = motion.group[0].combined(matrix, offset).extremes()
     over, under = high.values - most, least - low.values
     joint = int(np.argmax(np.maximum(over, under)))
     above = over[joint] >= under[joint]

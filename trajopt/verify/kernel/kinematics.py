@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from trajopt.arrays import Bools, Floats
 from trajopt.model.reduced import ReducedModel
-from trajopt.verify.kernel.polynomials import Extremes, Polynomials
+from trajopt.native import proof
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +26,14 @@ class Poses:
 
 
 class Kinematics:
-    """Workspace for what is computed joint by joint: kinematics first of all; one for each thread.
+    """Workspace for kinematics and dynamics of a model, by the native core; one for each thread.
 
     Attributes:
         reduced: The model.
         parents: Parent joint of each joint.
         revolute: Whether a joint turns, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).
+        arm: The joints as the core knows them.
         calls: Configurations computed so far.
     """
 
@@ -44,7 +45,6 @@ class Kinematics:
         self.axes: Floats = np.zeros((len(self.parents), 3))
         self.revolute: Bools = np.zeros(len(self.parents), dtype=np.bool_)
         self.calls = 0
-        self._model, self._data = model, model.createData()
         self._first: list[int] = []
         self._circular: list[bool] = []
         neutral = pin.neutral(model)
@@ -56,6 +56,14 @@ class Kinematics:
             self.axes[number] = subspace[3:] if self.revolute[number] else subspace[:3]
             self._first.append(int(joint.idx_q))
             self._circular.append(int(joint.nq) == 2)
+        placements = list(model.jointPlacements)
+        self.arm = proof.arm(
+            np.array(self.parents, dtype=np.int64),
+            self.revolute,
+            self.axes,
+            np.array([placement.rotation for placement in placements]),
+            np.array([placement.translation for placement in placements]),
+        )
 
     def chain(self, joint: int) -> tuple[int, ...]:
         """Return a joint and those it hangs on, outermost first, without the world."""
@@ -70,7 +78,7 @@ class Kinematics:
         joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
         if not any(self._circular):
             return joints
-        result = np.empty((len(joints), int(self._model.nq)))
+        result = np.empty((len(joints), int(self.reduced.model.nq)))
         for column, (first, circular) in enumerate(zip(self._first, self._circular, strict=True)):
             if circular:
                 result[:, first] = np.cos(joints[:, column])
@@ -81,17 +89,10 @@ class Kinematics:
 
     def poses(self, positions: Floats) -> Poses:
         """Compute where all joint frames are, for the group's positions of shape (c, n)."""
-        configurations = self.configurations(positions)
-        matrices = np.empty((len(positions), len(self.parents), 4, 4))
-        for row, configuration in enumerate(configurations):
-            pin.forwardKinematics(self._model, self._data, configuration)
-            matrices[row] = [placement.np for placement in self._data.oMi.tolist()]
+        joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
+        rotation, translation = self.arm.place(np.ascontiguousarray(joints))
         self.calls += len(positions)
-        return Poses(configurations, matrices[..., :3, :3], matrices[..., :3, 3])
-
-    def extremes(self, functions: Polynomials) -> tuple[Extremes, Extremes]:
-        """Return the largest and the smallest values of functions of time."""
-        return functions.largest(), functions.smallest()
+        return Poses(self.configurations(positions), rotation, translation)
 
     def torques(self, configurations: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Compute the torques that motions of the model's joints need.
@@ -104,5 +105,5 @@ class Kinematics:
         Returns:
             Shape (s, joints) [Nm | N].
         """
-        rows = zip(configurations, velocities, accelerations, strict=True)
-        return np.array([pin.rnea(self._model, self._data, q, v, a) for q, v, a in rows])
+        rows = (np.ascontiguousarray(part) for part in (configurations, velocities, accelerations))
+        return proof.torques(self.reduced.model, *rows)

@@ -1,21 +1,21 @@
-"""Signed distances of the pairs of bodies that are judged: what either body of the judge offers."""
+"""Signed distances of the pairs of bodies that are judged, by the native core."""
 
-from abc import ABC, abstractmethod
 from functools import cached_property
 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.errors import ModelError
-from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Mesh, Plane
-from trajopt.verify.kernel.kinematics import Poses
+from trajopt.native import proof
+from trajopt.verify.kernel.forms import form_of
+from trajopt.verify.kernel.kinematics import Kinematics, Poses
 
 DOUBTFUL = 1e-5
 """Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
 
 
-class PairDistances(ABC):
+class PairDistances:
     """Workspace for signed distances of pairs of bodies; one for each thread.
 
     A distance is positive between bodies apart and minus the depth in penetration. Each is a lower
@@ -27,15 +27,22 @@ class PairDistances(ABC):
         first: Index of the first body of each pair, shape (p,).
         second: Index of the second, shape (p,).
         planar: Whether a half-space is in each pair, shape (p,).
+        core: The bodies and pairs as the native core knows them.
+        error: Taken off every distance [m].
     """
 
-    def __init__(self, reduced: ReducedModel) -> None:
-        """Take the pairs of a model.
+    def __init__(self, kinematics: Kinematics, *, error: float) -> None:
+        """Hand the bodies and pairs of a model to the core.
+
+        Args:
+            kinematics: Of the model.
+            error: Taken off every distance [m].
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
-        self.reduced = reduced
+        reduced = kinematics.reduced
+        self.reduced, self.error = reduced, error
         self.first, self.second = reduced.pairs.first, reduced.pairs.second
         planes = np.array([isinstance(body.shape, Plane) for body in reduced.bodies], dtype=np.bool_)
         self.planar: Bools = planes[self.first] | planes[self.second]
@@ -43,6 +50,19 @@ class PairDistances(ABC):
         if both.any():
             pair = int(both.argmax())
             raise ModelError(f"half-spaces {self.pair_name(pair)} meet always; allow their contact")
+        bodies = reduced.bodies
+        self.core = proof.Proof(
+            kinematics.arm,
+            [form_of(body.shape) for body in bodies],
+            np.array([body.joint for body in bodies], dtype=np.int64),
+            np.array([body.placement.rotation for body in bodies]),
+            np.array([body.placement.translation for body in bodies]),
+            self.first,
+            self.second,
+            reduced.pairs.required,
+            ~self.strict,
+            error,
+        )
 
     def owners(self, pair: int) -> tuple[str, str]:
         """Return the links or objects of a pair."""
@@ -86,11 +106,10 @@ class PairDistances(ABC):
         return np.where(hulled, np.inf, 2.0 * error + DOUBTFUL)
 
     @property
-    @abstractmethod
     def calls(self) -> int:
         """Distances measured so far."""
+        return self.core.calls
 
-    @abstractmethod
     def measure(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure signed distances, less the error they may have.
 
@@ -102,12 +121,12 @@ class PairDistances(ABC):
         Returns:
             Shape (i,) [m].
         """
+        return self.core.measure(poses.rotation, poses.translation, cell, pair)
 
-    @abstractmethod
     def measure_hulls(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs without half-spaces as `measure` does, with hulls in the place of meshes."""
+        return self.core.measure_hulls(poses.rotation, poses.translation, cell, pair)
 
-    @abstractmethod
     def search_depths(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs by a search of all directions: slow, and right where Coal's depth is not.
 
@@ -120,11 +139,12 @@ class PairDistances(ABC):
             Lower bounds of the distances, those between the hulls of exact meshes, shape (i,) [m];
             minus infinity for half-spaces.
         """
+        return self.core.search_depths(poses.rotation, poses.translation, cell, pair)
 
-    @abstractmethod
     def nearest(self, poses: Poses) -> Floats:
         """Measure, in the first configuration, every pair that may touch or be the nearest strict one.
 
         Returns:
             Infinite for the others, shape (p,) [m].
         """
+        return self.core.nearest(poses.rotation, poses.translation, self.strict)

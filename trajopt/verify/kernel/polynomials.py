@@ -11,15 +11,15 @@ from math import comb
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
+from trajopt.native import proof
 
 TIGHTNESS = 1e-9
 """Extremes are found to within this, relative to the larger of their size and one."""
-_MOST_HALVINGS = 50
 
 
 @dataclass(frozen=True, eq=False)
 class Extremes:
-    """Largest values of n functions and where they are taken.
+    """Largest or smallest values of n functions, and when they are taken.
 
     Attributes:
         values: Shape (n,).
@@ -82,23 +82,12 @@ class Polynomials:
             np.maximum.reduceat(control.max(axis=0), starts),
         )
 
-    def largest(self) -> Extremes:
-        """Find the largest value of each function by branch and bound, to within `TIGHTNESS`."""
-        pieces, count = len(self.times) - 1, int(self.coefficients.shape[2])
-        every = np.arange(pieces, dtype=np.int64)
-        lengths = np.diff(self.times)
-        control = self._control(every, np.zeros(pieces), lengths).reshape(-1, pieces * count)
-        return _largest(
-            control,
-            np.tile(np.arange(count), pieces),
-            np.repeat(self.times[:-1], count),
-            np.repeat(lengths, count),
-        )
-
-    def smallest(self) -> Extremes:
-        """Find the smallest value of each function, as `largest` does."""
-        found = Polynomials(self.times, readonly(-self.coefficients)).largest()
-        return Extremes(-found.values, found.times)
+    def extremes(self) -> tuple[Extremes, Extremes]:
+        """Find largest and smallest values of each function by branch and bound, to within `TIGHTNESS`."""
+        coefficients = np.ascontiguousarray(self.coefficients)
+        high, time_of_high = proof.largest(self.times, coefficients, 1.0, TIGHTNESS)
+        low, time_of_low = proof.largest(self.times, coefficients, -1.0, TIGHTNESS)
+        return Extremes(high, time_of_high), Extremes(-low, time_of_low)
 
     def _control(self, piece: Ints, left: Floats, width: Floats) -> Floats:
         """Bernstein coefficients on [left, left + width] of pieces, (degree + 1, m, n)."""
@@ -122,44 +111,3 @@ def _to_bernstein(degree: int) -> Floats:
         for row in range(degree + 1)
     ]
     return readonly(np.array(rows))
-
-
-def _largest(control: Floats, function: Ints, begin: Floats, width: Floats) -> Extremes:
-    """Split the pieces that may hold a larger value than the largest seen, until none may.
-
-    Args:
-        control: Bernstein coefficients of each piece, shape (degree + 1, m).
-        function: Which function a piece belongs to, shape (m,).
-        begin: Start of each piece, shape (m,) [s].
-        width: Length of each piece, shape (m,) [s].
-    """
-    count = int(function.max()) + 1
-    best, when = np.full(count, -np.inf), np.zeros(count)
-    for _ in range(_MOST_HALVINGS):
-        for edge, moment in ((control[0], begin), (control[-1], begin + width)):
-            rising = np.argsort(edge)
-            rising = rising[edge[rising] > best[function[rising]]]
-            best[function[rising]] = edge[rising]
-            when[function[rising]] = moment[rising]
-        slack = TIGHTNESS * np.maximum(1.0, np.abs(best))
-        open_ = control.max(axis=0) > (best + slack)[function]
-        if not open_.any():
-            return Extremes(best, when)
-        left, right = _halves(control[:, open_])
-        half = width[open_] / 2
-        function = np.concatenate((function[open_],) * 2)
-        begin = np.concatenate((begin[open_], begin[open_] + half))
-        width = np.concatenate((half, half))
-        control = np.concatenate((left, right), axis=1)
-    np.maximum.at(best, function, control.max(axis=0))
-    return Extremes(best, when)
-
-
-def _halves(control: Floats) -> tuple[Floats, Floats]:
-    """Bernstein coefficients of both halves (de Casteljau), each of shape (degree + 1, m)."""
-    rows = control.copy()
-    left, right = np.empty_like(rows), np.empty_like(rows)
-    for level in range(len(rows)):
-        left[level], right[-1 - level] = rows[0], rows[-1 - level]
-        rows[: len(rows) - 1 - level] = (rows[: len(rows) - 1 - level] + rows[1 : len(rows) - level]) / 2
-    return left, right

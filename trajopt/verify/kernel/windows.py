@@ -49,18 +49,3 @@ class Windows:
     def accept(self, time: Floats, pair: Ints) -> Bools:
         """Say whether contact of pairs is accepted at times, both of shape (i,)."""
         return (time <= self._until[pair]) | (time >= self._from[pair])
-
-    def floor(self, time: Floats, pair: Ints) -> Floats:
-        """Return what distances of pairs must exceed at times: what is required, or minus the accepted depth.
-
-        Args:
-            time: Shape (i,) [s].
-            pair: Shape (i,).
-
-        Returns:
-            Shape (i,) [m].
-        """
-        first = np.where(time <= self._until[pair], self._first_depth[pair], np.inf)
-        last = np.where(time >= self._from[pair], self._last_depth[pair], np.inf)
-        depth = np.minimum(first, last)
-        return np.where(np.isfinite(depth), -depth, self.required[pair])

@@ -1,19 +1,22 @@
-"""Shapes as the native core knows them, made once for each shape and kept as long as it."""
+"""Shapes as the native core knows them."""
 
 from functools import singledispatch
 
 import numpy as np
 
+from trajopt.errors import ShapeError
 from trajopt.model.cached import cached_per_value
 from trajopt.model.meshes.closed_surface import closed_surface, part_points
-from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
+from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere, convex
 from trajopt.native import proof
-from trajopt.verify.kernel.coal_geometry import hull_of
+
+_THICKENING = 1e-5
+"""A flat mesh is thickened by so much for its hull [m]."""
 
 
 @cached_per_value
-def native_form(shape: Shape) -> proof.Form:
-    """Return a shape's native twin."""
+def form_of(shape: Shape) -> proof.Form:
+    """Return a shape for the native core; made once for each shape and kept as long as it."""
     return _make(shape)
 
 
@@ -62,7 +65,16 @@ def _(shape: Mesh) -> proof.Form:
     return proof.mesh(
         np.ascontiguousarray(shape.vertices),
         np.ascontiguousarray(shape.faces, dtype=np.int64),
-        native_form(hull_of(shape)),
+        form_of(hull_of(shape)),
         np.ascontiguousarray(part_points(shape)),
         np.ascontiguousarray(closed_surface(shape).triangles),
     )
+
+
+def hull_of(mesh: Mesh) -> Convex:
+    """Return the convex hull of a mesh; a flat one is thickened a little, as a hull needs volume."""
+    try:
+        return convex(mesh.vertices)
+    except ShapeError:
+        nudge = _THICKENING * np.vstack((np.eye(3), -np.eye(3)))
+        return convex((mesh.vertices[:, None] + nudge).reshape(-1, 3))

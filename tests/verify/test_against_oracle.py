@@ -9,6 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tests.oracles.judge import PlainJudge, PlainKinematics
+from tests.oracles.judge_distances import PlainDistances
+from tests.oracles.judge_geometry import inside
+from tests.oracles.judge_polynomials import largest, smallest
 from tests.verify.arms import joint, link, mixed_arm, quintic, reduced, robot, wavy
 from tests.verify.test_clearance import densest
 from tests.verify.test_distances import CLOUD, SOLIDS, cube_mesh
@@ -19,14 +23,10 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Plane, Shape, Sphere, convex
 from trajopt.model.trajectory import Trajectory
-from trajopt.verify import Body, Certificate, Examination, Judge, VerifyOptions
-from trajopt.verify.kernel.body import INSTALLED
-from trajopt.verify.kernel.enclosure import inside
+from trajopt.verify import Certificate, Examination, Judge, VerifyOptions
+from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.workspace import Workspace, workspace
-
-if INSTALLED is not Body.NATIVE:
-    pytest.skip("no native core is installed", allow_module_level=True)
+from trajopt.verify.kernel.pair_distances import PairDistances
 
 ERROR = 1e-6
 SAME_FOLDER = settings(
@@ -52,8 +52,8 @@ def bowl(count: int = 24) -> Mesh:
 SHAPES: tuple[Shape, ...] = (*SOLIDS, Plane(), cube_mesh(), bowl())
 
 
-def both(model: ReducedModel) -> tuple[Workspace, Workspace]:
-    return workspace(model, Body.NATIVE, error=ERROR), workspace(model, Body.PYTHON, error=ERROR)
+def both(model: ReducedModel) -> tuple[PairDistances, PlainDistances]:
+    return PairDistances(Kinematics(model), error=ERROR), PlainDistances(model, error=ERROR)
 
 
 def two_bodies(folder: Path, first: Shape, second: Shape, where: Placement) -> ReducedModel:
@@ -81,18 +81,18 @@ def test_distances(tmp_path: Path, first: Shape, second: Shape) -> None:
         )
         native, plain = both(two_bodies(tmp_path, first, second, where))
         rest = np.zeros((1, 1))
-        poses = plain.kinematics.poses(rest)
+        poses = PlainKinematics(plain.reduced).poses(rest)
         cell, pair = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
-        found, oracle = (float(own.distances.measure(poses, cell, pair)[0]) for own in (native, plain))
+        found, oracle = (float(own.measure(poses, cell, pair)[0]) for own in (native, plain))
         assert found == pytest.approx(oracle, abs=2e-6 if oracle > 0.0 else 1e-4)
         assert (found > 0.0) == (oracle > 0.0)
-        deep, sure = (float(own.distances.search_depths(poses, cell, pair)[0]) for own in (native, plain))
+        deep, sure = (float(own.search_depths(poses, cell, pair)[0]) for own in (native, plain))
         # Both halve their spread where nothing improves, which the last bit may decide.
         assert deep == pytest.approx(sure, abs=1e-7)
         if not isinstance(first, Plane) and not isinstance(second, Plane):
-            hulls = [float(own.distances.measure_hulls(poses, cell, pair)[0]) for own in (native, plain)]
+            hulls = [float(own.measure_hulls(poses, cell, pair)[0]) for own in (native, plain)]
             assert hulls[0] == pytest.approx(hulls[1], abs=2e-6 if hulls[1] > 0.0 else 1e-4)
-        nearest = [float(own.distances.nearest(poses)[0]) for own in (native, plain)]
+        nearest = [float(own.nearest(poses)[0]) for own in (native, plain)]
         assert nearest[0] == pytest.approx(nearest[1], abs=2e-6 if nearest[1] > 0.0 else 1e-4)
 
 
@@ -104,9 +104,9 @@ def test_a_large_hull_is_climbed_to_its_farthest_vertex(tmp_path: Path) -> None:
     for _ in range(20):
         where = placement(rng.uniform(-1.0, 1.0, 3), rpy=rng.uniform(-3.0, 3.0, 3))
         native, plain = both(two_bodies(tmp_path, large, convex(CLOUD), where))
-        poses, item = plain.kinematics.poses(np.zeros((1, 1))), np.zeros(1, dtype=np.int64)
-        found = native.distances.measure(poses, item, item)[0]
-        assert found == pytest.approx(plain.distances.measure(poses, item, item)[0], abs=1e-4)
+        poses, item = PlainKinematics(plain.reduced).poses(np.zeros((1, 1))), np.zeros(1, dtype=np.int64)
+        found = native.measure(poses, item, item)[0]
+        assert found == pytest.approx(plain.measure(poses, item, item)[0], abs=1e-4)
 
 
 def test_points_inside_a_fine_mesh_are_told_by_its_far_field(tmp_path: Path) -> None:
@@ -117,16 +117,17 @@ def test_points_inside_a_fine_mesh_are_told_by_its_far_field(tmp_path: Path) -> 
     assert (within & (depth > 0.002)).any() and (~within & (depth > 0.002)).any()
     for point, is_within, off in zip(points, within, depth, strict=True):
         model = two_bodies(tmp_path, ring, Sphere(0.001), placement(point))
-        native = workspace(model, Body.NATIVE, error=ERROR)
-        poses, item = native.kinematics.poses(np.zeros((1, 1))), np.zeros(1, dtype=np.int64)
-        found = float(native.distances.measure(poses, item, item)[0])
+        kinematics = Kinematics(model)
+        native = PairDistances(kinematics, error=ERROR)
+        poses, item = kinematics.poses(np.zeros((1, 1))), np.zeros(1, dtype=np.int64)
+        found = float(native.measure(poses, item, item)[0])
         assert (found < 0.0) == bool(is_within or off <= 0.001 + ERROR)
 
 
 def test_a_hull_that_coal_refuses_has_a_depth(tmp_path: Path) -> None:
     """A vertex with more than 255 neighbours."""
     model = two_bodies(tmp_path, bowl(300), Box(0.1, 0.1, 0.1), placement((0.25, 0.0, 0.08)))
-    seen = Judge(model, body=Body.NATIVE).examine(np.zeros(1))
+    seen = Judge(model).examine(np.zeros(1))
     assert seen.collisions[0].distance == pytest.approx(-0.02, abs=1e-4)
 
 
@@ -149,8 +150,8 @@ def crowded(folder: Path, rng: np.random.Generator) -> ReducedModel:
     return reduced(scene, [0.1, -0.2, 0.05, 0.3])
 
 
-def judged(model: ReducedModel, trajectory: Trajectory, body: Body) -> Certificate:
-    return Judge(model, body=body).verify(trajectory, goals=())
+def judged(model: ReducedModel, trajectory: Trajectory, judge: type[Judge]) -> Certificate:
+    return judge(model).verify(trajectory, goals=())
 
 
 @given(seed=st.integers(0, 10**6))
@@ -161,7 +162,7 @@ def test_certificates(tmp_path: Path, seed: int) -> None:
     trajectory = wavy(model, seed, size=float(rng.uniform(0.1, 0.8)))
     if seed % 3 == 0:
         trajectory = Trajectory(trajectory.joint_names, trajectory.times, trajectory.positions)
-    native, plain = (judged(model, trajectory, body) for body in Body)
+    native, plain = (judged(model, trajectory, judge) for judge in (Judge, PlainJudge))
     assert [(check.name, check.holds) for check in native.checks] == [
         (check.name, check.holds) for check in plain.checks
     ]
@@ -172,21 +173,21 @@ def test_certificates(tmp_path: Path, seed: int) -> None:
         assert native.checks[0].evidence is plain.checks[0].evidence
     for mine, oracle in zip(native.checks[1:], plain.checks[1:], strict=True):
         assert mine.slack == pytest.approx(oracle.slack, abs=1e-7)
-    assert [seen.clear for seen in ends(model, trajectory, Body.NATIVE)] == [
-        seen.clear for seen in ends(model, trajectory, Body.PYTHON)
+    assert [seen.clear for seen in ends(model, trajectory, Judge)] == [
+        seen.clear for seen in ends(model, trajectory, PlainJudge)
     ]
 
 
-def ends(model: ReducedModel, trajectory: Trajectory, body: Body) -> list[Examination]:
-    judge = Judge(model, body=body)
-    return [judge.examine(trajectory.positions[row]) for row in (0, -1)]
+def ends(model: ReducedModel, trajectory: Trajectory, judge: type[Judge]) -> list[Examination]:
+    own = judge(model)
+    return [own.examine(trajectory.positions[row]) for row in (0, -1)]
 
 
 @given(seed=st.integers(0, 10**6))
 @SAME_FOLDER
 def test_kinematics_torques_and_extremes(tmp_path: Path, seed: int) -> None:
     model = reduced(Scene(mixed_arm(tmp_path)), [0.1, -0.2, 0.05, 0.3])
-    native, plain = (own.kinematics for own in both(model))
+    native, plain = Kinematics(model), PlainKinematics(model)
     motion = Motion(model, wavy(model, seed), kinematics=plain, options=VerifyOptions())
     positions = motion.trajectory(np.linspace(0.0, 2.0, 7))
     mine, oracle = native.poses(positions), plain.poses(positions)
@@ -200,7 +201,8 @@ def test_kinematics_torques_and_extremes(tmp_path: Path, seed: int) -> None:
         native.torques(oracle.configurations, *rates), plain.torques(oracle.configurations, *rates), atol=1e-9
     )
     for functions in motion.group:
-        for one, other in zip(native.extremes(functions), plain.extremes(functions), strict=True):
+        oracles = largest(functions), smallest(functions)
+        for one, other in zip(functions.extremes(), oracles, strict=True):
             np.testing.assert_allclose(one.values, other.values, rtol=1e-8, atol=1e-8)
 
 
@@ -212,7 +214,7 @@ def test_far_obstacles_cost_no_distances(tmp_path: Path) -> None:
         if number in (10, 59):
             model = reduced(scene, [0.1, -0.2, 0.05, 0.3])
             trajectory = quintic(model, [[0.1, -0.2, 0.05, 0.3], [0.3, 0.1, 0.1, 0.2]], 1.0)
-            counts.append(judged(model, trajectory, Body.NATIVE).counts.distances)
+            counts.append(judged(model, trajectory, Judge).counts.distances)
         away = rng.normal(size=3)
         where = placement(6.0 * away / np.linalg.norm(away))
         scene = scene.add(f"far {number}", Box(0.3, 0.3, 0.3), where)

@@ -1,23 +1,21 @@
-"""The judge's own signed distances between the bodies of a reduced model."""
+"""The judge's signed distances in plain Python."""
 
 import numpy as np
 
+from tests.oracles.judge_geometry import CoalPairs, Solid, gaps, inside, largest_gap
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Mesh, Plane, bounding_sphere
-from trajopt.verify.kernel.coal_geometry import CoalPairs, hull_of
-from trajopt.verify.kernel.enclosure import inside
-from trajopt.verify.kernel.kinematics import Poses
+from trajopt.verify.kernel.forms import hull_of
+from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.pair_distances import DOUBTFUL, PairDistances
-from trajopt.verify.kernel.placed_bodies import Solid, gaps
-from trajopt.verify.kernel.support import largest_gap
 
 _FIRST_MEASURED = 48
 """So many pairs whose bounding spheres are nearest are measured before the others."""
 
 
-class Distances(PairDistances):
+class PlainDistances(PairDistances):
     """Workspace for signed distances of pairs of bodies in plain Python.
 
     Between convex bodies Coal proposes a direction and the gap along it is taken, which is a lower
@@ -39,9 +37,8 @@ class Distances(PairDistances):
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
-        super().__init__(reduced)
+        super().__init__(Kinematics(reduced), error=error)
         self._calls = 0
-        self._error = error
         bodies = reduced.bodies
         spheres = [bounding_sphere(body.shape) for body in bodies]
         self.centre: Floats = np.array(
@@ -98,7 +95,7 @@ class Distances(PairDistances):
         for number in np.unique(pair[planar]).tolist():
             chosen = planar & (pair == number)
             result[chosen] = self._height(poses, cell[chosen], number)
-        result[meshed] = self._coal.measure(poses, cell[meshed], pair[meshed])[0] - self._error
+        result[meshed] = self._coal.measure(poses, cell[meshed], pair[meshed])[0] - self.error
         convex = ~planar & ~meshed
         result[convex] = self._convex(poses, cell[convex], pair[convex])
         touching = meshed & (result <= 0.0)
@@ -122,7 +119,7 @@ class Distances(PairDistances):
             -np.inf if self.planar[number] else self._search(poses, row, int(self._hulled[number]))
             for row, number in zip(cell.tolist(), pair.tolist(), strict=True)
         ]
-        return np.array(found) - self._error
+        return np.array(found) - self.error
 
     def meshed(self, pair: Ints) -> Bools:
         """Say which pairs have an exact mesh in them (and no half-space)."""
@@ -167,7 +164,7 @@ class Distances(PairDistances):
         )
         for item in np.flatnonzero(~usable | (np.abs(found - proposed) > DOUBTFUL)).tolist():
             found[item] = max(found[item], self._search(poses, int(cell[item]), int(pair[item])))
-        return found - self._error
+        return found - self.error
 
     def _search(self, poses: Poses, cell: int, pair: int) -> float:
         one, other = self._ends(pair)
@@ -183,4 +180,4 @@ class Distances(PairDistances):
         rotation, point = plane.in_world(poses, cell)
         normal = rotation[..., 2]
         lowest = -body.reach(poses, cell, -normal)
-        return lowest - np.einsum("ij,ij->i", normal, point) - self._error
+        return lowest - np.einsum("ij,ij->i", normal, point) - self.error

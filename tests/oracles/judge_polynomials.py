@@ -1,0 +1,69 @@
+"""Largest and smallest values of piecewise polynomials in plain Python, all functions at once."""
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.verify.kernel.polynomials import TIGHTNESS, Extremes, Polynomials
+
+_MOST_HALVINGS = 50
+
+
+def largest(polynomials: Polynomials) -> Extremes:
+    """Find the largest value of each function by branch and bound, to within `TIGHTNESS`."""
+    times, coefficients = polynomials.times, polynomials.coefficients
+    pieces, count = len(times) - 1, int(coefficients.shape[2])
+    lengths = np.diff(times)
+    control = polynomials._control(np.arange(pieces), np.zeros(pieces), lengths)
+    return _largest(
+        control.reshape(-1, pieces * count),
+        np.tile(np.arange(count), pieces),
+        np.repeat(times[:-1], count),
+        np.repeat(lengths, count),
+    )
+
+
+def smallest(polynomials: Polynomials) -> Extremes:
+    """Find the smallest value of each function, as `largest` does."""
+    found = largest(Polynomials(polynomials.times, -polynomials.coefficients))
+    return Extremes(-found.values, found.times)
+
+
+def _largest(control: Floats, function: Ints, begin: Floats, width: Floats) -> Extremes:
+    """Split the pieces that may hold a larger value than the largest seen, until none may.
+
+    Args:
+        control: Bernstein coefficients of each piece, shape (degree + 1, m).
+        function: Which function a piece belongs to, shape (m,).
+        begin: Start of each piece, shape (m,) [s].
+        width: Length of each piece, shape (m,) [s].
+    """
+    count = int(function.max()) + 1
+    best, when = np.full(count, -np.inf), np.zeros(count)
+    for _ in range(_MOST_HALVINGS):
+        for edge, moment in ((control[0], begin), (control[-1], begin + width)):
+            rising = np.argsort(edge)
+            rising = rising[edge[rising] > best[function[rising]]]
+            best[function[rising]] = edge[rising]
+            when[function[rising]] = moment[rising]
+        slack = TIGHTNESS * np.maximum(1.0, np.abs(best))
+        open_ = control.max(axis=0) > (best + slack)[function]
+        if not open_.any():
+            return Extremes(best, when)
+        left, right = _halves(control[:, open_])
+        half = width[open_] / 2
+        function = np.concatenate((function[open_],) * 2)
+        begin = np.concatenate((begin[open_], begin[open_] + half))
+        width = np.concatenate((half, half))
+        control = np.concatenate((left, right), axis=1)
+    np.maximum.at(best, function, control.max(axis=0))
+    return Extremes(best, when)
+
+
+def _halves(control: Floats) -> tuple[Floats, Floats]:
+    """Bernstein coefficients of both halves (de Casteljau), each of shape (degree + 1, m)."""
+    rows = control.copy()
+    left, right = np.empty_like(rows), np.empty_like(rows)
+    for level in range(len(rows)):
+        left[level], right[-1 - level] = rows[0], rows[-1 - level]
+        rows[: len(rows) - 1 - level] = (rows[: len(rows) - 1 - level] + rows[1 : len(rows) - level]) / 2
+    return left, right
