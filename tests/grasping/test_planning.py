@@ -13,7 +13,7 @@ from trajopt.grasping import (
     Grasp,
     GraspingOptions,
     Gripper,
-    Handling,
+    PickPlaceResult,
     Place,
     Stage,
     Straight,
@@ -33,7 +33,7 @@ BLOCK = to.Box(0.05, 0.06, 0.1)
 
 
 @pytest.fixture(scope="module")
-def handling(panda: to.Robot, gripper: Gripper) -> Handling:
+def handling(panda: to.Robot, gripper: Gripper) -> PickPlaceResult:
     scene = on_table(panda, BLOCK, STOOD)
     grasps = grasps_of(scene, "thing", gripper)
     upright = to.axis_alignment("thing", direction=(0.0, 0.0, 1.0), tolerance=0.1)
@@ -47,7 +47,7 @@ def handling(panda: to.Robot, gripper: Gripper) -> Handling:
     )
 
 
-def test_all_stages_are_planned_and_judged(handling: Handling) -> None:
+def test_all_stages_are_planned_and_judged(handling: PickPlaceResult) -> None:
     assert handling.verified, handling.explain()
     assert [segment.stage for segment in handling.segments] == list(Stage)
     assert handling.failed is None
@@ -59,7 +59,7 @@ def test_all_stages_are_planned_and_judged(handling: Handling) -> None:
     )
 
 
-def test_the_object_stands_then_is_carried_then_stands(handling: Handling) -> None:
+def test_the_object_stands_then_is_carried_then_stands(handling: PickPlaceResult) -> None:
     for segment in handling.segments:
         frame = segment.scene.object("thing").frame
         assert frame == (handling.gripper.tool if segment.stage.holds else "world"), segment.stage
@@ -70,7 +70,7 @@ def test_the_object_stands_then_is_carried_then_stands(handling: Handling) -> No
     assert np.abs(Place(placement=ASKED).error(placed, to.placement())).max() < 1e-3
 
 
-def test_the_object_is_where_it_was_between_stages(handling: Handling) -> None:
+def test_the_object_is_where_it_was_between_stages(handling: PickPlaceResult) -> None:
     """From one scene to the next it moves by no more than the tolerance of inverse kinematics."""
     for before, after in zip(handling.segments[:-1], handling.segments[1:], strict=True):
         was = before.scene.placement_of("thing", before.end)
@@ -89,7 +89,7 @@ def test_the_object_is_where_it_was_between_stages(handling: Handling) -> None:
     ],
 )
 def test_straight_stages_are_straight(
-    handling: Handling, stage: Stage, direction: tuple[float, float, float]
+    handling: PickPlaceResult, stage: Stage, direction: tuple[float, float, float]
 ) -> None:
     segment = handling.segment(stage)
     assert segment is not None
@@ -102,7 +102,7 @@ def test_straight_stages_are_straight(
     assert max(np.abs(tool.rotation - tools[0].rotation).max() for tool in tools) < 0.03
 
 
-def test_constraints_hold_while_it_is_held_and_no_longer(handling: Handling) -> None:
+def test_constraints_hold_while_it_is_held_and_no_longer(handling: PickPlaceResult) -> None:
     for segment in handling.segments:
         asked = [
             item for item in segment.result.problem.constraints if "thing" in getattr(item, "frames", ())
@@ -114,7 +114,7 @@ def test_constraints_hold_while_it_is_held_and_no_longer(handling: Handling) -> 
                 assert np.arccos(min(thing.rotation[2, 2], 1.0)) < 0.1
 
 
-def test_fingers_keep_clear_until_they_close(handling: Handling) -> None:
+def test_fingers_keep_clear_until_they_close(handling: PickPlaceResult) -> None:
     """The approach is proven clear of the object; only closing and letting go may touch it."""
     for segment in handling.segments:
         for finger in handling.gripper.fingers:
@@ -123,7 +123,7 @@ def test_fingers_keep_clear_until_they_close(handling: Handling) -> None:
     assert {s.stage: s.scene.may_touch("thing", "table") for s in handling.segments}[Stage.CARRY] is False
 
 
-def test_fingers_open_and_close_as_the_grasp_says(panda: to.Robot, handling: Handling) -> None:
+def test_fingers_open_and_close_as_the_grasp_says(panda: to.Robot, handling: PickPlaceResult) -> None:
     grasp, gripper = handling.grasp, handling.gripper
     assert grasp is not None
     for stage, opening in (
@@ -136,7 +136,9 @@ def test_fingers_open_and_close_as_the_grasp_says(panda: to.Robot, handling: Han
         assert gripper.opening_at(panda, segment.end) == pytest.approx(opening, abs=2e-4)
 
 
-def test_the_answer_is_the_same_every_time(panda: to.Robot, gripper: Gripper, handling: Handling) -> None:
+def test_the_answer_is_the_same_every_time(
+    panda: to.Robot, gripper: Gripper, handling: PickPlaceResult
+) -> None:
     again = pick_and_place(
         handling.scene,
         "thing",
@@ -275,7 +277,7 @@ def test_misuse_is_refused(panda: to.Robot, gripper: Gripper) -> None:
         GraspingOptions(contact_time=0.0)
 
 
-def test_slow_handlings_are_slow(panda: to.Robot, gripper: Gripper, handling: Handling) -> None:
+def test_slow_handlings_are_slow(panda: to.Robot, gripper: Gripper, handling: PickPlaceResult) -> None:
     found = pick_and_place(
         handling.scene,
         "thing",
@@ -288,7 +290,7 @@ def test_slow_handlings_are_slow(panda: to.Robot, gripper: Gripper, handling: Ha
     assert found.timeline.duration > 2.0 * handling.timeline.duration
 
 
-def test_plain_data_holds_every_motion(handling: Handling, tmp_path: Path) -> None:
+def test_plain_data_holds_every_motion(handling: PickPlaceResult, tmp_path: Path) -> None:
     write_json(tmp_path / "handling.json", handling.as_dict())
     read = json.loads((tmp_path / "handling.json").read_text())
     assert [item["stage"] for item in read["segments"]] == [stage.name for stage in Stage]

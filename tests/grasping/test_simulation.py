@@ -10,7 +10,7 @@ from trajopt.errors import ModelError, PlanningFailed
 from trajopt.grasping import (
     GraspingOptions,
     Gripper,
-    Handling,
+    PickPlaceResult,
     Place,
     Stage,
     Straight,
@@ -19,7 +19,7 @@ from trajopt.grasping import (
     pick_and_place,
     place,
 )
-from trajopt.grasping.simulation import HandlingRollout, Hold, HoldLimits, simulate_handling
+from trajopt.grasping.simulation import Hold, HoldLimits, PickPlaceRollout, simulate_handling
 from trajopt.model.shapes import Shape
 from trajopt.simulate import Friction, render
 
@@ -29,14 +29,14 @@ STOOD = to.placement((0.5, -0.2, 0.05), rpy=(0.0, 0.0, 0.3))
 GRAVITY = 9.81
 
 
-def put(robot: to.Robot, gripper: Gripper, scene: to.Scene, where: to.Placement) -> Handling:
+def put(robot: to.Robot, gripper: Gripper, scene: to.Scene, where: to.Placement) -> PickPlaceResult:
     grasps = grasps_of(scene, "thing", gripper)
     found = pick_and_place(scene, "thing", start="ready", grasps=grasps, places=Place(placement=where))
     assert found.verified, found.explain()
     return found
 
 
-def right(rollout: HandlingRollout) -> bool:
+def right(rollout: PickPlaceRollout) -> bool:
     """Held, and within 5 mm and 3 degrees of the place asked for."""
     error = rollout.final_error
     assert error is not None

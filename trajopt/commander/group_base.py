@@ -10,7 +10,7 @@ from trajopt.commander.settings import Settings
 from trajopt.commander.targets import PoseTarget, Targets
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import FrameNotFound
-from trajopt.grasping import Handling
+from trajopt.grasping import PickPlaceResult
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.moveit.frames import world_names
@@ -54,7 +54,7 @@ class GroupBase:
         self._remembered: dict[str, list[float]] = {}
         self._result: Result | None = None
         self._followed: Followed | None = None
-        self._handling: Handling | None = None
+        self._handling: PickPlaceResult | None = None
 
     @property
     def _planning_frame(self) -> str:

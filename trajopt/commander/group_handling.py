@@ -17,7 +17,7 @@ from trajopt.commander.planning import reading_in
 from trajopt.commander.robot_states import state_positions
 from trajopt.commander.targets import Part, PoseTarget
 from trajopt.commander.trajectories import trajectory_message
-from trajopt.grasping import GraspingOptions, Handling, grasps_of, gripper_of
+from trajopt.grasping import GraspingOptions, PickPlaceResult, grasps_of, gripper_of
 from trajopt.methods import method_named
 from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
@@ -137,11 +137,11 @@ class GroupHandling(GroupBase):
         )
         return self._handled(handling, plan_only)
 
-    def get_last_handling(self) -> Handling | None:
+    def get_last_handling(self) -> PickPlaceResult | None:
         """Return trajopt's own result of the last picking or placing; None before."""
         return self._handling
 
-    def _handled(self, handling: Handling, plan_only: bool) -> int:
+    def _handled(self, handling: PickPlaceResult, plan_only: bool) -> int:
         self._handling = handling
         if not handling.verified:
             code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, handling.explain(), "grasping")

@@ -9,7 +9,7 @@ from trajopt.commander.documents import document_of, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.execution import Execution
 from trajopt.commander.world import World
-from trajopt.grasping import Grasp, Gripper, Handling, Place, Straight
+from trajopt.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import world_names
@@ -66,7 +66,7 @@ def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
     )
 
 
-def executed(handling: Handling, world: World, tip: str) -> bool:
+def executed(handling: PickPlaceResult, world: World, tip: str) -> bool:
     """Execute all motions of a handling one after the other, and let the scene be what it is then.
 
     Returns:

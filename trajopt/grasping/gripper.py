@@ -1,15 +1,20 @@
-"""Gripper: two fingers that close on an object, and where its joints are at each opening."""
+"""Gripper: two fingers that close on an object; `gripper_of` reads it from a robot's SRDF."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value, floats
-from trajopt.errors import ShapeError
+from trajopt.arrays import Floats, Value, floats, one_of
+from trajopt.errors import GripperError, NameNotFound, ShapeError
 from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements.requirement import direction_of, positive
 from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
+from trajopt.model.srdf import EndEffector
+from trajopt.model.tool_frame import tool_frame
+from trajopt.query import Query
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -131,3 +136,154 @@ class Gripper(Value):
         for joint, value in self.joints_at(opening).items():
             moved[robot.index([joint])] = value
         return robot.followed(moved)
+
+
+SAMPLES = 17
+"""Openings that are measured."""
+FAR = 10.0
+"""Distance up to which the pads are measured [m]."""
+
+
+def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | None = None) -> Gripper:
+    """Return the gripper that a robot's SRDF describes, measured on its collision bodies.
+
+    The group of the end effector must move exactly two links against each other. From one end of their
+    joints' range to the other, the distance between the two is measured; the approach direction leads
+    from the link that the end effector is fixed to, to the tool frame.
+
+    Args:
+        robot: The robot.
+        end_effector: Its name; may be left out where there is one only.
+        tool: The frame between the pads; the last frame of the arm when None.
+
+    Raises:
+        GripperError: If there is no end effector, or it is no gripper with two fingers.
+        NameNotFound: If there is no end effector of that name.
+        FrameNotFound: If there is no such tool frame.
+    """
+    for label, given in (("end_effector", end_effector), ("tool", tool)):
+        if given is not None:
+            one_of(label, given, str)
+    effector = _effector(one_of("robot", robot, Robot), end_effector)
+    scene, standing = Scene(robot), robot.positions()
+    reduced = reduce_model(scene, effector.group, standing)
+    limits = reduced.limits
+    if not (np.isfinite(limits.lower).all() and np.isfinite(limits.upper).all()):
+        raise GripperError(robot.name, f"the joints of group {effector.group!r} turn without end")
+    if not np.isfinite(limits.effort).any():
+        raise GripperError(robot.name, f"the joints of group {effector.group!r} state no effort limit")
+    fingers = _fingers(reduced)
+    parted = _parted(reduced, fingers)
+    frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
+    at = scene.placement_of(frame, standing)
+    closing = at.rotation.T @ parted.direction
+    base = scene.placement_of(effector.parent_link, standing)
+    reach = at.rotation.T @ (at.translation - base.translation)
+    approach = reach - (reach @ closing) * closing
+    if np.linalg.norm(approach) < 1e-6:
+        reason = f"{frame!r} is not before {effector.parent_link!r}; name its tool frame"
+        raise GripperError(robot.name, reason)
+    known = Gripper(
+        group=effector.group,
+        tool=frame,
+        links=robot.group(effector.group).links,
+        fingers=fingers,
+        joint_names=reduced.joint_names,
+        openings=parted.openings,
+        positions=parted.positions,
+        force=1.0,
+        approach=approach,
+        closing=closing,
+    )
+    # With a newton at each pad, the motor that is nearest to its limit says how many there can be.
+    each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
+    return replace(known, force=float((limits.effort / each).min()))
+
+
+def arm_of(robot: Robot, gripper: Gripper) -> str:
+    """Return the name of the group that moves a gripper, by the robot's SRDF.
+
+    Raises:
+        GripperError: If the SRDF does not say it.
+    """
+    for effector in robot.end_effectors.values():
+        if effector.group == gripper.group:
+            return _arm(robot, effector)
+    raise GripperError(robot.name, f"its SRDF does not say what group {gripper.group!r} is mounted on")
+
+
+@dataclass(frozen=True, eq=False)
+class _Parted:
+    """Two fingers from closed to open.
+
+    Attributes:
+        openings: Distances between them, shape (k,) [m].
+        positions: Of the group at each, shape (k, m) [rad | m].
+        direction: From one to the other where they are widest, shape (3,) in the world.
+    """
+
+    openings: Floats
+    positions: Floats
+    direction: Floats
+
+
+def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
+    """Measure how far two fingers are apart, from one end of their range to the other."""
+    limits, robot = reduced.limits, reduced.scene.robot
+    apart = reduce_model(reduced.scene.allow(*fingers, allowed=False), reduced.group, reduced.start)
+    positions = limits.lower + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (limits.upper - limits.lower)
+    contacts = Query(apart).close_pairs(positions, np.full(len(apart.pairs.margin), FAR))
+    between = [set(apart.owners(int(pair))) == set(fingers) for pair in contacts.pair]
+    sample, distance = contacts.sample[between], contacts.distance[between]
+    gaps = np.full(SAMPLES, np.inf)
+    np.minimum.at(gaps, sample, distance)
+    widest = int(np.argmin(np.where(sample == int(np.argmax(gaps)), distance, np.inf)))
+    if gaps[0] > gaps[-1]:
+        gaps, positions = gaps[::-1], positions[::-1]
+    # Fingers that press into each other count as closed from the last such position on.
+    first = max(int(np.argmax(gaps > 0.0)) - 1, 0)
+    openings = np.maximum(gaps[first:], 0.0)
+    if openings[-1] == 0.0 or (np.diff(openings) <= 0.0).any():
+        raise GripperError(robot.name, f"{' and '.join(fingers)} do not part steadily")
+    return _Parted(openings, positions[first:], contacts.normal[between][widest])
+
+
+def _fingers(reduced: ReducedModel) -> tuple[str, str]:
+    """Return the two links with a shape that the group moves."""
+    moved = tuple(dict.fromkeys(body.owner for body in reduced.bodies if body.joint > 0))
+    if len(moved) != 2:
+        named = ", ".join(moved) or "none"
+        reason = f"group {reduced.group!r} should move two fingers with a shape, moves {named}"
+        raise GripperError(reduced.scene.robot.name, reason)
+    return moved[0], moved[1]
+
+
+def _effector(robot: Robot, name: str | None) -> EndEffector:
+    known = {
+        key: item
+        for key, item in robot.end_effectors.items()
+        if item.group in robot.groups and robot.group(item.group).joints
+    }
+    if name is not None:
+        if name not in robot.end_effectors:
+            raise NameNotFound("end effector", name, robot.end_effectors)
+        if name not in known:
+            raise GripperError(robot.name, f"end effector {name!r} has no joint to close")
+        return known[name]
+    if len(known) != 1:
+        reason = (
+            "its SRDF names no <end_effector> with joints"
+            if not known
+            else (f"name the end effector: {', '.join(known)}")
+        )
+        raise GripperError(robot.name, reason)
+    return next(iter(known.values()))
+
+
+def _arm(robot: Robot, effector: EndEffector) -> str:
+    if effector.parent_group:
+        return effector.parent_group
+    for group in robot.groups.values():
+        if group.tip == effector.parent_link:
+            return group.name
+    raise GripperError(robot.name, f"no group ends at {effector.parent_link!r}; state its parent_group")

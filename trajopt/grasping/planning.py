@@ -6,11 +6,9 @@ import numpy as np
 
 from trajopt.arrays import Floats, floats, one_of, sequence
 from trajopt.errors import ProblemError
-from trajopt.grasping.described import arm_of, gripper_of
-from trajopt.grasping.grasp import Grasp, Place
-from trajopt.grasping.gripper import Gripper
-from trajopt.grasping.handling import Handling
-from trajopt.grasping.options import GraspingOptions
+from trajopt.grasping.grasp import Grasp, GraspingOptions, Place
+from trajopt.grasping.gripper import Gripper, arm_of, gripper_of
+from trajopt.grasping.result import PickPlaceResult
 from trajopt.grasping.search import Search
 from trajopt.grasping.task import Task
 from trajopt.model.requirements import WORLD, Requirement
@@ -37,7 +35,7 @@ def pick_and_place(
     constraints: Constraints = (),
     options: GraspingOptions | None = None,
     rng: np.random.Generator | None = None,
-) -> Handling:
+) -> PickPlaceResult:
     """Plan to take an object and put it down elsewhere, as one sequence that is verified stage by stage.
 
     Grasps are tried in the order given, and for each the places in theirs. Inverse kinematics and the
@@ -80,7 +78,7 @@ def pick(
     constraints: Constraints = (),
     options: GraspingOptions | None = None,
     rng: np.random.Generator | None = None,
-) -> Handling:
+) -> PickPlaceResult:
     """Plan to take an object and lift it; see `pick_and_place`.
 
     `final_scene` of what is returned has the object attached to the hand.
@@ -101,7 +99,7 @@ def place(
     constraints: Constraints = (),
     options: GraspingOptions | None = None,
     rng: np.random.Generator | None = None,
-) -> Handling:
+) -> PickPlaceResult:
     """Plan to put down an object that is in the hand; see `pick_and_place`.
 
     Args:

@@ -6,11 +6,17 @@ from dataclasses import dataclass, field
 from functools import cache, partial
 
 from trajopt.arrays import Floats
+from trajopt.grasping.candidates import (
+    PickCandidate,
+    PlaceCandidate,
+    pick_candidates,
+    place_candidates,
+    plan_pick,
+    plan_place,
+)
 from trajopt.grasping.grasp import Grasp, Place
-from trajopt.grasping.handling import Handling, Refusal, Segment
-from trajopt.grasping.picking import PickCandidate, pick_candidates, plan_pick
-from trajopt.grasping.placing import PlaceCandidate, place_candidates, plan_place
-from trajopt.grasping.task import Names, Task
+from trajopt.grasping.result import PickPlaceResult, Refusal, Segment
+from trajopt.grasping.task import CandidateNames, Task
 from trajopt.model.scene import Scene
 
 Before = Callable[[], tuple[Segment, ...] | None]
@@ -53,7 +59,7 @@ class Search:
         default_factory=dict[tuple[Grasp | None, Place], Remembered]
     )
 
-    def take(self, grasps: Sequence[Grasp]) -> Handling:
+    def take(self, grasps: Sequence[Grasp]) -> PickPlaceResult:
         """Try grasps in order, each with all places."""
         for grasp in grasps:
             for candidate in pick_candidates(self.task, grasp):
@@ -79,7 +85,7 @@ class Search:
         """
         name = "" if grasp is None else grasp.name
         for place in self.places:
-            names = Names(grasp=name, place=place.name)
+            names = CandidateNames(grasp=name, place=place.name)
             make = partial(place_candidates, self.task, held, start, place, opening=opening, names=names)
             for candidate in self._remembered((grasp, place), make):
                 first = () if before is None else before()
@@ -91,10 +97,10 @@ class Search:
                 self.refusals.append(then)
         return None
 
-    def ended(self, found: Found | None, grasp: Grasp | None) -> Handling:
+    def ended(self, found: Found | None, grasp: Grasp | None) -> PickPlaceResult:
         """Return what the search has come to."""
         task = self.task
-        return Handling(
+        return PickPlaceResult(
             name=task.name,
             scene=task.scene,
             final_scene=task.scene if found is None else found.final_scene,

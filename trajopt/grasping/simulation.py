@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.arrays import number
 from trajopt.errors import ModelError, ShapeError
-from trajopt.grasping.handling import STAGES, Handling, Segment, Stage
+from trajopt.grasping.result import STAGES, PickPlaceResult, Segment, Stage
 from trajopt.simulate import Friction, Phase, PoseError, SequenceLog, SimulationOptions, simulate_phases
 
 STEP = 1e-3
@@ -58,7 +58,7 @@ class Slip:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class HandlingRollout:
+class PickPlaceRollout:
     """A simulated handling.
 
     Attributes:
@@ -72,7 +72,7 @@ class HandlingRollout:
         final_error: How far from the place that was asked for it came to stand; None if none was.
     """
 
-    handling: Handling
+    handling: PickPlaceResult
     log: SequenceLog = field(repr=False)
     hold: Hold
     slip: Slip | None
@@ -120,12 +120,12 @@ class HandlingRollout:
 
 
 def simulate_handling(
-    handling: Handling,
+    handling: PickPlaceResult,
     *,
     friction: Friction | None = None,
     limits: HoldLimits | None = None,
     options: SimulationOptions | None = None,
-) -> HandlingRollout:
+) -> PickPlaceRollout:
     """Execute a handling in MuJoCo, where only friction holds the object.
 
     One world for all stages: the object is a free body on its support, the fingers press with the force
@@ -156,7 +156,7 @@ def simulate_handling(
     return _judged(handling, log, limits or HoldLimits())
 
 
-def _phase(handling: Handling, segment: Segment) -> Phase:
+def _phase(handling: PickPlaceResult, segment: Segment) -> Phase:
     grasp = handling.grasp
     assert grasp is not None
     presses = segment.stage is Stage.CLOSE or segment.stage.holds
@@ -169,7 +169,7 @@ def _phase(handling: Handling, segment: Segment) -> Phase:
     )
 
 
-def _judged(handling: Handling, log: SequenceLog, limits: HoldLimits) -> HandlingRollout:
+def _judged(handling: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> PickPlaceRollout:
     """Say what a log means: where the object was against the hand, and where it is against the place."""
     scene, name = handling.scene, handling.name
     stages = [handling.segments[int(place)].stage for place in log.phases]
@@ -192,7 +192,7 @@ def _judged(handling: Handling, log: SequenceLog, limits: HoldLimits) -> Handlin
     stood = scene.placement_of(name, handling.start)
     assert handling.grasp is not None
     planned = handling.grasp.placement.inverse()
-    return HandlingRollout(
+    return PickPlaceRollout(
         handling=handling,
         log=log,
         hold=hold,
@@ -204,7 +204,7 @@ def _judged(handling: Handling, log: SequenceLog, limits: HoldLimits) -> Handlin
     )
 
 
-def _final_error(handling: Handling, log: SequenceLog) -> PoseError | None:
+def _final_error(handling: PickPlaceResult, log: SequenceLog) -> PoseError | None:
     """Return how far from its place the object ended; None if there is no place or no end."""
     place = handling.place
     if place is None or log.diverged is not None:

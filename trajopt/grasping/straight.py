@@ -10,8 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
-from trajopt.grasping.grasp import Straight
-from trajopt.grasping.options import GraspingOptions
+from trajopt.grasping.grasp import GraspingOptions, Straight
 from trajopt.kinematics.projection import Projection
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
@@ -27,10 +26,14 @@ JUMP = 0.6
 """A joint that moves more between two of them changes to another family of solutions [rad | m]."""
 KNOTS = 12
 """Knots of a straight motion."""
+TOUCHING = 2e-3
+"""What is nearer than this is stood on, or leant against [m]."""
+SHARE = 0.5
+"""Share of a gap at the end of a straight motion that is asked for as clearance all along it."""
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class LineTrack:
     """A line followed away from a configuration.
 
     Attributes:
@@ -66,7 +69,7 @@ def up(scene: Scene) -> Floats:
     return -gravity / strength if strength > 0.0 else np.array((0.0, 0.0, 1.0))
 
 
-def follow(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> Followed:
+def track_line(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> LineTrack:
     """Follow a line of the tool away from a configuration, without turning.
 
     Args:
@@ -84,16 +87,16 @@ def follow(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> Follow
         after = found.positions[0]
         way = f"{share * float(np.linalg.norm(away)) * 1e3:.0f} mm along the line"
         if found.violation[0] > 0.0:
-            return Followed(now, f"no configuration {way}")
+            return LineTrack(now, f"no configuration {way}")
         if np.abs(after - now).max() > JUMP:
-            return Followed(now, f"the arm would have to change its posture {way}")
+            return LineTrack(now, f"the arm would have to change its posture {way}")
         contacts = query.close_pairs(after[None], reduced.pairs.required)
         if len(contacts.distance):
             deepest = int(np.argmin(contacts.distance))
             first, second = reduced.owners(int(contacts.pair[deepest]))
-            return Followed(now, f"{first} meets {second} {way}")
+            return LineTrack(now, f"{first} meets {second} {way}")
         now = after
-    return Followed(readonly(np.array(now)), "")
+    return LineTrack(readonly(np.array(now)), "")
 
 
 def straight_problem(
@@ -142,3 +145,25 @@ def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement
     robot = scene.robot
     joints = robot.group(group).joints
     return joint_positions(dict(zip(joints, positions[robot.index(joints)].tolist(), strict=True)))
+
+
+def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
+    """Return the scene with smaller margins where a configuration is nearer to something than them.
+
+    A straight motion that ends at a grasp passes close by all the way: half of what is left at its end is
+    asked for. What touches there keeps no margin.
+
+    Args:
+        reduced: The model.
+        positions: The group's positions where the straight motion begins or ends, shape (n,).
+    """
+    scene = reduced.scene
+    contacts = Query(reduced).close_pairs(positions[None], reduced.pairs.margin)
+    gaps: dict[frozenset[str], float] = {}
+    for pair, distance in zip(contacts.pair.tolist(), contacts.distance.tolist(), strict=True):
+        owners = frozenset(reduced.owners(pair))
+        gaps[owners] = min(gaps.get(owners, np.inf), distance)
+    for owners, gap in gaps.items():
+        first, second = sorted(owners)
+        scene = scene.with_margin(SHARE * gap if gap > TOUCHING else 0.0, first, second)
+    return scene

@@ -1,4 +1,4 @@
-"""Task: what is the same for all candidates of a handling, and the planning of one motion for it."""
+"""Task: what all candidates of a pick or place share, and the planning of one motion for it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -6,12 +6,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.grasping.grasp import Grasp
+from trajopt.grasping.grasp import Grasp, GraspingOptions
 from trajopt.grasping.gripper import Gripper
-from trajopt.grasping.handling import Refusal, Segment, Stage
-from trajopt.grasping.neighbours import with_room
-from trajopt.grasping.options import GraspingOptions
-from trajopt.grasping.straight import straight_problem, to_configuration
+from trajopt.grasping.result import Refusal, Segment, Stage
+from trajopt.grasping.straight import straight_problem, to_configuration, with_room
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Requirement, joint_positions
 from trajopt.model.scene import Scene
@@ -26,7 +24,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Names:
+class CandidateNames:
     """By what names a refusal tells of a candidate.
 
     Attributes:
@@ -88,7 +86,7 @@ class Task:
         return self.scene.attach(self.name, gripper.tool, placement=where, touch_links=gripper.links)
 
     def plan(
-        self, stage: Stage, problem: Problem, candidate: Names, *, rest: float = 0.0
+        self, stage: Stage, problem: Problem, candidate: CandidateNames, *, rest: float = 0.0
     ) -> Segment | Refusal:
         """Plan one motion and have it judged."""
         budget = Budget(tries=self.options.attempts)
@@ -100,7 +98,7 @@ class Task:
         return candidate.refused(stage, result.reason, result)
 
     def move(
-        self, stage: Stage, scene: Scene, start: Floats, goal: Floats, candidate: Names
+        self, stage: Stage, scene: Scene, start: Floats, goal: Floats, candidate: CandidateNames
     ) -> Segment | Refusal:
         """Plan the arm's free motion to positions of all joints."""
         problem = Problem(
@@ -121,7 +119,7 @@ class Task:
         scene: Scene,
         start: Floats,
         goal: Floats,
-        candidate: Names,
+        candidate: CandidateNames,
         *,
         rest: float = 0.0,
     ) -> Segment | Refusal:
@@ -145,7 +143,7 @@ class Task:
         scene: Scene,
         start: Floats,
         opening: float,
-        candidate: Names,
+        candidate: CandidateNames,
         *,
         rest: float = 0.0,
     ) -> Segment | Refusal | None:

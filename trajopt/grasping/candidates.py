@@ -1,0 +1,247 @@
+"""Candidates of a pick or a place: configurations that passed the cheap checks, then their motions."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import coal
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.grasping.grasp import Grasp, Place
+from trajopt.grasping.gripper import Gripper
+from trajopt.grasping.result import Refusal, Segment, Stage
+from trajopt.grasping.straight import TOUCHING, track_line, up, vector_of
+from trajopt.grasping.task import CandidateNames, Step, Task, in_turn
+from trajopt.infeasibility import reasons
+from trajopt.kinematics.goal_candidates import goal_candidates
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import WORLD, Requirement, frame_placement
+from trajopt.model.scene import Scene
+from trajopt.model.shapes import Shape
+from trajopt.query import Counts
+from trajopt.query.geometry import collision_geometry
+
+
+@dataclass(frozen=True, eq=False)
+class PickCandidate:
+    """A grasp with configurations that passed the cheap checks; positions are those of all joints.
+
+    Attributes:
+        grasp: The grasp.
+        before: Where the approach begins, fingers open.
+        at: At the object, fingers open.
+        lifted: Where the lift ends.
+        lifting: The scene with the object in the hand, allowed to touch what it stands on.
+        held: The same without that allowance.
+    """
+
+    grasp: Grasp
+    before: Floats
+    at: Floats
+    lifted: Floats
+    lifting: Scene
+    held: Scene
+
+
+def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusal]:
+    """Yield configurations for a grasp, nearest to the start first, or why one does not do."""
+    scene, gripper, names = task.scene, task.gripper, CandidateNames(grasp=grasp.name)
+    if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
+        yield names.refused(
+            Stage.OPEN,
+            f"asks for {grasp.opening * 1e3:.1f} mm, closing to {grasp.width * 1e3:.1f} mm with "
+            f"{grasp.force:g} N; the gripper has {gripper.narrowest * 1e3:.1f} to "
+            f"{gripper.widest * 1e3:.1f} mm and {gripper.force:g} N",
+        )
+        return
+    start = task.opened(task.start, grasp.opening)
+    reduced = task.reduced(scene, start)
+    stands = scene.placement_of(task.name, start)
+    meets = hand_meets(reduced, gripper, stands * grasp.placement)
+    if meets:
+        yield names.refused(Stage.APPROACH, f"{meets} at the object, wherever the arm is")
+        return
+    wanted = frame_placement(gripper.tool, stands * grasp.placement)
+    found = goal_candidates(reduced, (wanted,), rng=task.rng, counts=Counts())
+    if not found.free:
+        yield names.refused(Stage.REACH, reasons.no_goal_configuration(found))
+    supports = touched(scene, task.name, stands)
+    for at in found.free[: task.options.configurations]:
+        there = reduced.all_positions(at)
+        turned = scene.placement_of(gripper.tool, there).rotation
+        way = vector_of(grasp.approach, scene, there, turned @ gripper.approach)
+        approach = track_line(reduced, gripper.tool, at, -way)
+        if approach.reason:
+            yield names.refused(Stage.APPROACH, approach.reason)
+            continue
+        closed = task.opened(there, grasp.width)
+        held = lifting = task.held(grasp)
+        for support in supports:
+            lifting = lifting.allow_contact(
+                f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time
+            )
+        carrying = task.reduced(held, closed)
+        lift = track_line(carrying, gripper.tool, at, vector_of(grasp.lift, scene, there, up(scene)))
+        if lift.reason:
+            yield names.refused(Stage.LIFT, lift.reason)
+            continue
+        before, lifted = reduced.all_positions(approach.end), carrying.all_positions(lift.end)
+        yield PickCandidate(grasp, before, there, lifted, lifting, held)
+
+
+def plan_pick(task: Task, candidate: PickCandidate) -> tuple[Segment, ...] | Refusal:
+    """Plan the motions of a candidate, or say which of them cannot be."""
+    names, grasp, scene = CandidateNames(grasp=candidate.grasp.name), candidate.grasp, task.scene
+    steps: tuple[Step, ...] = (
+        lambda at: task.fingers(Stage.OPEN, scene, at, grasp.opening, names),
+        lambda at: task.move(Stage.REACH, scene, at, candidate.before, names),
+        lambda at: task.straight(Stage.APPROACH, scene, at, candidate.at, names),
+        lambda at: task.fingers(Stage.CLOSE, scene, at, grasp.width, names, rest=task.options.grip_time),
+        lambda at: task.straight(Stage.LIFT, candidate.lifting, at, candidate.lifted, names),
+    )
+    return in_turn(steps, task.start)
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceCandidate:
+    """A place with configurations that passed the cheap checks; positions are those of all joints.
+
+    Attributes:
+        above: Where the lowering begins.
+        at: Where the object stands, fingers closed.
+        away: Where the retreat ends.
+        opening: Of the fingers that let go [m].
+        held: The scene with the object in the hand.
+        lowering: The same, allowed to touch what it will stand on.
+        put: The scene with the object where it stands.
+    """
+
+    above: Floats
+    at: Floats
+    away: Floats
+    opening: float
+    held: Scene
+    lowering: Scene
+    put: Scene
+
+
+def place_candidates(
+    task: Task, held: Scene, start: Floats, place: Place, *, opening: float, names: CandidateNames
+) -> Iterator[PlaceCandidate | Refusal]:
+    """Yield configurations for a place, nearest to a start first, or why one does not do.
+
+    Args:
+        task: What is to be done.
+        held: The scene with the object in the hand.
+        start: Positions of all joints from which it is carried [rad | m].
+        place: The place.
+        opening: Of the fingers that let go [m].
+        names: For refusals.
+    """
+    gripper, options = task.gripper, task.options
+    lowering = held
+    for support in touched(held, task.name, held.placement_of(place.frame, start) * place.placement):
+        lowering = lowering.allow_contact(
+            f"{task.name} stands on {support}", task.name, support, last=options.contact_time
+        )
+    reduced = task.reduced(lowering, start)
+    kept = tuple(item for item in task.constraints if isinstance(item, Requirement))
+    wanted = (place.requirement(task.name), *kept)
+    found = goal_candidates(reduced, wanted, rng=task.rng, counts=Counts())
+    if not found.free:
+        yield names.refused(Stage.LOWER, reasons.no_goal_configuration(found))
+    for at in found.free[: options.configurations]:
+        there = reduced.all_positions(at)
+        down = vector_of(place.lower, held, there, -up(held))
+        lower = track_line(task.reduced(held, start), gripper.tool, at, -down)
+        if lower.reason:
+            yield names.refused(Stage.LOWER, lower.reason)
+            continue
+        put = held.detach(task.name, at=there)
+        opened = task.opened(there, opening)
+        leaving = task.reduced(put, opened)
+        usual = -(put.placement_of(gripper.tool, opened).rotation @ gripper.approach)
+        retreat = track_line(leaving, gripper.tool, at, vector_of(place.retreat, put, opened, usual))
+        if retreat.reason:
+            yield names.refused(Stage.RETREAT, retreat.reason)
+            continue
+        above, away = reduced.all_positions(lower.end), leaving.all_positions(retreat.end)
+        yield PlaceCandidate(above, there, away, opening, held, lowering, put)
+
+
+def plan_place(
+    task: Task, candidate: PlaceCandidate, start: Floats, names: CandidateNames
+) -> tuple[Segment, ...] | Refusal:
+    """Plan the motions of a candidate from a start, or say which of them cannot be."""
+    held, put, rest = candidate.held, candidate.put, task.options.release_time
+    steps: tuple[Step, ...] = (
+        lambda at: task.move(Stage.CARRY, held, at, candidate.above, names),
+        lambda at: task.straight(Stage.LOWER, candidate.lowering, at, candidate.at, names, rest=rest),
+        lambda at: task.fingers(Stage.RELEASE, put, at, candidate.opening, names),
+        lambda at: task.straight(Stage.RETREAT, put, at, candidate.away, names),
+    )
+    return in_turn(steps, start)
+
+
+def touched(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
+    """Return the objects at rest that an object touches at a placement in the world.
+
+    Args:
+        scene: The scene.
+        name: The object.
+        where: Its placement in the world.
+    """
+    own = [(where * placed, shape) for shape, placed in scene.object(name).parts]
+    found = (
+        body.owner
+        for body in scene.object_bodies()
+        if body.owner != name
+        and body.frame == WORLD
+        and any(_gap(placed, shape, body.placement, body.shape) < TOUCHING for placed, shape in own)
+    )
+    return tuple(dict.fromkeys(found))
+
+
+def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
+    """Say what a hand would be inside of with its tool at a placement, whatever the arm does.
+
+    Args:
+        reduced: A model in which the fingers stand as they should.
+        gripper: The gripper.
+        tool: Placement of its tool frame in the world.
+
+    Returns:
+        Which link and which object; empty for none.
+    """
+    scene = reduced.scene
+    joint, held = reduced.attachment(gripper.tool)
+    hand = tool * held.inverse()
+    links = [body for body in reduced.bodies if body.owner in gripper.links and body.joint == joint]
+    for other in reduced.bodies:
+        if other.joint != 0 or other.owner in scene.robot.links:
+            continue
+        for body in links:
+            if scene.may_touch(body.owner, other.owner):
+                continue
+            if _gap(hand * body.placement, body.shape, other.placement, other.shape) < 0.0:
+                return f"{body.owner} is inside {other.owner}"
+    return ""
+
+
+def _gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> float:
+    """Return how far two shapes are apart, negative where they overlap [m]."""
+    return float(
+        coal.distance(
+            collision_geometry(shape),
+            _transform(first),
+            collision_geometry(other),
+            _transform(second),
+            coal.DistanceRequest(),
+            coal.DistanceResult(),
+        )
+    )
+
+
+def _transform(placement: Placement) -> coal.Transform3s:
+    return coal.Transform3s(np.array(placement.rotation), np.array(placement.translation))
