@@ -28,11 +28,11 @@ def main() -> int:
     success = moveit_msgs.msg.MoveItErrorCodes.SUCCESS
     for step in ("pick", "place"):
         code = group.pick("box") if step == "pick" else group.place("box", at(0.45, 0.3, 0.25))
-        handling = group.get_last_handling()
-        print(step, code, handling.explain())
+        carried = group.get_last_pick_place()
+        print(step, code, carried.explain())
         if code != success:
             return 1
-        for segment in handling.segments:
+        for segment in carried.segments:
             print(segment.stage.name, segment.result.certificate)
     box = scene.get_object_poses(["box"])["box"].position
     print(f"the box is at {box.x:.3f} {box.y:.3f} {box.z:.3f}")

@@ -33,7 +33,7 @@ BLOCK = to.Box(0.05, 0.06, 0.1)
 
 
 @pytest.fixture(scope="module")
-def handling(panda: to.Robot, gripper: Gripper) -> PickPlaceResult:
+def carried(panda: to.Robot, gripper: Gripper) -> PickPlaceResult:
     scene = on_table(panda, BLOCK, STOOD)
     grasps = grasps_of(scene, "thing", gripper)
     upright = to.axis_alignment("thing", direction=(0.0, 0.0, 1.0), tolerance=0.1)
@@ -47,32 +47,32 @@ def handling(panda: to.Robot, gripper: Gripper) -> PickPlaceResult:
     )
 
 
-def test_all_stages_are_planned_and_judged(handling: PickPlaceResult) -> None:
-    assert handling.verified, handling.explain()
-    assert [segment.stage for segment in handling.segments] == list(Stage)
-    assert handling.failed is None
-    assert handling.timeline.gap < 1e-12
-    assert handling.timeline.duration == pytest.approx(sum(s.duration for s in handling.segments))
-    np.testing.assert_allclose(handling.timeline(0.0), handling.start, atol=1e-12)
+def test_all_stages_are_planned_and_judged(carried: PickPlaceResult) -> None:
+    assert carried.verified, carried.explain()
+    assert [segment.stage for segment in carried.segments] == list(Stage)
+    assert carried.failed is None
+    assert carried.timeline.gap < 1e-12
+    assert carried.timeline.duration == pytest.approx(sum(s.duration for s in carried.segments))
+    np.testing.assert_allclose(carried.timeline(0.0), carried.start, atol=1e-12)
     np.testing.assert_allclose(
-        handling.timeline(handling.timeline.duration), handling.final_positions, atol=1e-12
+        carried.timeline(carried.timeline.duration), carried.final_positions, atol=1e-12
     )
 
 
-def test_the_object_stands_then_is_carried_then_stands(handling: PickPlaceResult) -> None:
-    for segment in handling.segments:
+def test_the_object_stands_then_is_carried_then_stands(carried: PickPlaceResult) -> None:
+    for segment in carried.segments:
         frame = segment.scene.object("thing").frame
-        assert frame == (handling.gripper.tool if segment.stage.holds else "world"), segment.stage
-    final = handling.final_scene
+        assert frame == (carried.gripper.tool if segment.stage.holds else "world"), segment.stage
+    final = carried.final_scene
     assert final.object("thing").frame == "world"
     assert final.allowances == () and final.pair_margins == {}
-    placed = final.placement_of("thing", handling.final_positions)
+    placed = final.placement_of("thing", carried.final_positions)
     assert np.abs(Place(placement=ASKED).error(placed, to.placement())).max() < 1e-3
 
 
-def test_the_object_is_where_it_was_between_stages(handling: PickPlaceResult) -> None:
+def test_the_object_is_where_it_was_between_stages(carried: PickPlaceResult) -> None:
     """From one scene to the next it moves by no more than the tolerance of inverse kinematics."""
-    for before, after in zip(handling.segments[:-1], handling.segments[1:], strict=True):
+    for before, after in zip(carried.segments[:-1], carried.segments[1:], strict=True):
         was = before.scene.placement_of("thing", before.end)
         now = after.scene.placement_of("thing", after.positions(0.0))
         assert np.abs(was.translation - now.translation).max() < 3e-4
@@ -89,12 +89,12 @@ def test_the_object_is_where_it_was_between_stages(handling: PickPlaceResult) ->
     ],
 )
 def test_straight_stages_are_straight(
-    handling: PickPlaceResult, stage: Stage, direction: tuple[float, float, float]
+    carried: PickPlaceResult, stage: Stage, direction: tuple[float, float, float]
 ) -> None:
-    segment = handling.segment(stage)
+    segment = carried.segment(stage)
     assert segment is not None
     times = np.linspace(0.0, segment.trajectory.duration, 41)
-    tools = [segment.scene.placement_of(handling.gripper.tool, segment.positions(float(t))) for t in times]
+    tools = [segment.scene.placement_of(carried.gripper.tool, segment.positions(float(t))) for t in times]
     way = np.array([tool.translation - tools[0].translation for tool in tools])
     along = way @ direction
     assert along[-1] == pytest.approx(0.1, abs=1e-3)
@@ -102,8 +102,8 @@ def test_straight_stages_are_straight(
     assert max(np.abs(tool.rotation - tools[0].rotation).max() for tool in tools) < 0.03
 
 
-def test_constraints_hold_while_it_is_held_and_no_longer(handling: PickPlaceResult) -> None:
-    for segment in handling.segments:
+def test_constraints_hold_while_it_is_held_and_no_longer(carried: PickPlaceResult) -> None:
+    for segment in carried.segments:
         asked = [
             item for item in segment.result.problem.constraints if "thing" in getattr(item, "frames", ())
         ]
@@ -114,41 +114,41 @@ def test_constraints_hold_while_it_is_held_and_no_longer(handling: PickPlaceResu
                 assert np.arccos(min(thing.rotation[2, 2], 1.0)) < 0.1
 
 
-def test_fingers_keep_clear_until_they_close(handling: PickPlaceResult) -> None:
+def test_fingers_keep_clear_until_they_close(carried: PickPlaceResult) -> None:
     """The approach is proven clear of the object; only closing and letting go may touch it."""
-    for segment in handling.segments:
-        for finger in handling.gripper.fingers:
+    for segment in carried.segments:
+        for finger in carried.gripper.fingers:
             may = segment.scene.may_touch(finger, "thing")
             assert may == (segment.stage in {Stage.CLOSE, Stage.RELEASE} or segment.stage.holds)
-    assert {s.stage: s.scene.may_touch("thing", "table") for s in handling.segments}[Stage.CARRY] is False
+    assert {s.stage: s.scene.may_touch("thing", "table") for s in carried.segments}[Stage.CARRY] is False
 
 
-def test_fingers_open_and_close_as_the_grasp_says(panda: to.Robot, handling: PickPlaceResult) -> None:
-    grasp, gripper = handling.grasp, handling.gripper
+def test_fingers_open_and_close_as_the_grasp_says(panda: to.Robot, carried: PickPlaceResult) -> None:
+    grasp, gripper = carried.grasp, carried.gripper
     assert grasp is not None
     for stage, opening in (
         (Stage.OPEN, grasp.opening),
         (Stage.CLOSE, grasp.width),
         (Stage.RELEASE, grasp.opening),
     ):
-        segment = handling.segment(stage)
+        segment = carried.segment(stage)
         assert segment is not None
         assert gripper.opening_at(panda, segment.end) == pytest.approx(opening, abs=2e-4)
 
 
 def test_the_answer_is_the_same_every_time(
-    panda: to.Robot, gripper: Gripper, handling: PickPlaceResult
+    panda: to.Robot, gripper: Gripper, carried: PickPlaceResult
 ) -> None:
     again = pick_and_place(
-        handling.scene,
+        carried.scene,
         "thing",
-        start=handling.start,
-        grasps=grasps_of(handling.scene, "thing", gripper),
+        start=carried.start,
+        grasps=grasps_of(carried.scene, "thing", gripper),
         places=Place(placement=ASKED),
         constraints=[to.axis_alignment("thing", direction=(0.0, 0.0, 1.0), tolerance=0.1)],
     )
-    assert again.timeline.duration == handling.timeline.duration
-    np.testing.assert_array_equal(again.final_positions, handling.final_positions)
+    assert again.timeline.duration == carried.timeline.duration
+    np.testing.assert_array_equal(again.final_positions, carried.final_positions)
 
 
 def test_pick_then_place_joins(panda: to.Robot, gripper: Gripper) -> None:
@@ -277,26 +277,26 @@ def test_misuse_is_refused(panda: to.Robot, gripper: Gripper) -> None:
         GraspingOptions(contact_time=0.0)
 
 
-def test_slow_handlings_are_slow(panda: to.Robot, gripper: Gripper, handling: PickPlaceResult) -> None:
+def test_slow_pick_and_place_is_slow(panda: to.Robot, gripper: Gripper, carried: PickPlaceResult) -> None:
     found = pick_and_place(
-        handling.scene,
+        carried.scene,
         "thing",
         start="ready",
-        grasps=grasps_of(handling.scene, "thing", gripper),
+        grasps=grasps_of(carried.scene, "thing", gripper),
         places=Place(placement=ASKED),
         options=GraspingOptions(velocity_scaling=0.3, acceleration_scaling=0.1),
     )
     assert found.verified, found.explain()
-    assert found.timeline.duration > 2.0 * handling.timeline.duration
+    assert found.timeline.duration > 2.0 * carried.timeline.duration
 
 
-def test_plain_data_holds_every_motion(handling: PickPlaceResult, tmp_path: Path) -> None:
-    write_json(tmp_path / "handling.json", handling.as_dict())
-    read = json.loads((tmp_path / "handling.json").read_text())
+def test_plain_data_holds_every_motion(carried: PickPlaceResult, tmp_path: Path) -> None:
+    write_json(tmp_path / "carried.json", carried.as_dict())
+    read = json.loads((tmp_path / "carried.json").read_text())
     assert [item["stage"] for item in read["segments"]] == [stage.name for stage in Stage]
-    assert handling.grasp is not None and read["grasp"] == handling.grasp.name
+    assert carried.grasp is not None and read["grasp"] == carried.grasp.name
     last = read["segments"][-1]
-    assert last["begin"] + last["duration"] == pytest.approx(handling.timeline.duration)
+    assert last["begin"] + last["duration"] == pytest.approx(carried.timeline.duration)
 
 
 @pytest.mark.parametrize("kind", ["straight", "grasp", "place", "grasps_of", "gripper_of", "pick"])

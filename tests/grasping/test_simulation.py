@@ -55,7 +55,7 @@ def test_it_is_put_where_it_was_asked(panda: to.Robot, gripper: Gripper, shape: 
     assert rollout.settled.position < 1e-3
     assert rollout.log.deepest < 5e-4
     # In the air it touches the fingers and nothing else.
-    stages = [rollout.handling.segments[int(k)].stage for k in rollout.log.phases]
+    stages = [rollout.result.segments[int(k)].stage for k in rollout.log.phases]
     carried = {
         touching for stage, touching in zip(stages, rollout.log.touching, strict=True) if stage is Stage.CARRY
     }

@@ -54,7 +54,7 @@ class GroupBase:
         self._remembered: dict[str, list[float]] = {}
         self._result: Result | None = None
         self._followed: Followed | None = None
-        self._handling: PickPlaceResult | None = None
+        self._pick_place: PickPlaceResult | None = None
 
     @property
     def _planning_frame(self) -> str:

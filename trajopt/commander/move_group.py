@@ -7,7 +7,7 @@ from trajopt.commander.exception import MoveItCommanderException, speaks_moveit
 from trajopt.commander.execution import Execution
 from trajopt.commander.geometry_msgs.msg import Vector3
 from trajopt.commander.group_constraints import GroupConstraints
-from trajopt.commander.group_handling import GroupHandling
+from trajopt.commander.group_motions import GroupMotions
 from trajopt.commander.group_settings import GroupSettings
 from trajopt.commander.group_state import GroupState
 from trajopt.commander.group_targets import GroupTargets
@@ -33,7 +33,7 @@ from trajopt.planning.result import Result
 
 
 @speaks_moveit
-class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupState, GroupHandling):
+class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupState, GroupMotions):
     """Plans and executes motions of one group: what MoveIt's class of this name promises."""
 
     def set_start_state_to_current_state(self) -> None:

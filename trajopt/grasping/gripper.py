@@ -7,13 +7,12 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, floats, one_of
 from trajopt.errors import GripperError, NameNotFound, ShapeError
+from trajopt.model.description.srdf import EndEffector
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.model.requirements.requirement import direction_of, positive
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.model.srdf import EndEffector
-from trajopt.model.tool_frame import tool_frame
 from trajopt.query import Query
 
 

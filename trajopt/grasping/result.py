@@ -40,7 +40,7 @@ STAGES = tuple(Stage)
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """One motion of a handling, of the arm or of the fingers.
+    """One motion of a pick and place, of the arm or of the fingers.
 
     Attributes:
         stage: What it is for.
@@ -79,7 +79,7 @@ class Segment:
 
 
 class Timeline:
-    """All joints over the time of a whole handling: arm, fingers and the rests between.
+    """All joints over the whole sequence: arm, fingers and the rests in between.
 
     Attributes:
         segments: The motions, in order.
@@ -202,7 +202,7 @@ class PickPlaceResult(Value):
         """Return the motions.
 
         Raises:
-            PlanningFailed: If there is no verified sequence; carries this handling.
+            PlanningFailed: If there is no verified sequence; carries this result.
         """
         if not self.verified:
             raise PlanningFailed(self.explain(), self)

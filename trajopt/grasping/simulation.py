@@ -1,4 +1,4 @@
-"""A handling under physics: whether the fingers really hold the object, and where it comes to stand."""
+"""Pick and place under physics: whether the fingers hold the object, and where it ends up."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -59,10 +59,10 @@ class Slip:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PickPlaceRollout:
-    """A simulated handling.
+    """A simulated pick and place.
 
     Attributes:
-        handling: What was executed.
+        result: What was executed.
         log: Joints and object over time.
         hold: How the object was held.
         slip: When it slipped; None if it did not.
@@ -72,7 +72,7 @@ class PickPlaceRollout:
         final_error: How far from the place that was asked for it came to stand; None if none was.
     """
 
-    handling: PickPlaceResult
+    result: PickPlaceResult
     log: SequenceLog = field(repr=False)
     hold: Hold
     slip: Slip | None
@@ -92,7 +92,7 @@ class PickPlaceRollout:
         if self.slip is not None:
             parts.append(f"slipped first at {self.slip.time:.2f} s, in {self.slip.stage.name}")
         if self.final_error is not None:
-            parts.append(f"{self.handling.name!r} ended {_words(self.final_error)} from the place asked for")
+            parts.append(f"{self.result.name!r} ended {_words(self.final_error)} from the place asked for")
         parts += [str(contact) for contact in log.contacts[:3]]
         return "; ".join(parts) + "."
 
@@ -101,7 +101,7 @@ class PickPlaceRollout:
         named = ("shift", "disturbed", "settled", "final_error")
         errors: dict[str, PoseError | None] = {name: getattr(self, name) for name in named}
         return {
-            "object": self.handling.name,
+            "object": self.result.name,
             "hold": self.hold.name,
             "slip": self.slip and {"time": self.slip.time, "stage": self.slip.stage.name},
             **{
@@ -111,7 +111,7 @@ class PickPlaceRollout:
             "diverged": self.log.diverged,
             "contacts": [str(contact) for contact in self.log.contacts],
             "times": self.log.times.tolist(),
-            "joint_names": list(self.handling.scene.robot.joint_names),
+            "joint_names": list(self.result.scene.robot.joint_names),
             "positions": self.log.positions.tolist(),
             "object_placements": [
                 [*where.translation.tolist(), *where.quaternion.tolist()] for where in self.log.placements
@@ -120,19 +120,19 @@ class PickPlaceRollout:
 
 
 def simulate_handling(
-    handling: PickPlaceResult,
+    result: PickPlaceResult,
     *,
     friction: Friction | None = None,
     limits: HoldLimits | None = None,
     options: SimulationOptions | None = None,
 ) -> PickPlaceRollout:
-    """Execute a handling in MuJoCo, where only friction holds the object.
+    """Execute a pick and place in MuJoCo, where only friction holds the object.
 
     One world for all stages: the object is a free body on its support, the fingers press with the force
     of the grasp, and nothing is attached. A grasp that slips is told in the result.
 
     Args:
-        handling: A verified sequence that begins with a pick.
+        result: A verified sequence that begins with a pick.
         friction: Of the object; rubber on the pads when None.
         limits: From where on the object counts as slipped.
         options: Step, gains, settling time; a step of a millisecond when None.
@@ -141,23 +141,23 @@ def simulate_handling(
         PlanningFailed: If there is no verified sequence.
         ModelError: If the object has no mass, or is in the hand from the beginning.
     """
-    segments = handling.require()
-    if handling.grasp is None:
-        raise ModelError(f"object {handling.name!r} was in the hand from the beginning: there is no grasp")
+    segments = result.require()
+    if result.grasp is None:
+        raise ModelError(f"object {result.name!r} was in the hand from the beginning: there is no grasp")
     log = simulate_phases(
-        handling.scene,
-        handling.start,
-        [_phase(handling, segment) for segment in segments],
-        loose=handling.name,
-        fingers=handling.gripper.fingers,
+        result.scene,
+        result.start,
+        [_phase(result, segment) for segment in segments],
+        loose=result.name,
+        fingers=result.gripper.fingers,
         friction=friction or Friction(),
         options=options or SimulationOptions(dt=STEP),
     )
-    return _judged(handling, log, limits or HoldLimits())
+    return _judged(result, log, limits or HoldLimits())
 
 
-def _phase(handling: PickPlaceResult, segment: Segment) -> Phase:
-    grasp = handling.grasp
+def _phase(result: PickPlaceResult, segment: Segment) -> Phase:
+    grasp = result.grasp
     assert grasp is not None
     presses = segment.stage is Stage.CLOSE or segment.stage.holds
     return Phase(
@@ -165,17 +165,17 @@ def _phase(handling: PickPlaceResult, segment: Segment) -> Phase:
         reduced=segment.result.problem.reduced,
         trajectory=segment.trajectory,
         rest=segment.rest,
-        presses=handling.gripper.pressing(grasp.width, grasp.force) if presses else {},
+        presses=result.gripper.pressing(grasp.width, grasp.force) if presses else {},
     )
 
 
-def _judged(handling: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> PickPlaceRollout:
+def _judged(result: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> PickPlaceRollout:
     """Say what a log means: where the object was against the hand, and where it is against the place."""
-    scene, name = handling.scene, handling.name
-    stages = [handling.segments[int(place)].stage for place in log.phases]
+    scene, name = result.scene, result.name
+    stages = [result.segments[int(place)].stage for place in log.phases]
     before = [k for k, stage in enumerate(stages) if STAGES.index(stage) < STAGES.index(Stage.CLOSE)]
     held = [k for k, stage in enumerate(stages) if stage.holds]
-    tool = handling.gripper.tool
+    tool = result.gripper.tool
     in_hand = [scene.placement_of(tool, log.positions[k]).inverse() * log.placements[k] for k in held]
     moved = [PoseError.between(in_hand[0], where) for where in in_hand]
     shift = PoseError(
@@ -187,29 +187,29 @@ def _judged(handling: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> 
         for k, error in zip(held, moved, strict=True)
         if error.position > limits.position or error.rotation > limits.rotation
     ]
-    kept = bool(held) and set(handling.gripper.fingers) <= log.touching[held[-1]]
+    kept = bool(held) and set(result.gripper.fingers) <= log.touching[held[-1]]
     hold = Hold.LOST if not kept else Hold.SLIPPED if beyond else Hold.HELD
-    stood = scene.placement_of(name, handling.start)
-    assert handling.grasp is not None
-    planned = handling.grasp.placement.inverse()
+    stood = scene.placement_of(name, result.start)
+    assert result.grasp is not None
+    planned = result.grasp.placement.inverse()
     return PickPlaceRollout(
-        handling=handling,
+        result=result,
         log=log,
         hold=hold,
         slip=Slip(float(log.times[beyond[0]]), stages[beyond[0]], shift) if beyond else None,
         shift=shift,
         disturbed=PoseError.between(stood, log.placements[before[-1]] if before else stood),
         settled=PoseError.between(planned, in_hand[0] if in_hand else planned),
-        final_error=_final_error(handling, log),
+        final_error=_final_error(result, log),
     )
 
 
-def _final_error(handling: PickPlaceResult, log: SequenceLog) -> PoseError | None:
+def _final_error(result: PickPlaceResult, log: SequenceLog) -> PoseError | None:
     """Return how far from its place the object ended; None if there is no place or no end."""
-    place = handling.place
+    place = result.place
     if place is None or log.diverged is not None:
         return None
-    frame = handling.scene.placement_of(place.frame, handling.start)
+    frame = result.scene.placement_of(place.frame, result.start)
     off = place.error(log.placements[-1], frame)
     return PoseError(float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:])))
 

@@ -10,9 +10,9 @@ from trajopt.commander.conversions import framed_placement
 from trajopt.commander.documents import document_of, field_names, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.group_base import GroupBase
-from trajopt.commander.handling import executed, grasp_of, place_of
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
 from trajopt.commander.outcome import Outcome
+from trajopt.commander.pick_place import executed, grasp_of, place_of
 from trajopt.commander.planning import reading_in
 from trajopt.commander.robot_states import state_positions
 from trajopt.commander.targets import Part, PoseTarget
@@ -24,7 +24,7 @@ from trajopt.model.scene import Scene
 from trajopt.moveit.constraints import read_constraints
 
 
-class GroupHandling(GroupBase):
+class GroupMotions(GroupBase):
     """Following lines, picking and placing."""
 
     def compute_cartesian_path(
@@ -86,7 +86,7 @@ class GroupHandling(GroupBase):
             plan_only: Whether to plan without moving.
 
         Returns:
-            MoveIt's number of how it ended; `get_last_handling` says more.
+            MoveIt's number of how it ended; `get_last_pick_place` says more.
         """
         at = self._world.positions
         constraints, scene = self._while_held(self._world.scene)
@@ -95,7 +95,7 @@ class GroupHandling(GroupBase):
         made = [
             grasp_of(each, object_name, scene, gripper, link=self._link(""), at=at) for each in given
         ] or grasps_of(scene, object_name, gripper)
-        handling = grasping.pick(
+        result = grasping.pick(
             scene,
             object_name,
             start=at,
@@ -103,9 +103,9 @@ class GroupHandling(GroupBase):
             group=self._group.name,
             gripper=gripper,
             constraints=constraints,
-            options=self._handling_options(),
+            options=self._grasping_options(),
         )
-        return self._handled(handling, plan_only)
+        return self._finish(result, plan_only)
 
     def place(self, object_name: str, location: Any = None, plan_only: bool = False) -> int:
         """Put down an object that is in the hand; path constraints hold until it stands.
@@ -116,7 +116,7 @@ class GroupHandling(GroupBase):
             plan_only: Whether to plan without moving.
 
         Returns:
-            MoveIt's number of how it ended; `get_last_handling` says more.
+            MoveIt's number of how it ended; `get_last_pick_place` says more.
 
         Raises:
             MoveItCommanderException: If no location is given.
@@ -126,28 +126,28 @@ class GroupHandling(GroupBase):
         places: list[Any] = [location] if field_names(location) else list(location or ())
         if not places:
             raise MoveItCommanderException(f"place: say where {object_name!r} is put: a pose or several")
-        handling = grasping.place(
+        result = grasping.place(
             scene,
             object_name,
             start=at,
             places=[place_of(each, scene, link=self._link(""), at=at) for each in places],
             group=self._group.name,
             constraints=constraints,
-            options=self._handling_options(),
+            options=self._grasping_options(),
         )
-        return self._handled(handling, plan_only)
+        return self._finish(result, plan_only)
 
-    def get_last_handling(self) -> PickPlaceResult | None:
+    def get_last_pick_place(self) -> PickPlaceResult | None:
         """Return trajopt's own result of the last picking or placing; None before."""
-        return self._handling
+        return self._pick_place
 
-    def _handled(self, handling: PickPlaceResult, plan_only: bool) -> int:
-        self._handling = handling
-        if not handling.verified:
-            code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, handling.explain(), "grasping")
+    def _finish(self, result: PickPlaceResult, plan_only: bool) -> int:
+        self._pick_place = result
+        if not result.verified:
+            code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, result.explain(), "grasping")
             self._world.report(Outcome(code))
             return code.val
-        if plan_only or executed(handling, self._world, self._tip):
+        if plan_only or executed(result, self._world, self._tip):
             return MoveItErrorCodes.SUCCESS
         outcome = self._world.outcome
         assert outcome is not None
@@ -158,7 +158,7 @@ class GroupHandling(GroupBase):
         reading = reading_in(scene, self._world.positions)
         return read_constraints(document_of(self._path_constraints, "path constraints"), scene, reading)
 
-    def _handling_options(self) -> GraspingOptions:
+    def _grasping_options(self) -> GraspingOptions:
         settings = self._settings
         return GraspingOptions(
             velocity_scaling=settings.velocity_scaling,

@@ -66,18 +66,18 @@ def place_of(location: Any, scene: Scene, *, link: str, at: Floats) -> Place:
     )
 
 
-def executed(handling: PickPlaceResult, world: World, tip: str) -> bool:
-    """Execute all motions of a handling one after the other, and let the scene be what it is then.
+def executed(result: PickPlaceResult, world: World, tip: str) -> bool:
+    """Execute all motions of a pick or place in order, and update the scene.
 
     Returns:
         Whether the robot got to the end of every one; the world's outcome is that of the last.
     """
-    for segment in handling.require():
+    for segment in result.require():
         reduced = segment.result.problem.reduced
         execution = Execution(world.executor, reduced, segment.trajectory, tip)
         if not world.execute(execution, wait=True).reached:
             return False
-    item = handling.final_scene.object(handling.name)
+    item = result.final_scene.object(result.name)
     world.edit(lambda scene: replace(scene, objects={**scene.objects, item.name: item}))
     return True
 

@@ -97,10 +97,10 @@ def test_a_grasp_that_a_script_gives(panda: MoveGroupCommander) -> None:
         way.direction.vector.x, way.direction.vector.y, way.direction.vector.z = map(float, direction)
         way.desired_distance = 0.08
     assert panda.pick("box", grasp, plan_only=True) == MoveItErrorCodes.SUCCESS
-    handling = panda.get_last_handling()
-    assert handling.grasp.name == "from above"
-    assert handling.grasp.approach.distance == 0.08
-    taken = handling.segment(grasping.Stage.APPROACH)
+    carried = panda.get_last_pick_place()
+    assert carried.grasp.name == "from above"
+    assert carried.grasp.approach.distance == 0.08
+    taken = carried.segment(grasping.Stage.APPROACH)
     tool = taken.scene.placement_of("panda_hand_tcp", taken.end)
     assert np.allclose(tool.translation, (0.45, -0.2, 0.28), atol=1e-3)
     assert panda.get_last_outcome() is None
