@@ -27,6 +27,7 @@ from trajopt.model.shapes import Sphere
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.checks.frame_placement import euler_angles
+from trajopt.verify.checks.quantities import quantities
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 
@@ -57,7 +58,7 @@ def tip(shoulder: float, elbow: float) -> Placement:
 
 def test_every_kind_of_requirement_has_a_check() -> None:
     for kind in walk(Requirement):
-        assert check_requirement.dispatch(kind) is not check_requirement.dispatch(object), kind
+        assert quantities.dispatch(kind) is not quantities.dispatch(object), kind
 
 
 def walk(kind: type[Requirement]) -> Iterator[type[Requirement]]:

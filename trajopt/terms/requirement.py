@@ -2,9 +2,9 @@
 
 from functools import singledispatch
 
-from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.model.requirements.registered import registered
 from trajopt.terms.residual import Constraint, Window
 
 INSET = 0.1
@@ -27,4 +27,4 @@ def constrain(
     Raises:
         ProblemError: If no term is registered for this kind of requirement.
     """
-    raise ProblemError(f"no term is registered for {type(required).__name__}")
+    return registered(constrain, type(required), "term")(required, reduced, window, inset)

@@ -11,7 +11,8 @@ from trajopt.verify.certificate import (
     PairClearance,
     Unproven,
 )
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import check_requirement
+from trajopt.verify.checks.requirement import When
 from trajopt.verify.checks.sampled import SampledCheck
 from trajopt.verify.examination import Examination, Moment, OutOfLimit, PairDistance
 from trajopt.verify.judge import Judge, examine, verify

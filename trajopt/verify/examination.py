@@ -13,7 +13,8 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import check_requirement
+from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions

@@ -11,27 +11,14 @@ from trajopt.model.requirements import During, Requirement
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, Counts
-from trajopt.verify.checks import (
-    axis_alignment,
-    coupled_joints,
-    distance_between,
-    follows_curve,
-    frame_placement,
-    gaze,
-    gravity_torque,
-    joint_positions,
-    line_of_sight,
-    point_on_arc,
-    position_in_region,
-    singularity_distance,
-)
 from trajopt.verify.checks.clearance import judge_clearance
 from trajopt.verify.checks.ends import end_checks
 from trajopt.verify.checks.joint_limits import limit_checks
 from trajopt.verify.checks.joint_torques import torque_checks
 from trajopt.verify.checks.moving_limits import group_part, moving_limits
 from trajopt.verify.checks.parts import part_checks
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import check_requirement
+from trajopt.verify.checks.requirement import When
 from trajopt.verify.checks.sampled import SampledCheck, sampled_check
 from trajopt.verify.checks.tool_speed import tool_speed_checks
 from trajopt.verify.checks.waypoints import passages
@@ -42,22 +29,6 @@ from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.notes import notes
 from trajopt.verify.search.clearance_search import Findings, search_clearance
-
-REQUIREMENT_MODULES = (
-    joint_positions,
-    frame_placement,
-    axis_alignment,
-    position_in_region,
-    point_on_arc,
-    distance_between,
-    gaze,
-    coupled_joints,
-    singularity_distance,
-    gravity_torque,
-    line_of_sight,
-    follows_curve,
-)
-"""Modules that register the checks of built-in requirements when they are imported."""
 
 _DEFAULT = VerifyOptions()
 NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})

@@ -5,15 +5,8 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.requirements import AxisAlignment
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity
-from trajopt.verify.checks.requirement import (
-    Component,
-    When,
-    check_requirement,
-    proof_at_end,
-    requirement_check,
-)
+from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
+from trajopt.verify.checks.requirement import Component, When, proof_at_end, requirement_check
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 from trajopt.verify.search.interval_proof import Excess, prove_over_time

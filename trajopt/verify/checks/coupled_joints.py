@@ -5,15 +5,8 @@ import numpy as np
 from trajopt.model.requirements import CoupledJoints
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.joint_positions import joint_rows
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity
-from trajopt.verify.checks.requirement import (
-    Component,
-    When,
-    check_requirement,
-    proof_at_end,
-    requirement_check,
-)
+from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
+from trajopt.verify.checks.requirement import Component, When, proof_at_end, requirement_check
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.search.interval_proof import Proof
 

@@ -11,10 +11,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.requirements import DistanceBetween
-from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity, checks_of
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
@@ -31,11 +28,6 @@ def _(requirement: DistanceBetween, motion: Motion) -> tuple[Quantity, ...]:
         lower=requirement.lower,
         upper=requirement.upper,
     )
-
-
-@check_requirement.register
-def _(requirement: DistanceBetween, motion: Motion, when: When) -> tuple[Check, ...]:
-    return checks_of(quantities(requirement, motion), motion, when)
 
 
 def range_quantities(

@@ -15,9 +15,8 @@ from trajopt.model.requirements import FollowsCurve
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.curve_places import CurvePlaces
 from trajopt.verify.checks.progress import Errors, first_guess, refined
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
+from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 

@@ -12,15 +12,8 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.requirements import FramePlacement, RotationCoordinates
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity
-from trajopt.verify.checks.requirement import (
-    When,
-    check_requirement,
-    proof_at_end,
-    requirement_check,
-    tightest,
-)
+from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
+from trajopt.verify.checks.requirement import When, proof_at_end, requirement_check, tightest
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RateBounds, RelativeMotion
 from trajopt.verify.search.interval_proof import Excess, Proof, prove_over_time

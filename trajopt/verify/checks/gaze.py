@@ -9,11 +9,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.requirements import Gaze
-from trajopt.verify.certificate import Check
 from trajopt.verify.checks.distance_between import range_quantities
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity, checks_of
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
@@ -51,11 +48,6 @@ def _(requirement: Gaze, motion: Motion) -> tuple[Quantity, ...]:
         upper=requirement.farthest,
     )
     return (angle, *within)
-
-
-@check_requirement.register
-def _(requirement: Gaze, motion: Motion, when: When) -> tuple[Check, ...]:
-    return checks_of(quantities(requirement, motion), motion, when)
 
 
 def _angles(points: Floats, axis: Floats) -> Floats:

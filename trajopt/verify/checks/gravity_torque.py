@@ -7,9 +7,8 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.requirements import GravityTorque
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
+from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.payload import payload_torques
 

@@ -5,9 +5,8 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.requirements import JointPositions
 from trajopt.verify.certificate import Check, Evidence
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity
-from trajopt.verify.checks.requirement import When, check_requirement, proof_at_end
+from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
+from trajopt.verify.checks.requirement import When, proof_at_end
 from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.polynomials import Extremes

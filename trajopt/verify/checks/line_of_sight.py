@@ -15,9 +15,8 @@ from trajopt.model.placement import Placement
 from trajopt.model.requirements import LineOfSight
 from trajopt.model.shapes import Mesh, Plane, Shape
 from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity, checks_of
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import Quantity, check_requirement, checks_of, quantities
+from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.coal_geometry import coal_geometry
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion

@@ -9,10 +9,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats
 from trajopt.model.requirements import PointOnArc
-from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity, checks_of
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
 
@@ -46,11 +43,6 @@ def _(requirement: PointOnArc, motion: Motion) -> tuple[Quantity, ...]:
             bound=bound,
         ),
     )
-
-
-@check_requirement.register
-def _(requirement: PointOnArc, motion: Motion, when: When) -> tuple[Check, ...]:
-    return checks_of(quantities(requirement, motion), motion, when)
 
 
 def _distance(arc: PointOnArc, points: Floats) -> Floats:

@@ -1,19 +1,173 @@
-"""Dispatch from a requirement to the numbers that it bounds."""
+"""From a requirement, which is plain data, to the judge's own check of it.
 
+Most kinds of requirements bound numbers, and register what these are (`quantities`): a number with a bound
+over intervals is proven at all times, and a waypoint is where all numbers are within their bounds. A kind
+whose check is another one registers that (`check_requirement`).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import singledispatch
 
-from trajopt.errors import ProblemError
+import numpy as np
+
+from trajopt.arrays import Floats
 from trajopt.model.requirements import Requirement
-from trajopt.verify.checks.quantity import Quantity
+from trajopt.model.requirements.registered import has, import_installed, registered
+from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.checks.requirement import When, proof_at_end
+from trajopt.verify.kernel.moments import sampled_times
 from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.search.interval_proof import Excess, Proof, prove_over_time
+
+_MOMENT = 1e-6
+"""How long a motion is looked at for a check at one moment [s]."""
+
+Bound = Callable[[Floats, Floats, Floats], Floats]
+"""Begin and end of intervals, (c,) each [s], and the states at begin, middle and end, (3, c, ...) -> what
+the excess (the number less its bound, or the other way round for a least one) stays below, (c,)."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Quantity:
+    """A number along a motion, and the bound that it must not pass.
+
+    Attributes:
+        kind: What is required, such as "region".
+        name: Which number, as words.
+        subject: The frame or joint.
+        unit: Unit of number and bound.
+        limit: The bound.
+        least: Whether the number must not fall below the bound; it must not exceed it otherwise.
+        states: Times (c,) -> what the number is computed from, shape (c, ...).
+        number: Such states -> the number, shape (c,).
+        bound: Bounds the excess over intervals; None where nothing is proven and samples must do.
+    """
+
+    kind: str
+    name: str
+    subject: str
+    unit: str
+    limit: float
+    states: Callable[[Floats], Floats]
+    number: Callable[[Floats], Floats]
+    bound: Bound | None
+    least: bool = False
+
+    def excess(self, states: Floats) -> Floats:
+        """Return by how much the bound is passed, negative when it is not, shape (c,)."""
+        over = self.number(states) - self.limit
+        return -over if self.least else over
+
+    def check(self, motion: Motion, when: When) -> Check:
+        """Judge the number on a motion."""
+        proof = self._proof(motion, when)
+        value = float(self.number(self.states(np.array((proof.time,))))[0])
+        slack = value - self.limit if self.least else self.limit - value
+        words = f"{self.name} is {value:.4g} {self.unit}".rstrip()
+        words += f", at {'least' if self.least else 'most'} {self.limit:.4g} is accepted"
+        if proof.interval is not None:
+            words += f"; no proof from {proof.interval[0]:.5f} to {proof.interval[1]:.5f} s"
+        sampled = when is When.ALWAYS and self.bound is None
+        return Check(
+            name=f"{when.value}: {self.kind}",
+            subject=self.subject,
+            value=value,
+            bound=self.limit,
+            unit=self.unit,
+            time=proof.time,
+            slack=slack,
+            evidence=proof.evidence,
+            holds=slack >= -motion.options.excess if sampled else proof.evidence is Evidence.PROVEN,
+            detail=words,
+        )
+
+    def _proof(self, motion: Motion, when: When) -> Proof:
+        if when is When.END:
+            return proof_at_end(motion, float(self.excess(self.states(np.array((motion.duration,))))[0]))
+        if self.bound is None:
+            times = sampled_times(motion)
+            return Proof(Evidence.SAMPLED, float(times[self.excess(self.states(times)).argmax()]), None)
+        bound = self.bound
+
+        def excess(begin: Floats, end: Floats) -> Excess:
+            times = np.concatenate((begin, (begin + end) / 2.0, end))
+            states = self.states(times)
+            over = self.excess(states).reshape(3, -1)
+            worst, rows = over.argmax(axis=0), np.arange(len(begin))
+            return Excess(
+                over[worst, rows],
+                times.reshape(3, -1)[worst, rows],
+                bound(begin, end, states.reshape(3, len(begin), *states.shape[1:])),
+            )
+
+        return prove_over_time(motion, excess)
+
+
+def checks_of(quantities: Sequence[Quantity], motion: Motion, when: When) -> tuple[Check, ...]:
+    """Judge several numbers."""
+    return tuple(quantity.check(motion, when) for quantity in quantities)
 
 
 @singledispatch
 def quantities(requirement: Requirement, motion: Motion) -> tuple[Quantity, ...]:
     """Return the numbers that a requirement bounds, along a motion.
 
+    A kind that registers a check only is judged by that check at each moment, without a proof in between.
+
+    Args:
+        requirement: The requirement; each kind registers its own numbers.
+        motion: The motion.
+
     Raises:
-        ProblemError: If the class has registered none.
+        ProblemError: If the kind registers neither numbers nor a check.
         NameNotFound: If the requirement names what does not exist.
     """
-    raise ProblemError(f"no numbers are registered for requirements of type {type(requirement).__name__}")
+    kind = type(requirement)
+    if not has(check_requirement, kind):
+        return registered(quantities, kind, "check")(requirement, motion)
+    check = check_requirement.dispatch(kind)
+
+    def excess(times: Floats) -> Floats:
+        moments = (motion.between(max(time - _MOMENT, 0.0), max(time, _MOMENT)) for time in times.tolist())
+        return np.array([max(map(_excess, check(requirement, at, When.END)), default=0.0) for at in moments])
+
+    return (
+        Quantity(
+            kind=kind.__name__,
+            name="excess",
+            subject=", ".join((*requirement.frames, *requirement.joints)),
+            unit="",
+            limit=0.0,
+            states=lambda times: times,
+            number=excess,
+            bound=None,
+        ),
+    )
+
+
+def _excess(check: Check) -> float:
+    if check.slack is None:
+        return 0.0 if check.holds else np.inf
+    return -check.slack
+
+
+@singledispatch
+def check_requirement(requirement: Requirement, motion: Motion, when: When) -> tuple[Check, ...]:
+    """Check a requirement on a motion: its numbers, unless its kind registers a check of another sort.
+
+    Args:
+        requirement: The requirement.
+        motion: The motion.
+        when: Whether it has to hold at the end or at all times.
+
+    Raises:
+        ProblemError: If the kind registers neither numbers nor a check.
+        NameNotFound: If the requirement names what does not exist.
+    """
+    kind = type(requirement)
+    if not has(quantities, kind):
+        import_installed()
+    if has(check_requirement, kind):
+        return check_requirement.dispatch(kind)(requirement, motion, when)
+    return checks_of(quantities(requirement, motion), motion, when)

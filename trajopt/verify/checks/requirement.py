@@ -1,14 +1,11 @@
-"""Dispatch from a requirement, which is plain data, to the judge's own check of it."""
+"""When a requirement has to hold, and a check that says whether it does."""
 
 from dataclasses import dataclass
 from enum import Enum
-from functools import singledispatch
 
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
-from trajopt.model.requirements import Requirement
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.search.interval_proof import Proof
@@ -19,22 +16,6 @@ class When(Enum):
 
     END = "goal"
     ALWAYS = "path"
-
-
-@singledispatch
-def check_requirement(requirement: Requirement, motion: Motion, when: When) -> tuple[Check, ...]:
-    """Check a requirement on a motion.
-
-    Args:
-        requirement: The requirement; each class of them registers its own check.
-        motion: The motion.
-        when: Whether it has to hold at the end or at all times.
-
-    Raises:
-        ProblemError: If the class has no check.
-        NameNotFound: If the requirement names what does not exist.
-    """
-    raise ProblemError(f"no check is registered for requirements of type {type(requirement).__name__}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.requirements import SingularityDistance
-from trajopt.verify.certificate import Check
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity, checks_of
-from trajopt.verify.checks.requirement import When, check_requirement
+from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.motion import Motion
 
 
@@ -38,11 +35,6 @@ def _(requirement: SingularityDistance, motion: Motion) -> tuple[Quantity, ...]:
             least=True,
         ),
     )
-
-
-@check_requirement.register
-def _(requirement: SingularityDistance, motion: Motion, when: When) -> tuple[Check, ...]:
-    return checks_of(quantities(requirement, motion), motion, when)
 
 
 def _smallest(matrices: Floats) -> Floats:

@@ -12,8 +12,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.requirements import During, Requirement
 from trajopt.verify.certificate import Check, Evidence
-from trajopt.verify.checks.quantities import quantities
-from trajopt.verify.checks.quantity import Quantity
+from trajopt.verify.checks.quantities import Quantity, quantities
 from trajopt.verify.kernel.moments import sampled_times
 from trajopt.verify.kernel.motion import Motion
 
