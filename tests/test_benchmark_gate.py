@@ -6,12 +6,9 @@ import pytest
 
 import trajopt as to
 from benchmarks.gate import BASELINE, ROOM, counts, total
-from trajopt.native import native_cores
 
 
 def test_counts_do_not_grow() -> None:
-    if len(native_cores()) < 4:
-        pytest.skip("counts of the compiled bodies; this installation has none")
     try:
         found = counts()
     except to.MissingExtra as missing:

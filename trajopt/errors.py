@@ -230,6 +230,22 @@ class BackendFailed(SolverError):
     """A backend raised an error of its own; the original is the `__cause__`."""
 
 
+class NativeCoresMissing(TrajoptError, ImportError):
+    """The compiled parts of trajopt are not there, or were compiled for another Python.
+
+    Attributes:
+        cores: Names of those that are missing.
+    """
+
+    def __init__(self, cores: Sequence[str]) -> None:
+        """Say how to get them."""
+        self.cores = tuple(cores)
+        super().__init__(
+            f"trajopt's native cores ({', '.join(cores)}) are not compiled for this Python; install a wheel "
+            "(pip install trajopt-planner), or compile a checkout with a C++17 compiler (pip install -e .)"
+        )
+
+
 class MissingExtra(TrajoptError, ImportError):
     """An optional package is not installed; the message holds the command that installs it."""
 

@@ -86,7 +86,7 @@ def test_imports_downward(path: Path) -> None:
             other = parts[1]
             assert other in LAYERS, f"{path.name} imports {name}, a room without a layer"
             assert other == mine or LAYERS[other] < LAYERS[mine], f"{mine} imports upward: {name}"
-            if other == "native" and parts[2:] and parts[2] not in {"installed", "native_cores"}:
+            if other == "native" and parts[2:] and parts[2] not in {"native_cores"}:
                 assert CORES[parts[2]] == mine, f"{name} is not for {mine}"
             assert other not in FORBIDDEN.get(mine, set()), f"{mine} must not know {other}: {name}"
         assert mine in ONLY_IN.get(parts[0], {mine}), f"{parts[0]} is not for {mine}"

@@ -1,4 +1,4 @@
-"""Native cores: the hot loops of other rooms, compiled. Each has a body in plain Python as its oracle.
+"""Native cores: the hot loops of other rooms, compiled; plain twins in `tests/oracles` are their oracles.
 
 | core | room that calls it | what it does |
 |---|---|---|
@@ -8,23 +8,24 @@
 | `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |
 """
 
-from functools import cache
 from importlib.util import find_spec
 
+from trajopt.errors import NativeCoresMissing
 
-@cache
-def installed(core: str) -> bool:
-    """Say whether a native core was compiled at installation.
+CORES = ("proximity", "banded", "reachability", "proof")
+"""Names of all cores."""
 
-    Where it was not, as its user then asked for, the plain Python body of the same interface answers.
 
-    Args:
-        core: Name of the core.
-    """
+def native_cores() -> tuple[str, ...]:
+    """Return the names of the cores that are installed for this Python: all of them, or the import fails."""
+    return tuple(core for core in CORES if _installed(core))
+
+
+def _installed(core: str) -> bool:
     spec = find_spec(f"trajopt.native.{core}")
     return spec is not None and spec.origin is not None  # the folder of its sources alone has no origin
 
 
-def native_cores() -> tuple[str, ...]:
-    """Return the names of the cores that are installed."""
-    return tuple(core for core in ("proximity", "banded", "reachability", "proof") if installed(core))
+_missing = [core for core in CORES if not _installed(core)]
+if _missing:
+    raise NativeCoresMissing(_missing)

@@ -5,12 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trajopt.arrays import Bools
-from trajopt.native import installed
 from trajopt.nlp import Linearisation
 from trajopt.solvers.step import StepProgram, StepSolver
 
 AUTO = "auto"
-"""The band where rows couple near knots only and the native core is installed, else PIQP."""
+"""The band where rows couple near knots only, else PIQP."""
 GENERAL = "piqp"
 """The backend of programs without the structure."""
 WIDEST = 5
@@ -27,8 +26,8 @@ def step_solver(name: str) -> StepSolver:
         SolverNotFound: If there is no such backend.
     """
     if name == AUTO:
-        return ByStructure() if installed("banded") else _general(GENERAL)
-    if name == "banded" and installed("banded"):
+        return ByStructure()
+    if name == "banded":
         from trajopt.solvers.banded import BandedSteps
 
         return BandedSteps()
