@@ -13,6 +13,7 @@ from trajopt.explanation.change import (
     moved_object,
     moved_placement,
     moved_start,
+    smaller_clearance,
     smaller_margin,
     stronger_joint,
 )
@@ -160,13 +161,16 @@ def _is_of(block: Block, residual: Residual) -> bool:
 
 
 def _contacts(known: Explanation) -> Iterator[Change]:
-    """Yield smaller margins of pairs that lack clearance, and objects moved out of contact."""
+    """Yield smaller margins and clearances of pairs that lack them, and objects moved out of contact."""
     problem, reduced = known.problem, known.problem.reduced
     pairs = [block for block in known.blocks if block.kind is BlockKind.CONTACT][:PAIRS]
     for block in pairs:
         margin = smaller_margin(problem, block.subjects[0], block.subjects[1], block.amount)
         if block.place is not None and margin is not None and block.amount <= margin.largest:
             yield margin
+        clearance = smaller_clearance(problem, block.subjects[0], block.subjects[1], SPARE * block.amount)
+        if clearance is not None and block.amount <= clearance.largest:
+            yield clearance
     if known.configuration is None:
         return
     seen = Query(reduced).close_pairs(known.configuration[None], reduced.pairs.margin)

@@ -7,10 +7,14 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.explanation.asked import with_requirement
+from trajopt.model.collisions.clearances import ROOM
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import FramePlacement, JointPositions, Requirement
 from trajopt.problem import Problem
 from trajopt.terms.joint_positions import without_followers
+
+LEAST = 1e-6
+"""A margin that can fall by no more than this is not offered to be made smaller [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -120,9 +124,13 @@ def moved_object(problem: Problem, name: str, direction: Floats, first: float) -
 
 
 def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Change | None:
-    """Return the change that makes the margin of a pair smaller; None where there is none to give."""
-    margin = problem.scene.margin_of(first, second)
-    if margin <= 0.0:
+    """Return the change that makes the margin of a pair smaller; None where that would change nothing.
+
+    A margin counts only as far as it is more than what the optimiser aims at for the required clearance.
+    """
+    margin, required = problem.scene.margin_of(first, second), problem.scene.clearance_of(first, second)
+    largest = margin - (required + ROOM if required > 0.0 else 0.0)
+    if largest <= LEAST:
         return None
 
     def words(amount: float) -> str:
@@ -131,12 +139,37 @@ def smaller_margin(problem: Problem, first: str, second: str, lack: float) -> Ch
     return Change(
         what=f"margin of {first} from {second}",
         unit="m",
-        first=min(max(lack, 0.1 * margin), margin),
-        largest=margin,
+        first=min(max(lack, 0.1 * margin), largest),
+        largest=largest,
         words=words,
         apply=lambda amount: replace(
             problem, scene=problem.scene.with_margin(max(margin - amount, 0.0), first, second)
         ),
+    )
+
+
+def smaller_clearance(problem: Problem, first: str, second: str, lack: float) -> Change | None:
+    """Return the change that requires less clearance of a pair, and as much less margin; None for none."""
+    scene = problem.scene
+    margin, required = scene.margin_of(first, second), scene.clearance_of(first, second)
+    if required <= 0.0:
+        return None
+
+    def words(amount: float) -> str:
+        change = f"from {1000 * required:.3g} to {1000 * (required - amount):.3g} mm"
+        return f"required clearance between {first} and {second} lowered {change}"
+
+    def apply(amount: float) -> Problem:
+        lower = scene.with_clearance(max(required - amount, 0.0), first, second)
+        return replace(problem, scene=lower.with_margin(max(margin - amount, 0.0), first, second))
+
+    return Change(
+        what=f"required clearance between {first} and {second}",
+        unit="m",
+        first=min(max(lack, 0.1 * required), required),
+        largest=required,
+        words=words,
+        apply=apply,
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.explanation.asked import everything, with_requirement
-from trajopt.explanation.change import smaller_margin
+from trajopt.explanation.change import smaller_clearance, smaller_margin
 from trajopt.explanation.multipliers import Multipliers, RowKey, multipliers
 from trajopt.kinematics.projection import Projection
 from trajopt.methods.timing import timed
@@ -143,13 +143,14 @@ def _clearances(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iter
             owners = reduced.owners(key.component)
             total[owners] = total.get(owners, 0.0) + push
     for (first, second), push in total.items():
-        change = smaller_margin(base.problem, first, second, STEP * MILLIMETRES.size) if seconds else None
+        binding = (first, second, STEP * MILLIMETRES.size)
+        change = smaller_margin(base.problem, *binding) or smaller_clearance(base.problem, *binding)
         step = 0.0 if change is None else min(STEP * MILLIMETRES.size, change.largest)
         yield Price(
-            what=f"margin of {first} from {second}",
+            what=f"clearance of {first} from {second}" if change is None else change.what,
             unit="mm",
             objective=push * MILLIMETRES.size,
-            seconds=None if change is None else base.saved(change.apply(step), step / MILLIMETRES.size),
+            seconds=base.saved(change.apply(step), step / MILLIMETRES.size) if change and seconds else None,
         )
 
 

@@ -96,7 +96,9 @@ def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...
             subjects, what = (block.name,), f"{block.name} by {amount:.3g}"
             if block.kind is Clearance:
                 kind, subjects = BlockKind.CONTACT, problem.reduced.owners(int(block.rows.component[row]))
-                what = f"clearance of {subjects[0]} from {subjects[1]} by {1000 * amount:.1f} mm"
+                required = problem.scene.clearance_of(*subjects)
+                bound = f" ({1000 * required:g} mm required)" if required > 0.0 else ""
+                what = f"clearance of {subjects[0]} from {subjects[1]}{bound} by {1000 * amount:.1f} mm"
             share = amount / block.tolerance
             key = (block.kind, *subjects)
             if key not in found or found[key][0] < share:
