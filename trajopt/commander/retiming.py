@@ -1,12 +1,11 @@
 """Timing of a path that came from elsewhere."""
 
 from trajopt.commander.exception import MoveItCommanderException
-from trajopt.methods.timing import timed
+from trajopt.methods.timing import retime_path
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import joint_positions
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
-from trajopt.query import Query
 from trajopt.retime import RetimeFailure
 
 ALGORITHMS = (
@@ -44,7 +43,7 @@ def retimed(
         acceleration_scaling=acceleration,
     )
     path = Path(reduced.joint_names, trajectory.positions)
-    motion = timed(problem, Query(problem.reduced), path, tolerance=PATH_TOLERANCE)
+    motion = retime_path(problem, path, tolerance=PATH_TOLERANCE)
     if isinstance(motion, RetimeFailure):
         raise MoveItCommanderException(f"retime_trajectory: {motion.reason}")
     return motion.trajectory

@@ -10,7 +10,7 @@ from trajopt.explanation.asked import everything, with_requirement
 from trajopt.explanation.change import smaller_clearance, smaller_margin
 from trajopt.explanation.multipliers import Multipliers, RowKey, multipliers
 from trajopt.kinematics.projection import Projection
-from trajopt.methods.timing import timed
+from trajopt.methods.timing import retime_path
 from trajopt.model.limits import LimitKind
 from trajopt.model.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement, ShownUnit
 from trajopt.model.trajectory import Path
@@ -114,7 +114,7 @@ class _Solved:
     def duration(self, problem: Problem | None = None) -> float | None:
         """Return the duration of the path within the limits of this problem or another [s]."""
         path = Path(self.problem.reduced.joint_names, self.knots)
-        motion = timed(problem or self.problem, self.nlp.query, path, tolerance=TOLERANCE)
+        motion = retime_path(problem or self.problem, path, tolerance=TOLERANCE, query=self.nlp.query)
         return motion.trajectory.duration if isinstance(motion, Retimed) else None
 
     def saved(self, relaxed: Problem, amount: float) -> float | None:

@@ -9,11 +9,11 @@ from trajopt.arrays import Floats
 from trajopt.methods.bspline import windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
 from trajopt.methods.method import Decoded, Progress, followed_curve
-from trajopt.methods.timing import timed
+from trajopt.methods.timing import retime_path
 from trajopt.model.payload import loaded_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
-from trajopt.query import Counts, Query
+from trajopt.query import Counts
 from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import RetimeFailure
 from trajopt.solvers import SolveResult, Sqp
@@ -109,8 +109,7 @@ class FreeDurationProgram:
         if not first.feasible:
             return first
         (path,) = (item.path for item in self.first.decode(first))
-        query = Query(self.problem.reduced)
-        motion = timed(self.problem, query, path, tolerance=SEED_TOLERANCE)
+        motion = retime_path(self.problem, path, tolerance=SEED_TOLERANCE)
         if isinstance(motion, RetimeFailure):
             return first
         freed = self._freed(first, path, motion.trajectory, progress)

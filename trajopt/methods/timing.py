@@ -1,4 +1,4 @@
-"""Timing a path of a problem: retiming, told all that the problem and its robot limit."""
+"""Retiming a path within everything that a problem limits."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,21 +14,37 @@ from trajopt.query import Query
 from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
 
+PATH_TOLERANCE = 5e-3
+"""How far a timed motion may leave its path unless told otherwise [m]."""
 
-def timed(problem: Problem, query: Query, path: Path, *, tolerance: float) -> Retimed | RetimeFailure:
-    """Find the fastest timing of a path within everything that the problem limits.
+
+def retime_path(
+    problem: Problem, path: Path, *, tolerance: float = PATH_TOLERANCE, query: Query | None = None
+) -> Retimed | RetimeFailure:
+    """Find the fastest trajectory along a path within every limit of a problem, from rest to rest.
+
+    The limits are those of the joints (velocity, acceleration, jerk and torque, with what is carried), scaled
+    as the problem says, and its tool speeds.
 
     Args:
         problem: The problem.
-        query: Of the problem's reduced model.
-        path: The path.
-        tolerance: How far the timed motion may leave the path [m].
+        path: Of the group's joints.
+        tolerance: How far any point of the robot may leave the path where its corners are rounded [m].
+        query: Of the problem's reduced model; a new one when None.
+
+    Returns:
+        The trajectory with what limits it, or the reason why there is none.
+
+    Raises:
+        FrameNotFound: If a tool speed names an unknown frame.
+        ShapeError: If the path is of other joints.
     """
+    limits, reduced = problem.limits, problem.reduced
+    query = query or Query(reduced)
 
     def deviation(smooth: Floats, straight: Floats) -> Floats:
         return query.displacement(smooth, straight)
 
-    limits, reduced = problem.limits, problem.reduced
     loaded = replace(reduced, model=loaded_model(reduced))
     limited = np.isfinite(limits.effort).any()
     return retime(

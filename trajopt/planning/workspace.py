@@ -7,7 +7,7 @@ from functools import cached_property
 from trajopt.arrays import Floats
 from trajopt.infeasibility import reasons
 from trajopt.methods import Decoded
-from trajopt.methods.timing import timed
+from trajopt.methods.timing import PATH_TOLERANCE, retime_path
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.judgement import judge
@@ -19,7 +19,7 @@ from trajopt.retime import Retimed, RetimeFailure
 from trajopt.solvers import SolveResult
 from trajopt.verify import Certificate, Judge
 
-PATH_TOLERANCES = (5e-3, 1e-3)
+PATH_TOLERANCES = (PATH_TOLERANCE, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
 WAYPOINT_TOLERANCE = 1e-4
 """The same, a third time, for problems with waypoints: they may be at corners of the path [m]."""
@@ -66,12 +66,11 @@ class Workspace:
             waypoints = (WAYPOINT_TOLERANCE,) if self.problem.waypoints else ()
             for tolerance in (*PATH_TOLERANCES, *waypoints):
                 with self.tracker.stage("retime"):
-                    query = Query(self.problem.reduced)
-                    found = timed(self.problem, query, item.path, tolerance=tolerance)
-                if isinstance(found, RetimeFailure):
-                    yield found
+                    retimed = retime_path(self.problem, item.path, tolerance=tolerance)
+                if isinstance(retimed, RetimeFailure):
+                    yield retimed
                     return
-                yield TimedMotion(item.path, found.trajectory, found)
+                yield TimedMotion(item.path, retimed.trajectory, retimed)
 
     def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:
         """Have a motion judged by all that the problem asks.
