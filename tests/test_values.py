@@ -35,7 +35,7 @@ from trajopt.grasping import gripper_of
 from trajopt.kinematics import inverse_kinematics, self_motion
 from trajopt.methods import method_named
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.terms import Cost, berth
+from trajopt.terms import Cost, soft_clearance
 from trajopt.terms.clearance import MarginRule
 from trajopt.terms.expression import Expression
 from trajopt.terms.symbolic.kinematics import SymbolicKinematics
@@ -172,7 +172,7 @@ def problem() -> to.Problem:
     asked = to.named_problem("past_pillar_panda")
     return replace(
         asked,
-        costs=[*(asked.costs or ()), berth(0.02), Cost(Expression("first", first_joint), 0.01)],
+        costs=[*(asked.costs or ()), soft_clearance(0.02), Cost(Expression("first", first_joint), 0.01)],
     )
 
 

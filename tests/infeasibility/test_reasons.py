@@ -1,8 +1,9 @@
 """A residual is known by its class: a user's own that is named like a built-in one is not taken for it."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
-from trajopt.planning.portfolio import _blocked  # pyright: ignore[reportPrivateUsage]
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
@@ -10,9 +11,11 @@ from trajopt.arrays import Floats
 from trajopt.explanation import Certainty, Explanation
 from trajopt.explanation.candidates import candidates
 from trajopt.infeasibility.reasons import BlockKind, blocks_on_the_way
+from trajopt.planning.goal_search import _blocked  # pyright: ignore[reportPrivateUsage]
 from trajopt.planning.result import Status
 from trajopt.solvers import SolveResult, Sqp
-from trajopt.terms import Clearance, Constraint, JointPosition, OwnResidual, constraint, own
+from trajopt.terms import Clearance, Constraint, FunctionResidual, constraint, residual_from_function
+from trajopt.terms.joint_positions import JointPosition
 from trajopt.transcription import transcribe
 
 START = {"pan": -0.3, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
@@ -36,7 +39,7 @@ def unholdable(name: str) -> Constraint:
         slope[-1, 0] = 2.0 * q[0]
         return slope
 
-    return constraint(own(name, function, jacobian=jacobian), lower=-np.inf, upper=0.5)
+    return constraint(residual_from_function(name, function, jacobian=jacobian), lower=-np.inf, upper=0.5)
 
 
 def problem(scene: to.Scene, name: str) -> to.Problem:
@@ -55,8 +58,8 @@ def test_a_users_term_named_clearance_is_no_contact(scene: to.Scene) -> None:
     at = solved(asked)
     worst = blocks_on_the_way(asked, at)[0]
     assert worst.kind is BlockKind.REQUIREMENT and worst.subjects == ("clearance",)
-    assert worst.residual is OwnResidual
-    assert _blocked(at) == ()
+    assert worst.residual is FunctionResidual
+    assert _blocked(SimpleNamespace(solve=at)) == ()  # pyright: ignore[reportArgumentType]
 
 
 def test_a_users_term_named_like_a_requirement_widens_none(scene: to.Scene) -> None:

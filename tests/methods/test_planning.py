@@ -13,7 +13,7 @@ from trajopt.methods import Decoded, Knots, method_named
 from trajopt.methods.bspline import Bspline
 from trajopt.methods.free_duration import FreeDuration, FreeDurationProgram
 from trajopt.solvers import SolveResult
-from trajopt.terms import Cost, Velocity, Window, constraint, own, penalty
+from trajopt.terms import Cost, Velocity, Window, constraint, penalty, residual_from_function
 
 METHODS = ("ipopt", "fatrop", "sqpmethod", "bspline", "free-duration")
 PROBLEMS = ("planar_fold", "past_pillar_ur5", "cup_past_pillar")
@@ -68,7 +68,7 @@ def test_options_that_make_no_spline_are_refused() -> None:
 
 def test_ones_own_function_is_held_through_a_callback() -> None:
     asked = to.named_problem("planar_fold")
-    joint = constraint(own("first joint", lambda q: q[0]), lower=-np.inf, upper=3.0)
+    joint = constraint(residual_from_function("first joint", lambda q: q[0]), lower=-np.inf, upper=3.0)
     result = to.plan(
         replace(asked, constraints=(*asked.constraints, joint)), method=method_named("sqpmethod")
     )
@@ -86,7 +86,7 @@ def test_what_ones_own_function_raises_is_raised(method: str) -> None:
             raise ArithmeticError("mine")
         return 0.5 if positions[0] < 9.0 else 2.0
 
-    item = constraint(own("mine", fails), lower=0.0, upper=1.0)
+    item = constraint(residual_from_function("mine", fails), lower=0.0, upper=1.0)
     with pytest.raises(ArithmeticError, match="mine"):
         to.plan(replace(asked, constraints=(item,)), method=method_named(method))
 

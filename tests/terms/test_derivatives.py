@@ -21,9 +21,21 @@ from trajopt.model.requirements import Gaze, RotationCoordinates, follows_curve
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
 from trajopt.nlp import Rows
 from trajopt.query import Query
+from trajopt.terms.axis_alignment import AxisAngle
+from trajopt.terms.coupled_joints import JointSum
+from trajopt.terms.distance_between import PointDistance
 from trajopt.terms.expression import Expression
+from trajopt.terms.follows_curve import CurveError
+from trajopt.terms.frame_placement import FramePlacementError
+from trajopt.terms.gaze import ViewAngle, ViewDistance
+from trajopt.terms.gravity_torque import GravityShare
+from trajopt.terms.joint_positions import JointPosition
+from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
+from trajopt.terms.point_on_arc import ArcCoordinates
+from trajopt.terms.position_in_region import RegionCoordinates
 from trajopt.terms.residual import Residual
+from trajopt.terms.singularity_distance import SmallestSingularValue
 
 KNOTS = 4
 SHAPES: dict[str, Shape] = {
@@ -70,7 +82,7 @@ def frame_error(coordinates: RotationCoordinates, reference: str) -> Callable[[W
             coordinates=coordinates,
             offset=(0.02, -0.01, 0.03),
         )
-        return terms.FramePlacementError(at.reduced, required)
+        return FramePlacementError(at.reduced, required)
 
     return build
 
@@ -80,7 +92,7 @@ def tilt(reference: str) -> Callable[[World], Residual]:
         required = to.axis_alignment(
             "held", axis=(0.1, 0.2, 1.0), direction=(0.3, 0, 1), tolerance=0.1, reference=reference
         )
-        return terms.AxisAngle(at.reduced, required)
+        return AxisAngle(at.reduced, required)
 
     return build
 
@@ -92,7 +104,7 @@ def region(at: World) -> Residual:
         (Cylinder(0.1, 0.3), to.placement((0.1, -0.3, 0.3), rpy=(0.5, 0, 0))),
         (Plane(), to.placement((0, 0, -0.2), rpy=(0, 0.2, 0))),
     ]
-    return terms.RegionCoordinates(
+    return RegionCoordinates(
         at.reduced, to.position_in_region("held", union, reference="slide", offset=(0.01, 0.02, 0.03))
     )
 
@@ -100,14 +112,14 @@ def region(at: World) -> Residual:
 def arc(at: World) -> Residual:
     circle = to.placement((0.1, 0.1, 0.2), rpy=(0.1, 0.2, 0.3))
     required = to.point_on_arc("tip", circle, radius=0.2, tolerance=0.01, sweep=2.0, reference="thing")
-    return terms.ArcCoordinates(at.reduced, required)
+    return ArcCoordinates(at.reduced, required)
 
 
 def apart(at: World) -> Residual:
     required = to.distance_between(
         "held", "slide", lower=0.1, upper=0.5, first_offset=(0, 0.1, 0), second_offset=(0, 0, 0.2)
     )
-    return terms.PointDistance(at.reduced, required)
+    return PointDistance(at.reduced, required)
 
 
 def camera(reference: str) -> Gaze:
@@ -125,14 +137,17 @@ def camera(reference: str) -> Gaze:
 def away(frame: str, length: float) -> Callable[[World], Residual]:
     def build(at: World) -> Residual:
         required = to.singularity_distance(frame, 0.01, length=length, offset=(0.05, 0, 0.02))
-        return terms.SmallestSingularValue(at.reduced, required)
+        return SmallestSingularValue(at.reduced, required)
 
     return build
 
 
 def near_pair() -> Residual:
-    wished = {("tip", "thing"): terms.Wished(2.5, 30.0), ("held", "thing"): terms.Wished(2.0, 0.0)}
-    return terms.berth(2.0, weight=7.0, pairs=wished).residual
+    wished = {
+        ("tip", "thing"): terms.SoftDistance(2.5, 30.0),
+        ("held", "thing"): terms.SoftDistance(2.0, 0.0),
+    }
+    return terms.soft_clearance(2.0, weight=7.0, pairs=wished).residual
 
 
 def curve(reference: str, **more: object) -> Callable[[World], Residual]:
@@ -140,7 +155,7 @@ def curve(reference: str, **more: object) -> Callable[[World], Residual]:
         begin = to.placement((0.1, 0.1, 0.2), rpy=(0.1, 0.2, 0.3))
         way = line(begin, to.placement((0.3, -0.2, 0.4), rpy=(1.0, -0.2, 0.3)))
         required = follows_curve("held", way, reference=reference, offset=(0.1, 0, 0), **more)  # type: ignore[arg-type]
-        return terms.CurveError(at.reduced, required, np.array((0.0, 0.1, 0.3, way.length)))
+        return CurveError(at.reduced, required, np.array((0.0, 0.1, 0.3, way.length)))
 
     return build
 
@@ -156,41 +171,43 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     terms.Velocity: [lambda _: terms.Velocity()],
     terms.Acceleration: [lambda _: terms.Acceleration()],
     terms.Jerk: [lambda _: terms.Jerk()],
-    terms.JointPosition: [lambda _: terms.JointPosition(np.array([2, 0]))],
-    terms.FramePlacementError: [
+    JointPosition: [lambda _: JointPosition(np.array([2, 0]))],
+    FramePlacementError: [
         frame_error(coordinates, reference)
         for coordinates in RotationCoordinates
         for reference in ("world", "thing", "slide")
     ],
     Expression: [lambda _: Expression("tip", lambda k: k.point("tip", (0.1, 0.0, 0.2), "slide"))],
-    terms.AxisAngle: [tilt("world"), tilt("slide")],
-    terms.RegionCoordinates: [region],
-    terms.ArcCoordinates: [arc],
-    terms.CurveError: [
+    AxisAngle: [tilt("world"), tilt("slide")],
+    RegionCoordinates: [region],
+    ArcCoordinates: [arc],
+    CurveError: [
         curve("world"),
         curve("slide"),
         curve("slide", spin=(0.1, 0.2, 1.0)),
         curve("thing", rotation_tolerance=np.inf),
     ],
-    terms.PointDistance: [apart],
-    terms.ViewAngle: [lambda at: terms.ViewAngle(at.reduced, camera("slide"))],
-    terms.ViewDistance: [lambda at: terms.ViewDistance(at.reduced, camera("world"))],
-    terms.JointSum: [lambda _: terms.JointSum(np.array([0.5, 0.0, -1.0, 2.0]), 0.3)],
+    PointDistance: [apart],
+    ViewAngle: [lambda at: ViewAngle(at.reduced, camera("slide"))],
+    ViewDistance: [lambda at: ViewDistance(at.reduced, camera("world"))],
+    JointSum: [lambda _: JointSum(np.array([0.5, 0.0, -1.0, 2.0]), 0.3)],
     terms.RestPosture: [lambda _: terms.RestPosture({"elbow": 0.3, "pan": -0.2})],
-    terms.SmallestSingularValue: [away("held", 0.3), away("finger", 0.3), away("finger", 0.0)],
+    SmallestSingularValue: [away("held", 0.3), away("finger", 0.3), away("finger", 0.0)],
     terms.LostManipulability: [lambda _: terms.LostManipulability("finger", 0.01, 0.2)],
-    terms.GravityShare: [lambda at: terms.GravityShare(at.reduced, np.arange(4))],
-    terms.OwnResidual: [
-        lambda at: terms.own("tip", height(at)),
-        lambda _: terms.own("squares", lambda q: q**2, jacobian=lambda q: np.diag(2.0 * q)),
+    GravityShare: [lambda at: GravityShare(at.reduced, np.arange(4))],
+    terms.FunctionResidual: [
+        lambda at: terms.residual_from_function("tip", height(at)),
+        lambda _: terms.residual_from_function(
+            "squares", lambda q: q**2, jacobian=lambda q: np.diag(2.0 * q)
+        ),
     ],
     terms.Exceeded: [lambda _: terms.Exceeded(camera("world"))],
-    terms.SightClearance: [
-        lambda at: terms.SightClearance(
+    SightClearance: [
+        lambda at: SightClearance(
             at.reduced, to.line_of_sight("tip", (0.66, 0.2, 0.4), origin=(0, 0, 0.2), ignore=["held"])
         )
     ],
-    terms.Berth: [lambda _: near_pair()],
+    terms.SoftClearance: [lambda _: near_pair()],
     terms.Clearance: [lambda at: terms.Clearance(at.reduced, activation=2.0)],
 }
 
@@ -254,7 +271,7 @@ def test_jacobian(term: type, tmp_path: Path) -> None:
             compared, off = check(residual, at, random_knots(at, rng), rng, 1e-4)
             assert compared > 0
             # At a change of the nearest features the distance has a kink, and no derivative.
-            assert off <= (0.01 * compared if term in (terms.Clearance, terms.Berth) else 0)
+            assert off <= (0.01 * compared if term in (terms.Clearance, terms.SoftClearance) else 0)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=str)

@@ -12,6 +12,8 @@ from trajopt import terms
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import RotationCoordinates
 from trajopt.query import Query
+from trajopt.terms.axis_alignment import AxisAngle
+from trajopt.terms.frame_placement import FramePlacementError
 from trajopt.terms.motion import Motion
 
 angles = st.floats(-1.4, 1.4)
@@ -38,7 +40,7 @@ def test_placement_error_rebuilds_the_frame(
     frame = reduced.scene.placement_of("tip", reduced.all_positions(np.array(at)))
     for coordinates in RotationCoordinates:
         required = to.frame_placement("tip", goal, coordinates=coordinates)
-        value = terms.FramePlacementError(reduced, required).linearise(standing(reduced, at)).value
+        value = FramePlacementError(reduced, required).linearise(standing(reduced, at)).value
         error = (
             Rotation.from_rotvec(value[3:])
             if coordinates is RotationCoordinates.ROTATION_VECTOR
@@ -52,7 +54,7 @@ def test_placement_error_rebuilds_the_frame(
 @given(at=positions)
 def test_tilt_is_the_angle(reduced: ReducedModel, at: tuple[float, ...]) -> None:
     required = to.axis_alignment("tip", axis=(0, 1, 1), direction=(1, 0, 2), tolerance=0.2)
-    value = terms.AxisAngle(reduced, required).linearise(standing(reduced, at)).value[0]
+    value = AxisAngle(reduced, required).linearise(standing(reduced, at)).value[0]
     frame = reduced.scene.placement_of("tip", reduced.all_positions(np.array(at)))
     cosine = (frame.rotation @ required.axis) @ required.direction
     assert np.cos(value) == pytest.approx(cosine, abs=1e-9)

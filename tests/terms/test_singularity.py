@@ -13,6 +13,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.query import Query
 from trajopt.terms.motion import Motion
+from trajopt.terms.singularity_distance import SmallestSingularValue
 
 positions = st.tuples(st.floats(-6, 6), st.floats(0, 0.3), st.floats(-2.5, 2.5), st.floats(-3, 3))
 OFFSET = np.array((0.05, 0.0, 0.02))
@@ -44,7 +45,7 @@ def test_singular_values_are_those_of_the_jacobian(reduced: ReducedModel, at: tu
     motion = Motion.standing(np.array(at), Query(reduced))
     expected = np.linalg.svd(differenced(reduced, np.array(at), 0.3), compute_uv=False)
     need = to.singularity_distance("finger", 0.01, length=0.3, offset=OFFSET)
-    found = terms.SmallestSingularValue(reduced, need).linearise(motion).value[0]
+    found = SmallestSingularValue(reduced, need).linearise(motion).value[0]
     assert found == pytest.approx(expected[-1], abs=1e-6)
     at_origin = terms.LostManipulability("finger", 0.01, 0.3).linearise(motion).value[0]
     origin = to.singularity_distance("finger", 0.01, length=0.3)

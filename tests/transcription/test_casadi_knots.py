@@ -11,7 +11,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
 from trajopt.planning.seeds import straight_line
 from trajopt.solvers.nlpsol import CasadiProgram
-from trajopt.terms import Cost, Jerk, Velocity, constraint, own, penalty
+from trajopt.terms import Cost, Jerk, Velocity, constraint, penalty, residual_from_function
 from trajopt.terms.residual import Residual
 from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 from trajopt.transcription import KnotsNlp, transcribe
@@ -27,7 +27,11 @@ def over_knots(folder: Path, *, costs: tuple[Cost, ...] | None = None) -> tuple[
         to.axis_alignment("tip", axis=(1, 0, 0), direction=(0, 1, 0), tolerance=2.5),
         to.singularity_distance("tip", 1e-4),
         to.gravity_torque(0.9),
-        constraint(own("squares", lambda q: q**2, jacobian=lambda q: np.diag(2.0 * q)), lower=0.0, upper=9.0),
+        constraint(
+            residual_from_function("squares", lambda q: q**2, jacobian=lambda q: np.diag(2.0 * q)),
+            lower=0.0,
+            upper=9.0,
+        ),
     )
     problem = to.Problem(
         scene=scene, start=START, goal=to.joint_positions(GOAL), constraints=asked, costs=costs, knots=9

@@ -7,10 +7,10 @@ import pytest
 
 import trajopt as to
 from tests.verify.arms import joint, link, quintic, reduced, robot
-from trajopt import terms
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.query import Query
+from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
 from trajopt.verify import Check, Evidence, VerifyOptions, When, check_requirement
 from trajopt.verify.kernel.kinematics import Kinematics
@@ -42,7 +42,7 @@ def test_the_distance_of_a_ball_by_hand(model: ReducedModel) -> None:
         centre = np.array((0.5 - at, 0.0, 1.0))
         expected = float(np.linalg.norm(np.cross(centre, way))) - 0.1
         need = to.line_of_sight("eye", (0.0, 0.0, 2.0), ignore=["box", "floor"])
-        rows = terms.SightClearance(model, need).linearise(Motion.standing(np.array((at,)), query))
+        rows = SightClearance(model, need).linearise(Motion.standing(np.array((at,)), query))
         if expected < 0.1:
             assert rows.value == pytest.approx([expected], abs=1e-6)
         else:

@@ -9,7 +9,7 @@ from trajopt.model.curve import TURN_LENGTH
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FollowsCurve
 from trajopt.query import Query
-from trajopt.terms import CurveError
+from trajopt.terms.follows_curve import CurveError
 from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
 

@@ -15,8 +15,8 @@ from trajopt.model.requirements import FollowsCurve
 from trajopt.nlp import Rows
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult, Sqp
-from trajopt.terms import Constraint, Cost, CurveError, constraint
-from trajopt.terms.follows_curve import POSITION_ROWS, within
+from trajopt.terms import Constraint, Cost, constraint
+from trajopt.terms.follows_curve import POSITION_ROWS, CurveError, within
 from trajopt.terms.motion import Motion
 from trajopt.transcription import transcribe
 

@@ -2,20 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
 from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
+from trajopt.model.requirements import FollowsCurve, Requirement
 from trajopt.nlp import Linearisation, Loss
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers.nlpsol import Nlpsol
 from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
 from trajopt.terms.residual import Constraint
-from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 from trajopt.transcription import KnotsNlp, transcribe
-from trajopt.transcription.casadi.knots import by_stages, objection, plainly
+from trajopt.transcription.casadi.knots import by_stages, objection, plainly, requirement_objection
 
 ROUNDS = 6
 """Solutions at most: on finer samples, or with a larger penalty, from where the last one ended."""
@@ -89,12 +90,17 @@ class CasadiKnots:
 
     def objection(self, problem: Problem) -> str:
         """Refuse residuals whose rows may come and go, and for fatrop costs with a kink."""
-        kinematics = SymbolicKinematics(problem.reduced)
-        costs = problem.costs or ()
-        partial = [part.required for part in problem.partial if isinstance(part.required, Constraint)]
-        residuals = [item.residual for item in (*problem.own_constraints, *partial, *costs)]
-        found = [text for text in (moving_start(problem), followed_curve(problem)) if text]
-        found += [text for text in (objection(item, kinematics) for item in residuals) if text]
+        costs, reduced = problem.costs or (), problem.reduced
+        partial = [part.required for part in problem.partial]
+        held = [item for item in (*problem.own_constraints, *partial) if isinstance(item, Constraint)]
+        required = [item for item in (*problem.requirements, *partial) if isinstance(item, Requirement)]
+        required += [*problem.goals, *chain(*problem.waypoint_requirements)]
+        words = [moving_start(problem), followed_curve(problem)]
+        words += [objection(item.residual, reduced) for item in (*held, *costs)]
+        words += [
+            requirement_objection(item, reduced) for item in required if not isinstance(item, FollowsCurve)
+        ]
+        found = [text for text in words if text]
         if self._staged:
             found += [
                 f"cost {cost.residual.name!r} has a kink, which does not fit its structure"

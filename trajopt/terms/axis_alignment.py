@@ -1,6 +1,7 @@
 """Angle between an axis of a frame and a direction."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,6 +12,11 @@ from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +52,17 @@ class AxisAngle:
         about = np.where(opposite[:, None], across, cross / np.maximum(sine, 1e-9)[:, None])
         slope = -np.einsum("si,sin->sn", about, seen.angular_jacobian)
         return motion.rows_of_all(angle[:, None], slope[:, None, :])
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.terms.symbolic import length
+
+        need = self.required
+        axis = kinematics.rotation(need.frame, need.reference) @ ca.SX(need.axis)
+        direction = ca.SX(need.direction)
+        return ca.atan2(length(ca.cross(axis, direction)), ca.dot(axis, direction))
 
 
 @constrain.register

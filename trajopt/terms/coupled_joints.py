@@ -1,6 +1,7 @@
 """A weighted sum of joint positions."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,11 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +37,12 @@ class JointSum(Value):
         """Return the sums; exact, for they are linear."""
         value = motion.positions @ self.weights + self.constant
         return motion.rows_of_all(value[:, None], np.tile(self.weights, (len(value), 1, 1)))
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        return ca.dot(ca.SX(self.weights), kinematics.q) + self.constant
 
 
 @constrain.register

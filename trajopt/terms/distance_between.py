@@ -1,6 +1,7 @@
 """Distance between two points of frames."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,11 @@ from trajopt.terms.lengths import lengths
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 LARGE = 0.1
 """The share of the room between the bounds that is kept in hand is that of this much at most [m]."""
@@ -46,6 +52,16 @@ class PointDistance:
             np.hstack((apart, distance[:, None])),
             np.concatenate((seen.point_jacobian, rate[:, None]), axis=1),
         )
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.terms.symbolic import length
+
+        need = self.required
+        apart = kinematics.point(need.first, need.first_offset, need.second) - ca.SX(need.second_offset)
+        return ca.vertcat(apart, length(apart))
 
 
 @constrain.register

@@ -2,18 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
-
-import casadi as ca
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
-from trajopt.terms.symbolic.kinematics import SymbolicKinematics
 
-Build = Callable[[SymbolicKinematics], ca.SX]
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
+
+Build = Callable[["SymbolicKinematics"], "ca.SX"]
 """Makes the expression, a scalar or a column, of the symbols in `SymbolicKinematics.q`."""
 
 
@@ -42,10 +45,18 @@ class Expression:
         value, jacobian = compiled[self](motion.positions)
         return motion.rows_of_all(value, jacobian)
 
-    def _compiled(self, reduced: ReducedModel) -> "_Compiled":
-        kinematics = SymbolicKinematics(reduced)
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the expression; see `Symbolic`."""
+        import casadi as ca
+
         # What is fixed to the world may make it a plain number.
-        return _Compiled(self.name, kinematics.q, ca.SX(self.build(kinematics)))
+        return ca.SX(self.build(kinematics))
+
+    def _compiled(self, reduced: ReducedModel) -> "_Compiled":
+        from trajopt.terms.symbolic import SymbolicKinematics
+
+        kinematics = SymbolicKinematics(reduced)
+        return _Compiled(self.name, kinematics.q, self.expression(kinematics))
 
 
 def _by_expression(reduced: ReducedModel) -> WeakKeyDictionary[Expression, "_Compiled"]:
@@ -56,7 +67,9 @@ def _by_expression(reduced: ReducedModel) -> WeakKeyDictionary[Expression, "_Com
 class _Compiled:
     """An expression and its Jacobian as a CasADi function, mapped over any number of samples."""
 
-    def __init__(self, name: str, q: ca.SX, value: ca.SX) -> None:
+    def __init__(self, name: str, q: "ca.SX", value: "ca.SX") -> None:
+        import casadi as ca
+
         if value.shape[1] != 1:
             raise ProblemError(f"expression {name!r}: needs a scalar or a column, has shape {value.shape}")
         strange = {str(symbol) for symbol in ca.symvar(value)} - {str(symbol) for symbol in ca.symvar(q)}

@@ -5,6 +5,7 @@ J_r^{-1} R^T w (Sola et al., A micro Lie theory, 2018, eq. 144); Euler angles ar
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,11 @@ from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 TINY = 1e-4
 """Where the sine of the angle is smaller, the axis of a rotation is not read from its skew part."""
@@ -53,6 +59,21 @@ class FramePlacementError:
         value = np.hstack(((seen.point - need.placement.translation) @ to_goal.T, angles))
         jacobian = np.concatenate((to_goal @ seen.point_jacobian, rate @ body_spin), axis=1)
         return motion.rows_of_all(value, jacobian)
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        need = self.required
+        to_goal = ca.SX(need.placement.rotation.T)
+        point = kinematics.point(need.frame, need.offset, need.reference)
+        rotation = to_goal @ kinematics.rotation(need.frame, need.reference)
+        angles = (
+            _symbolic_vector(rotation)
+            if need.coordinates is RotationCoordinates.ROTATION_VECTOR
+            else _symbolic_euler(rotation)
+        )
+        return ca.vertcat(to_goal @ (point - ca.SX(need.placement.translation)), angles)
 
 
 def rotation_vector(rotation: Floats) -> tuple[Floats, Floats]:
@@ -121,4 +142,28 @@ def _(
             tolerance=float(max(tolerance.min() * inset * 0.5, 1e-9)),
             window=window,
         ),
+    )
+
+
+def _symbolic_vector(rotation: "ca.SX") -> "ca.SX":
+    """Return log R = t / sin t (R - R^T) / 2, the angle t by its sine and cosine."""
+    import casadi as ca
+
+    from trajopt.terms.symbolic import length
+
+    axis = 0.5 * ca.vertcat(
+        rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]
+    )
+    sine = length(axis)
+    return axis * (ca.atan2(sine, 0.5 * (ca.trace(rotation) - 1.0)) / sine)
+
+
+def _symbolic_euler(rotation: "ca.SX") -> "ca.SX":
+    """Return angles (a, b, c) of R = Rx(a) Ry(b) Rz(c)."""
+    import casadi as ca
+
+    return ca.vertcat(
+        ca.atan2(-rotation[1, 2], rotation[2, 2]),
+        ca.asin(ca.fmin(ca.fmax(rotation[0, 2], -1.0), 1.0)),
+        ca.atan2(-rotation[0, 1], rotation[0, 0]),
     )

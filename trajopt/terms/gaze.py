@@ -6,6 +6,7 @@ the axis, t' = (cos t n - sin t a) . p' / r.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,11 @@ from trajopt.terms.lengths import lengths
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 NEAR = 1e-6
 """Nearer than this the direction of a point means nothing [m]."""
@@ -60,6 +66,17 @@ class ViewAngle:
         rate = np.einsum("si,sin->sn", slope, seen.point_jacobian)
         return motion.rows_of_all(angle[:, None], rate[:, None, :])
 
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.terms.symbolic import length
+
+        need = self.required
+        point = kinematics.point(need.reference, need.target, need.frame) - ca.SX(need.origin)
+        ahead = ca.dot(point, ca.SX(need.axis))
+        return ca.atan2(length(point - ca.SX(need.axis) * ahead), ahead)
+
 
 @dataclass(frozen=True, eq=False)
 class ViewDistance:
@@ -84,6 +101,15 @@ class ViewDistance:
         seen = relative_frame(self.reduced, motion, need.reference, need.frame, need.target)
         distance, rate = lengths(seen.point - need.origin, seen.point_jacobian, aside=0)
         return motion.rows_of_all(distance[:, None], rate[:, None, :])
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.terms.symbolic import length
+
+        need = self.required
+        return length(kinematics.point(need.reference, need.target, need.frame) - ca.SX(need.origin))
 
 
 @constrain.register

@@ -1,6 +1,7 @@
 """Torque that holds the arm still against gravity, as a share of the effort limits."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -14,6 +15,11 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +53,20 @@ class GravityShare(Value):
             torque[row] = data.g
         by_effort = reduced.mimic_matrix[:, self.joints] / reduced.limits.effort[self.joints]
         return motion.rows_of_all(torque @ by_effort, by_effort.T @ slope @ reduced.mimic_matrix)
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """The gradient of the potential energy - sum m g . c over the bodies' centres of mass c."""
+        import casadi as ca
+
+        model = loaded_model(kinematics.reduced)
+        gravity = ca.SX(np.asarray(model.gravity.linear, dtype=np.float64))
+        energy = ca.SX(0.0)
+        for joint in range(1, model.njoints):
+            body = model.inertias[joint]
+            centre = kinematics.joint_point(joint, np.asarray(body.lever, dtype=np.float64))
+            energy -= float(body.mass) * ca.dot(gravity, centre)
+        torque = ca.jacobian(energy, kinematics.q).T
+        return torque[self.joints.tolist()] / ca.SX(kinematics.reduced.limits.effort[self.joints])
 
 
 @constrain.register

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,11 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +38,10 @@ class JointPosition(Value):
         value = motion.positions[:, self.joints]
         select = np.eye(motion.positions.shape[1])[self.joints]
         return motion.rows_of_all(value, np.tile(select, (len(value), 1, 1)))
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        return kinematics.q[self.joints.tolist()]
 
 
 def without_followers(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Requirement, ...]:

@@ -1,6 +1,7 @@
 """Where a point is about an arc: off the circle, off its plane, and along the arc."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,11 @@ from trajopt.terms.lengths import lengths
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +59,19 @@ class ArcCoordinates:
             np.stack((off[:, 0], off[:, 1], apart, along), axis=1),
             np.stack((off_rate[:, 0], off_rate[:, 1], apart_rate, need.radius * turn), axis=1),
         )
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        from trajopt.terms.symbolic import length
+
+        need = self.required
+        axes = need.centre.rotation @ from_rpy(0.0, 0.0, need.sweep / 2.0)
+        seen = kinematics.point(need.frame, need.offset, need.reference)
+        point = ca.SX(axes.T) @ (seen - ca.SX(need.centre.translation))
+        off = ca.vertcat(length(point[:2]) - need.radius, point[2])
+        return ca.vertcat(off, length(off), need.radius * ca.atan2(point[1], point[0]))
 
 
 @constrain.register

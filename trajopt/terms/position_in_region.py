@@ -6,6 +6,7 @@ than a tube is wide still end in it.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,8 +21,15 @@ from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint
 
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
+
 ROWS = 4
 """Components kept for each member of a union."""
+INSIDE = -1.0
+"""What coordinates of a member of a union read that is not the nearest one: within every bound [m]."""
 LARGE = 0.05
 """The share of a region's size that is kept in hand is that of this size where it is larger [m]."""
 
@@ -67,6 +75,30 @@ class RegionCoordinates:
         return motion.rows(
             np.concatenate(sample), np.concatenate(value), np.concatenate(jacobian), np.concatenate(component)
         )
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Four components a member; those of members that are not the nearest lie within all bounds."""
+        import casadi as ca
+
+        need = self.required
+        seen = kinematics.point(need.frame, need.offset, need.reference)
+        local = [ca.SX(where.rotation.T) @ (seen - ca.SX(where.translation)) for _, where in need.members]
+        columns = [
+            _symbolic_coordinates(shape, at) for (shape, _), at in zip(need.members, local, strict=True)
+        ]
+        if len(columns) == 1:
+            return columns[0]
+        outside = [_symbolic_outside(shape, at) for (shape, _), at in zip(need.members, local, strict=True)]
+        found: list[ca.SX] = []
+        for mine, ((shape, _), column) in enumerate(zip(need.members, columns, strict=True)):
+            nearest = ca.SX(1.0)
+            for other, away in enumerate(outside):
+                if other != mine:
+                    # Of members equally near the first one counts.
+                    nearest = nearest * (outside[mine] < away if other < mine else outside[mine] <= away)
+            rest = INSIDE if isinstance(shape, Plane) else 0.0
+            found.append(ca.if_else(nearest, column, rest))
+        return ca.vertcat(*found)
 
 
 def _coordinates(shape: Region, point: Floats, rate: Floats) -> tuple[Floats, Floats]:
@@ -137,3 +169,39 @@ def _(
             window=window,
         ),
     )
+
+
+def _symbolic_coordinates(shape: Region, point: "ca.SX") -> "ca.SX":
+    import casadi as ca
+
+    from trajopt.terms.symbolic import length
+
+    match shape:
+        case Sphere():
+            rows = [point, length(point)]
+        case Cylinder():
+            rows = [point[:2], length(point[:2]), point[2]]
+        case Plane():
+            rows = [point[2]]
+        case _:
+            rows = [point]
+    column = ca.vertcat(*rows)
+    return ca.vertcat(column, ca.SX(np.zeros(ROWS - column.shape[0])))
+
+
+def _symbolic_outside(shape: Region, point: "ca.SX") -> "ca.SX":
+    """Signed distance from a shape, negative inside."""
+    import casadi as ca
+
+    from trajopt.terms.symbolic import length
+
+    match shape:
+        case Box():
+            over = ca.fabs(point) - ca.SX(np.array((shape.x, shape.y, shape.z)) / 2.0)
+        case Sphere():
+            return length(point) - shape.radius
+        case Cylinder():
+            over = ca.vertcat(length(point[:2]) - shape.radius, ca.fabs(point[2]) - shape.length / 2.0)
+        case _:
+            return point[2]
+    return length(ca.fmax(over, 0.0)) + ca.fmin(ca.mmax(over), 0.0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,11 @@ from trajopt.errors import JointNotFound, ProblemError
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE, Cost, Window
+
+if TYPE_CHECKING:
+    import casadi as ca
+
+    from trajopt.terms.symbolic import SymbolicKinematics
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +42,14 @@ class RestPosture:
         places = [names.index(joint) for joint in self.positions]
         value = motion.positions[:, places] - np.array(list(self.positions.values()))
         return motion.rows_of_all(value, np.tile(np.eye(len(names))[places], (len(value), 1, 1)))
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """Return the components as an expression; see `Symbolic`."""
+        import casadi as ca
+
+        names = kinematics.reduced.joint_names
+        places = [names.index(joint) for joint in self.positions]
+        return kinematics.q[places] - ca.SX(list(self.positions.values()))
 
 
 def rest_posture(

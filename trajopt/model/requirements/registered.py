@@ -29,9 +29,10 @@ class Dispatch(Protocol[Result_co]):
 
 
 def import_modules(package: str) -> None:
-    """Import all modules of a package, so that they register what they add."""
+    """Import all modules of a package, without its subpackages, so that they register what they add."""
     for item in iter_modules(import_module(package).__path__):
-        import_module(f"{package}.{item.name}")
+        if not item.ispkg:
+            import_module(f"{package}.{item.name}")
 
 
 def import_installed() -> None:

@@ -1,6 +1,7 @@
-"""Placements of frames as CasADi expressions, built from the model's joints."""
+"""Placements of frames as CasADi expressions, built from the model's joints, and residuals made of them."""
 
 from collections.abc import Sequence
+from typing import Protocol, runtime_checkable
 
 import casadi as ca
 import numpy as np
@@ -9,6 +10,9 @@ import pinocchio as pin
 from trajopt.arrays import Floats, floats
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
+
+SMALL = 1e-16
+"""Squared lengths below this count as this, so that a root has a slope everywhere."""
 
 
 class SymbolicKinematics:
@@ -98,3 +102,24 @@ def _turn(axis: Floats, angle: ca.SX) -> ca.SX:
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return ca.SX.eye(3) + ca.sin(angle) * ca.SX(cross) + (1.0 - ca.cos(angle)) * ca.SX(cross @ cross)
+
+
+@runtime_checkable
+class Symbolic(Protocol):
+    """A residual that has an expression: the same numbers, with automatic derivatives of any order.
+
+    What has none is measured (clearance, lines of sight, singular values) or a plain function.
+    """
+
+    def expression(self, kinematics: SymbolicKinematics) -> ca.SX:
+        """Return the components at the configuration `kinematics.q`, a column.
+
+        Args:
+            kinematics: Of the reduced model that the residual is of.
+        """
+        ...
+
+
+def length(vector: ca.SX) -> ca.SX:
+    """Return the length of a vector; it has a slope also where it vanishes."""
+    return ca.sqrt(ca.fmax(ca.sumsqr(vector), SMALL))

@@ -6,46 +6,52 @@ import casadi as ca
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
-from trajopt.model.requirements import LineOfSight, PositionInRegion, Requirement
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import PositionInRegion, Requirement
 from trajopt.nlp import Loss
 from trajopt.solvers.nlpsol import CasadiProgram
 from trajopt.terms.clearance import Clearance
 from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
-from trajopt.terms.own import OwnResidual
 from trajopt.terms.penalty import Exceeded
-from trajopt.terms.residual import Constraint, Cost, Residual, Window
+from trajopt.terms.requirement import constrain
+from trajopt.terms.residual import WHOLE, Constraint, Cost, Residual, Window
+from trajopt.terms.residual_from_function import FunctionResidual
 from trajopt.terms.singularity_distance import LostManipulability, SmallestSingularValue
 from trajopt.terms.smoothness import Acceleration, Jerk, Velocity
-from trajopt.terms.symbolic.expressed import expressed
-from trajopt.terms.symbolic.kinematics import SymbolicKinematics
+from trajopt.terms.symbolic import Symbolic, SymbolicKinematics
 from trajopt.transcription.casadi.layout import Layout, Plain, Staged
 from trajopt.transcription.casadi.measured import Ends, EverySample, Measured, NearestRows, links_of_pairs
 from trajopt.transcription.knots import KnotsNlp
 
 ORDERS: dict[type, int] = {Velocity: 1, Acceleration: 2, Jerk: 3}
 """Costs of differences of the knots, and their order."""
-SAMPLED = (OwnResidual, SmallestSingularValue, LostManipulability, Exceeded)
+SAMPLED = (FunctionResidual, SmallestSingularValue, LostManipulability, Exceeded)
 """Measured at every sample."""
 NEAR = (Clearance, SightClearance)
 """Measured where they are near."""
 
 
-def objection(residual: Residual, kinematics: SymbolicKinematics) -> str:
+def objection(residual: Residual, reduced: ReducedModel) -> str:
     """Say why a residual has no place in a program of CasADi; empty if it has.
 
     Clearance has one only as the constraint that every problem has.
     """
-    known = isinstance(residual, (*ORDERS, *SAMPLED)) or expressed(residual, kinematics) is not None
-    if known and not (isinstance(residual, Exceeded) and _comes_and_goes(residual.required)):
-        return ""
-    return f"{residual.name!r} is of a kind whose rows may come and go: use own(...) or an Expression"
+    if isinstance(residual, Exceeded):
+        required = residual.required
+        union = isinstance(required, PositionInRegion) and len(required.members) > 1
+        inner = (item.residual for item in constrain(required, reduced, WHOLE))
+        known = not union and not any(objection(each, reduced) for each in inner)
+    else:
+        known = isinstance(residual, (*ORDERS, *SAMPLED, Symbolic))
+    return "" if known else f"{residual.name!r} has no CasADi expression, and its rows may come and go"
 
 
-def _comes_and_goes(required: Requirement) -> bool:
-    """Whether only some of a requirement's rows are there at a time."""
-    union = isinstance(required, PositionInRegion) and len(required.members) > 1
-    return union or isinstance(required, LineOfSight)
+def requirement_objection(required: Requirement, reduced: ReducedModel) -> str:
+    """Say why a requirement has no place in a program of CasADi; empty if it has."""
+    residuals = (item.residual for item in constrain(required, reduced, WHOLE))
+    found = (objection(each, reduced) for each in residuals if not isinstance(each, NEAR))
+    return "; ".join(text for text in found if text)
 
 
 @dataclass(eq=False)
@@ -191,9 +197,9 @@ class _Writer:
     def _column(self, residual: Residual, window: Window, *, constrained: bool = False) -> tuple[ca.MX, Ints]:
         """Return a residual at the samples in a window, component by component, and each row's segment."""
         samples = self._samples(window, constrained=constrained)
-        symbolic = expressed(residual, self._kinematics)
-        if symbolic is None:
+        if not isinstance(residual, Symbolic):
             return self._at_every_sample(residual, samples)
+        symbolic = residual.expression(self._kinematics)
         function = ca.Function("residual", [self._kinematics.q], [symbolic])
         if len(samples) == 0:
             return ca.MX(0, 1), np.empty(0, dtype=np.int64)

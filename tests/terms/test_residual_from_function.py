@@ -34,7 +34,9 @@ def test_a_function_is_held_and_its_certificate_says_how(planar: to.Robot) -> No
     def bent(positions: Floats) -> float:
         return float(positions[1] - 0.5 * np.sin(np.pi * positions[0]) ** 2)
 
-    item = terms.constraint(terms.own("bent", bent), lower=-0.01, upper=np.inf, tolerance=2e-3)
+    item = terms.constraint(
+        terms.residual_from_function("bent", bent), lower=-0.01, upper=np.inf, tolerance=2e-3
+    )
     plan = to.plan(problem(planar, constraints=[item])).require()
     (found,) = [check for check in plan.certificate.checks if "bent" in check.name]
     assert found.name == "path: bent (finite differences)"
@@ -44,7 +46,7 @@ def test_a_function_is_held_and_its_certificate_says_how(planar: to.Robot) -> No
 
 def test_a_given_jacobian_is_used_and_named(planar: to.Robot) -> None:
     reduced = reduce_model(to.Scene(planar), next(iter(planar.groups)), planar.positions())
-    residual = terms.own("sum", lambda q: q.sum(), jacobian=lambda q: np.ones(2) * 7.0)
+    residual = terms.residual_from_function("sum", lambda q: q.sum(), jacobian=lambda q: np.ones(2) * 7.0)
     rows = residual.linearise(Motion.standing(np.array((0.1, 0.2)), Query(reduced)))
     assert residual.name == "sum"
     assert rows.value == pytest.approx([0.3])
@@ -59,15 +61,15 @@ def test_what_does_not_fit_is_refused_by_name(planar: to.Robot) -> None:
     reduced = reduce_model(to.Scene(planar), next(iter(planar.groups)), planar.positions())
     motion = Motion.standing(np.zeros(2), Query(reduced))
     for residual in (
-        terms.own("mine", lambda _: np.nan),
-        terms.own("mine", lambda _: np.zeros((2, 2))),
-        terms.own("mine", lambda q: q, jacobian=lambda _: np.zeros((3, 2))),
-        terms.own("mine", lambda q: np.zeros(1 + int(q[0] > 0.0))),
+        terms.residual_from_function("mine", lambda _: np.nan),
+        terms.residual_from_function("mine", lambda _: np.zeros((2, 2))),
+        terms.residual_from_function("mine", lambda q: q, jacobian=lambda _: np.zeros((3, 2))),
+        terms.residual_from_function("mine", lambda q: np.zeros(1 + int(q[0] > 0.0))),
     ):
         with pytest.raises(ShapeError, match="mine"):
             residual.linearise(motion)
     with pytest.raises(ShapeError, match="step"):
-        terms.own("mine", lambda q: q, step=0.0)
+        terms.residual_from_function("mine", lambda q: q, step=0.0)
 
 
 def test_a_requirement_as_a_wish(planar: to.Robot) -> None:

@@ -1,4 +1,4 @@
-"""A residual of your own: a plain Python function of a configuration."""
+"""A residual from a plain Python function of a configuration."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ Function = Callable[[Floats], ArrayLike]
 
 
 @dataclass(frozen=True, eq=False)
-class OwnResidual:
+class FunctionResidual:
     """A function of one configuration, evaluated at every sample; its components are the function's.
 
     Attributes:
@@ -74,10 +74,10 @@ class OwnResidual:
         return slope
 
 
-def own(
+def residual_from_function(
     name: str, function: Function, *, jacobian: Function | None = None, step: float = STEP
-) -> OwnResidual:
-    """Make a residual of a function: `constraint(own("height", f), lower=0.2, upper=inf)`, `Cost(own(...))`.
+) -> FunctionResidual:
+    """Make a residual of a function of the positions; `constraint` bounds it, `Cost` penalises it.
 
     The judge calls the function as it is, at samples of the timed motion, and says so.
 
@@ -92,4 +92,4 @@ def own(
     """
     if not step > 0.0:
         raise ShapeError("step", f"must be positive, is {step}")
-    return OwnResidual(name, function, jacobian, step)
+    return FunctionResidual(name, function, jacobian, step)

@@ -1,4 +1,4 @@
-"""Berth: what is missing of the wished distances, by an independent formula, and what it does to a plan."""
+"""Soft clearance: by an independent formula, and what it does to a plan."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,7 @@ def test_missing_distance_against_closed_form(tmp_path: Path) -> None:
         scene=scene(tmp_path), group="all", start={}, goal=to.joint_positions({"pan": 1.0})
     ).reduced
     query, rng = Query(reduced), np.random.default_rng(4)
-    residual = terms.berth(1e-3, pairs={("ball", "tip"): terms.Wished(0.6, 9.0)}).residual
+    residual = terms.soft_clearance(1e-3, pairs={("ball", "tip"): terms.SoftDistance(0.6, 9.0)}).residual
     seen = 0
     for _ in range(60):
         q = rng.uniform(np.maximum(reduced.limits.lower, -2.0), np.minimum(reduced.limits.upper, 2.0))
@@ -58,25 +58,25 @@ def test_a_plan_keeps_away_where_it_is_wished_and_only_there(tmp_path: Path) -> 
         scene=scene(tmp_path), group="all", start=start, goal=to.joint_positions({**start, "pan": 1.0})
     )
     smooth = (terms.Cost(Velocity()), terms.Cost(Acceleration()))
-    wished = replace(problem, costs=(*smooth, terms.berth(0.06, weight=1000.0)))
-    weightless = {(link, "ball"): terms.Wished(0.06, 0.0) for link in problem.scene.robot.links}
-    elsewhere = replace(problem, costs=(*smooth, terms.berth(0.06, weight=1000.0, pairs=weightless)))
+    wished = replace(problem, costs=(*smooth, terms.soft_clearance(0.06, weight=1000.0)))
+    weightless = {(link, "ball"): terms.SoftDistance(0.06, 0.0) for link in problem.scene.robot.links}
+    elsewhere = replace(problem, costs=(*smooth, terms.soft_clearance(0.06, weight=1000.0, pairs=weightless)))
     near, far, same = (clearance_of_ball(to.plan(asked).require()) for asked in (problem, wished, elsewhere))
     assert far > near + 0.02
     assert same < near + 0.01
 
 
 def test_bad_wishes_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ProblemError, match="distance of a berth"):
-        terms.berth(0.0)
-    with pytest.raises(ProblemError, match="weight of a berth"):
-        terms.berth(0.1, pairs={("a", "b"): terms.Wished(0.1, -1.0)})
+    with pytest.raises(ProblemError, match="distance of a soft clearance"):
+        terms.soft_clearance(0.0)
+    with pytest.raises(ProblemError, match="weight of a soft clearance"):
+        terms.soft_clearance(0.1, pairs={("a", "b"): terms.SoftDistance(0.1, -1.0)})
     problem = to.Problem(
         scene=scene(tmp_path),
         group="all",
         start={},
         goal=to.joint_positions({"pan": 1.0}),
-        costs=[terms.berth(0.05, pairs={("tip", "bal"): terms.Wished(0.1)})],
+        costs=[terms.soft_clearance(0.05, pairs={("tip", "bal"): terms.SoftDistance(0.1)})],
     )
     with pytest.raises(ObjectNotFound, match="ball"):
         to.plan(problem)
