@@ -96,6 +96,18 @@ def test_check_accepts_the_plan_and_refuses_it_changed(folder: Path, plan_file: 
     assert "velocity" in failed
 
 
+def test_check_shows_the_required_clearance_as_the_bound(folder: Path, plan_file: Path) -> None:
+    padded = folder / "padded.yaml"
+    padded.write_text(
+        (folder / "scene.yaml").read_text() + "link_padding: [{link_name: tip, padding: 0.9}]\n"
+    )
+    words = ["--robot", folder / "odd.urdf", "--scene", padded, "--request", folder / "request.yaml"]
+    done = trajopt("check", *words, plan_file)
+    assert done.returncode == 1
+    (row,) = (line for line in done.stdout.splitlines() if line.split()[:2] == ["FAIL", "clearance"])
+    assert row.split()[6] == "0.9" and "900 mm are required" in done.stdout
+
+
 def test_check_judges_a_straight_line_through_the_pillar(folder: Path) -> None:
     line = {
         "joint_names": ["pan", "reach", "elbow", "wrist"],

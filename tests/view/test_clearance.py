@@ -1,7 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from trajopt.model.reduced import reduce_model
 from trajopt.view.clearance import ClearanceQuery, PairKind
+from trajopt.view.readout import clearance_html
+from trajopt.view.samples import sample_motion
 
 from .conftest import Motion
 
@@ -42,6 +47,24 @@ def test_nearest_is_what_geometry_says(motion: Motion) -> None:
     across = np.array([-np.sin(0.35), np.cos(0.35)])
     assert nearest.distance == pytest.approx(across @ (0.3, 0.3) - 0.03 - 0.04, abs=1e-6)
     assert nearest.margin == motion.reduced.scene.margin
+    assert nearest.required == 0.0
+
+
+def test_the_pair_with_the_least_beyond_its_required_clearance_is_the_nearest(motion: Motion) -> None:
+    scene = motion.reduced.scene.with_clearance(0.6, "hand", "post")
+    reduced = reduce_model(scene, "all", motion.reduced.all_positions(motion.reduced.start_positions))
+    query, times = ClearanceQuery(reduced, 1.5), np.array([0.0])
+    nearest = query.nearest(0.0, motion.trajectory(times)[0])
+    assert nearest is not None and set(nearest.owners) == {"hand", "post"}
+    # The hand, a ball of 20 mm, is at 0.6 m along -0.8 rad, the post of 40 mm at (0.3, 0.3).
+    apart = np.hypot(0.6 * np.cos(0.8) - 0.3, -0.6 * np.sin(0.8) - 0.3) - 0.02 - 0.04
+    assert nearest.distance == pytest.approx(apart, abs=1e-6)
+    assert nearest.required == 0.6 and nearest.margin == pytest.approx(0.605)
+    assert ("below the required 600 mm" in clearance_html(nearest)) == (apart < 0.6)
+    far = replace(nearest, distance=0.602)
+    assert "below the margin of 605 mm, required 600 mm" in clearance_html(far)
+    samples = sample_motion(reduced, motion.trajectory, reduced.limits, ())
+    assert samples.required == (0.6,) and samples.margins == pytest.approx((0.01, 0.605))
 
 
 def test_meant_contact_is_left_out_only_while_it_is_meant(motion: Motion) -> None:

@@ -70,8 +70,12 @@ def _motion(entry: Entry) -> str:
     """Say how long a motion takes and how near it comes to anything; nothing where there is none."""
     if entry.duration is None:
         return ""
-    near = [item.worst for item in entry.constraints if item.name == "clearance" and item.worst is not None]
-    return ", ".join([f"motion of {entry.duration:.2f} s", *(f"{1000 * gap:.1f} mm clear" for gap in near)])
+    near = [
+        f"{1000 * item.worst:.1f} mm clear" + (f" ({1000 * item.bound:g} mm required)" if item.bound else "")
+        for item in entry.constraints
+        if item.name == "clearance" and item.worst is not None
+    ]
+    return ", ".join([f"motion of {entry.duration:.2f} s", *near])
 
 
 def _inside(entry: Entry) -> str:

@@ -24,17 +24,19 @@ class PairKind(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Nearest:
-    """The pair with the smallest clearance at one time.
+    """The pair with the smallest clearance beyond what is required of it, at one time.
 
     Attributes:
         owners: The two links or objects.
         distance: Signed: positive apart, negative in penetration [m].
-        margin: Clearance that the scene asks for [m].
+        required: Clearance that is required [m].
+        margin: Clearance that the optimiser keeps where it can, never less than is required [m].
         points: Nearest points of the two, in the world, shape (2, 3) [m].
     """
 
     owners: tuple[str, str]
     distance: float
+    required: float
     margin: float
     points: Floats
 
@@ -52,7 +54,7 @@ class ClearanceQuery:
         self.query = Query(reduced)
 
     def nearest(self, t: float, positions: Floats) -> Nearest | None:
-        """Return the nearest pair at a time, or None where nothing can come near anything.
+        """Return the pair with the least clearance beyond what is required, or None where nothing can meet.
 
         Args:
             t: Time [s].
@@ -61,13 +63,16 @@ class ClearanceQuery:
         pairs = self._reduced.pairs
         checked = ~self.meant(np.array([t]))[0]
         for reach in REACHES:
-            found = self.query.close_pairs(positions[None], np.where(checked, reach, -np.inf))
+            found = self.query.close_pairs(
+                positions[None], np.where(checked, reach + pairs.required, -np.inf)
+            )
             if len(found.distance):
-                best = int(found.distance.argmin())
+                best = int((found.distance - pairs.required[found.pair]).argmin())
                 pair = int(found.pair[best])
                 return Nearest(
                     self._reduced.owners(pair),
                     float(found.distance[best]),
+                    float(pairs.required[pair]),
                     float(pairs.margin[pair]),
                     np.stack((found.point_first[best], found.point_second[best])),
                 )

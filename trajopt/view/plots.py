@@ -155,10 +155,10 @@ def _draw_clearance(axes: "Axes", samples: MotionSamples) -> None:
     axes.minorticks_off()
     axes.axhspan(-1e6, 0.0, color=LIMIT, alpha=0.08, linewidth=0.0)
     axes.axhline(0.0, color=LIMIT, linewidth=1.0, label="contact")
-    for margin in samples.margins:
-        axes.axhline(
-            unit * margin, color=MARGIN, linestyle="--", linewidth=1.2, label=f"margin {unit * margin:g} mm"
-        )
+    for values, colour, name in ((samples.required, LIMIT, "required"), (samples.margins, MARGIN, "margin")):
+        for value in values:
+            label = f"{name} {unit * value:g} mm"
+            axes.axhline(unit * value, color=colour, linestyle="--", linewidth=1.2, label=label)
     for begin, end, name in samples.windows:
         axes.axvspan(begin, end, color="#9aa3ad", alpha=0.18, linewidth=0.0, label=f"contact meant: {name}")
     if samples.tightest is not None:

@@ -18,10 +18,14 @@ def clearance_html(nearest: Nearest | None) -> str:
         return f'<div style="{_BLOCK}"><b>Clearance</b><br>nothing here can touch anything</div>'
     if nearest.distance <= 0.0:
         colour, verdict = TOUCHING, "contact"
+    elif nearest.distance < nearest.required:
+        colour, verdict = TOUCHING, f"below the required {nearest.required * 1000:g} mm"
     elif nearest.distance < nearest.margin:
         colour, verdict = NARROW, f"below the margin of {nearest.margin * 1000:g} mm"
     else:
         colour, verdict = SAFE, f"margin {nearest.margin * 1000:g} mm"
+    if nearest.required > 0.0 and colour != TOUCHING:
+        verdict += f", required {nearest.required * 1000:g} mm"
     first, second = (escape(name) for name in nearest.owners)
     return (
         f'<div style="{_BLOCK}"><b>Clearance</b> '

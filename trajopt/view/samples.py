@@ -49,7 +49,8 @@ class MotionSamples:
         unlimited: Names of the joints without position limits.
         clearance_times: Times at which clearances were measured, shape (C,) [s].
         clearances: Smallest clearance of each kind of pair, shape (C,) [m]; inf beyond `REACH`.
-        margins: The clearances asked for, each once [m].
+        required: The clearances required of some pair, each once, zero left out [m].
+        margins: The clearances that the optimiser keeps where it can, each once [m].
         windows: Begin [s], end [s] and name of the times in which a contact is meant.
         tightest: Time [s], clearance [m] and names of the tightest pair; None beyond `REACH`.
         tilts: One for each axis alignment.
@@ -63,6 +64,7 @@ class MotionSamples:
     unlimited: tuple[str, ...]
     clearance_times: Floats
     clearances: Mapping[PairKind, Floats]
+    required: tuple[float, ...]
     margins: tuple[float, ...]
     windows: tuple[tuple[float, float, str], ...]
     tightest: tuple[float, float, tuple[str, str]] | None
@@ -103,6 +105,7 @@ def sample_motion(
         unlimited=tuple(np.array(limits.joint_names)[~bounded].tolist()),
         clearance_times=coarse,
         clearances=clearances,
+        required=tuple(np.unique(reduced.pairs.required[reduced.pairs.required > 0.0]).tolist()),
         margins=tuple(np.unique(reduced.pairs.margin).tolist()),
         windows=_windows(reduced, duration),
         tightest=_tightest(query, coarse, clearances, along),

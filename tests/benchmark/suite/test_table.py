@@ -1,9 +1,11 @@
 """Entries as text and as data."""
 
 import json
+from dataclasses import replace
 
-from tests.benchmark.suite.entries import ALL, FAILED, FALSE, GOOD, REFUSED
+from tests.benchmark.suite.entries import ALL, CLEAR, FAILED, FALSE, GOOD, REFUSED
 from trajopt.benchmark import table
+from trajopt.benchmark.suite_page import page
 from trajopt.benchmark.suite_table import summary
 
 
@@ -34,3 +36,11 @@ def test_as_data() -> None:
     assert good["constraints"][0]["time"] == 0.5 and good["constraints"][2]["worst"] is None
     assert refused["expected"] == "NO_INVERSE_KINEMATICS" and refused["constraints"] == []
     assert failed["as_expected"] is False
+
+
+def test_a_required_clearance_is_shown_beside_what_is_kept() -> None:
+    kept = replace(CLEAR, worst=0.0345, bound=0.03)
+    entry = replace(GOOD, constraints=(kept, CLEAR))
+    row = table([entry])[1]
+    assert "0.0345" in row and "0.03 " in row
+    assert "34.5 mm clear (30 mm required), 12.3 mm clear<" in page([entry])
