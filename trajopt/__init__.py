@@ -11,6 +11,8 @@ from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
 from trajopt.kinematics import goal_configurations as goal_configurations
+from trajopt.model.frame_attachment import FrameAttachment as FrameAttachment
+from trajopt.model.load import load as load
 from trajopt.model.meshes.mesh_cover import MeshPolicy as MeshPolicy
 from trajopt.model.meshes.mesh_file import Mesh as Mesh
 from trajopt.model.meshes.mesh_file import load_mesh as load_mesh
@@ -33,9 +35,7 @@ from trajopt.model.requirements import point_on_line as point_on_line
 from trajopt.model.requirements import point_on_plane as point_on_plane
 from trajopt.model.requirements import position_in_region as position_in_region
 from trajopt.model.requirements import singularity_distance as singularity_distance
-from trajopt.model.robot import FrameAttachment as FrameAttachment
 from trajopt.model.robot import Robot as Robot
-from trajopt.model.robot import load as load
 from trajopt.model.scene import Scene as Scene
 from trajopt.model.shapes import Box as Box
 from trajopt.model.shapes import Capsule as Capsule

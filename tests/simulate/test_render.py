@@ -13,9 +13,10 @@ from PIL import Image
 
 from tests.simulate.conftest import panda, reduced_all, smooth
 from trajopt.errors import FileFormatError, MissingExtra, ModelError, ShapeError
+from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.placement import placement
 from trajopt.model.reduced import ReducedModel, reduce_model, tool_frame
-from trajopt.model.robot import FrameAttachment, Robot
+from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cone, Plane, Sphere
 from trajopt.model.trajectory import Trajectory

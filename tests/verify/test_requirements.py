@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.verify.arms import joint, link, mixed_arm, planar_arm, quintic, reduced, robot, wavy
 from trajopt.errors import FrameNotFound, JointNotFound, ProblemError
+from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.placement import Placement, placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
@@ -21,7 +22,6 @@ from trajopt.model.requirements import (
     frame_placement,
     joint_positions,
 )
-from trajopt.model.robot import FrameAttachment
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Sphere
 from trajopt.model.trajectory import Trajectory

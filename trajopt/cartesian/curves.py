@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number, one_of, readonly
+from trajopt.arrays import Floats, floats, number, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.curve import TURN_LENGTH, Curve, Piece, bezier, joined
-from trajopt.model.placement import Placement, placement
+from trajopt.model.placement import Placement, PlacementLike, as_placement, placement
 
 NOWHERE = 1e-9
 """Poses nearer to each other than this are one [m | rad]."""
@@ -28,7 +28,7 @@ FINE = 200
 """Parts in which the length of a curved piece is measured."""
 
 
-def line(begin: Placement, end: Placement) -> Curve:
+def line(begin: PlacementLike, end: PlacementLike) -> Curve:
     """Return the straight line between two placements (Pilz's LIN).
 
     Raises:
@@ -37,7 +37,7 @@ def line(begin: Placement, end: Placement) -> Curve:
     return polyline((begin, end))
 
 
-def polyline(poses: Sequence[Placement], *, blend: float = 0.0) -> Curve:
+def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
     """Return straight lines through placements, with corners rounded if that is asked.
 
     Args:
@@ -50,7 +50,7 @@ def polyline(poses: Sequence[Placement], *, blend: float = 0.0) -> Curve:
         ProblemError: If there are fewer than two poses, two that follow each other are the same, or the
             radius is negative.
     """
-    poses = [one_of("pose", pose, Placement) for pose in poses]
+    poses = [as_placement("pose", pose) for pose in poses]
     if len(poses) < 2:
         raise ProblemError(f"a polyline needs at least two poses, has {len(poses)}")
     radius = number("blend", blend)
@@ -74,7 +74,7 @@ def polyline(poses: Sequence[Placement], *, blend: float = 0.0) -> Curve:
     return Curve(tuple(pieces), readonly(np.array(along)))
 
 
-def arc_about(begin: Placement, end: Placement, *, centre: ArrayLike) -> Curve:
+def arc_about(begin: PlacementLike, end: PlacementLike, *, centre: ArrayLike) -> Curve:
     """Return the shorter arc between two placements about a centre (Pilz's CIRC with `center`).
 
     Args:
@@ -86,7 +86,7 @@ def arc_about(begin: Placement, end: Placement, *, centre: ArrayLike) -> Curve:
         ProblemError: If the three points lie on a line, so that they span no plane, or the ends are at
             different distances from the centre.
     """
-    begin, end = one_of("begin", begin, Placement), one_of("end", end, Placement)
+    begin, end = as_placement("begin", begin), as_placement("end", end)
     middle = floats("centre", centre, (3,))
     first, last = begin.translation - middle, end.translation - middle
     radii = float(np.linalg.norm(first)), float(np.linalg.norm(last))
@@ -107,7 +107,7 @@ def arc_about(begin: Placement, end: Placement, *, centre: ArrayLike) -> Curve:
     return _arc(begin, end, middle, cross(first, last))
 
 
-def arc_through(begin: Placement, interim: ArrayLike, end: Placement) -> Curve:
+def arc_through(begin: PlacementLike, interim: ArrayLike, end: PlacementLike) -> Curve:
     """Return the arc from a placement through a point to another placement (Pilz's CIRC with `interim`).
 
     The arc may be more than half of the circle. The rotation turns evenly from begin to end.
@@ -120,7 +120,7 @@ def arc_through(begin: Placement, interim: ArrayLike, end: Placement) -> Curve:
     Raises:
         ProblemError: If the three points lie on a line.
     """
-    begin, end = one_of("begin", begin, Placement), one_of("end", end, Placement)
+    begin, end = as_placement("begin", begin), as_placement("end", end)
     passed = floats("interim", interim, (3,))
     a, b = begin.translation - passed, end.translation - passed
     normal = cross(a, b)
@@ -132,7 +132,7 @@ def arc_through(begin: Placement, interim: ArrayLike, end: Placement) -> Curve:
     return _arc(begin, end, centre, -normal)
 
 
-def circle(centre: Placement, *, radius: float, rotation: ArrayLike, sweep: float = 2.0 * np.pi) -> Curve:
+def circle(centre: PlacementLike, *, radius: float, rotation: ArrayLike, sweep: float = 2.0 * np.pi) -> Curve:
     """Return a circle, or an arc of one, with a fixed orientation of the tool.
 
     Args:
@@ -145,7 +145,7 @@ def circle(centre: Placement, *, radius: float, rotation: ArrayLike, sweep: floa
         ProblemError: If radius or sweep is out of its range.
     """
     size, angle = number("radius", radius), number("sweep", sweep)
-    centre = one_of("centre", centre, Placement)
+    centre = as_placement("centre", centre)
     if size <= 0.0 or abs(angle) < NOWHERE:
         raise ProblemError(f"a circle needs a positive radius and a sweep, not {size:g} m and {angle:g} rad")
     turned = placement(rotation=rotation).rotation
@@ -161,7 +161,7 @@ def circle(centre: Placement, *, radius: float, rotation: ArrayLike, sweep: floa
     return Curve((piece,), readonly(np.array((0.0, piece.length))))
 
 
-def spline(poses: Sequence[Placement]) -> Curve:
+def spline(poses: Sequence[PlacementLike]) -> Curve:
     """Return a smooth curve through placements: a cubic spline of their points, with C1 rotations.
 
     Where the last pose is the first again, the curve is smooth there too.
@@ -174,7 +174,7 @@ def spline(poses: Sequence[Placement]) -> Curve:
     """
     from scipy.interpolate import CubicSpline
 
-    poses = [one_of("pose", pose, Placement) for pose in poses]
+    poses = [as_placement("pose", pose) for pose in poses]
     if len(poses) < 3:
         raise ProblemError(f"a spline needs at least three poses, has {len(poses)}; use line(...)")
     sides = [_side(first, second, place) for place, (first, second) in enumerate(pairwise(poses))]

@@ -10,8 +10,9 @@ import typer
 from rich.console import Console
 
 from trajopt.errors import FileFormatError
+from trajopt.model.load import load
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.robot import Robot, load
+from trajopt.model.robot import Robot
 from trajopt.moveit import RequestFile, SceneFile, read_request, read_scene
 from trajopt.planning.budget import Budget
 

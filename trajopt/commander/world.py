@@ -15,7 +15,8 @@ from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.commander.outcome import Outcome
 from trajopt.commander.simulated_executor import SimulatedExecutor
 from trajopt.errors import ModelError
-from trajopt.model.robot import Robot, load
+from trajopt.model.load import load
+from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 
 _CURRENT: ContextVar["World"] = ContextVar("world")

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from trajopt.arrays import Floats, Value, floats, number, one_of
 from trajopt.errors import ShapeError
 from trajopt.methods import Knots, Method
-from trajopt.model.placement import Placement
+from trajopt.model.placement import Placement, as_placement
 from trajopt.model.requirements import (
     POSITION_TOLERANCE,
     ROTATION_TOLERANCE,
@@ -77,7 +77,7 @@ class Grasp:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        one_of("placement", self.placement, Placement)
+        object.__setattr__(self, "placement", as_placement("placement", self.placement))
         for way in ("approach", "lift"):
             one_of(way, getattr(self, way), Straight)
         positive("force", self.force)
@@ -115,7 +115,7 @@ class Place(Value):
 
     def __post_init__(self) -> None:
         """Check the tolerances, and that everything is of its kind."""
-        one_of("placement", self.placement, Placement)
+        object.__setattr__(self, "placement", as_placement("placement", self.placement))
         one_of("frame", self.frame, str)
         for way in ("lower", "retreat"):
             one_of(way, getattr(self, way), Straight)

@@ -1,9 +1,11 @@
 """Placement: where one frame is, seen from another (an element of SE(3))."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import overload
+from typing import TypeAlias, cast, overload
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
@@ -87,6 +89,10 @@ class Placement(Value):
         return f"placement(xyz=({x}, {y}, {z}), rpy=({roll}, {pitch}, {yaw}))"
 
 
+PlacementLike: TypeAlias = Placement | pin.SE3 | ArrayLike | tuple[ArrayLike, ArrayLike]
+"""What is taken as a placement: a `Placement`, Pinocchio's SE3, a homogeneous matrix of shape (4, 4), or a
+pair (position [m], quaternion (x, y, z, w))."""
+
 IDENTITY = Placement()
 """Where a frame is, seen from itself; it costs nothing to compose with."""
 
@@ -133,18 +139,39 @@ def placement(
     return Placement(readonly(matrix), translation)
 
 
-def check_placement(name: str, value: Placement) -> None:
-    """Make sure that a placement, which may have been built without `placement(...)`, is one.
+def as_placement(name: str, value: PlacementLike) -> Placement:
+    """Return what somebody passed as a placement: every function that takes one converts it here.
+
+    Args:
+        name: Name of the argument, for the error.
+        value: A `Placement` (returned itself), a `pinocchio.SE3`, a homogeneous matrix of shape (4, 4), or
+            a pair (position [m], quaternion (x, y, z, w)).
 
     Raises:
-        ShapeError: If it is no placement, a number is not finite, or the matrix is no rotation.
+        ShapeError: If it is none of these, a number is not finite, or its rotation is no rotation.
+        SizeError: If its position is farther than 1e6 m.
     """
     if value is IDENTITY:
-        return
-    if not isinstance(value, Placement):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ShapeError(name, f"is a Placement, is {shown(value)}")
-    _rotation(f"{name}.rotation", value.rotation)
-    floats(f"{name}.translation", value.translation, (3,))
+        return IDENTITY
+    if isinstance(value, Placement):
+        _rotation(f"{name}.rotation", value.rotation)
+        floats(f"{name}.translation", value.translation, (3,))
+        return value
+    stated = cast("Sequence[ArrayLike]", value)
+    try:
+        if isinstance(value, pin.SE3):
+            return placement(value.translation, rotation=value.rotation)
+        if isinstance(value, list | tuple) and len(stated) == 2:
+            return placement(stated[0], quaternion=stated[1])
+        matrix = floats("matrix", cast("ArrayLike", value), (4, 4))
+        if np.abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() > 1e-6:
+            raise ShapeError("matrix", f"its last row is {matrix[3].tolist()}, not (0, 0, 0, 1)")
+        return placement(matrix[:3, 3], rotation=matrix[:3, :3])
+    except SizeError as error:
+        raise SizeError(name, str(error)) from error
+    except ShapeError as error:
+        forms = "a Placement, a pinocchio.SE3, a 4x4 matrix or (xyz, quaternion xyzw)"
+        raise ShapeError(name, f"is {forms}, is {shown(stated)} ({error})") from error
 
 
 def _rotation(name: str, value: ArrayLike) -> Floats:

@@ -9,15 +9,15 @@ from typing import Any, cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, Value, floats, path
+from trajopt.arrays import Floats, Ints, Value, floats
 from trajopt.errors import (
     FileFormatError,
     FrameNotFound,
     GroupNotFound,
     JointNotFound,
     ModelError,
-    RobotNotFound,
     StateNotFound,
+    shown,
 )
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
 from trajopt.model.description.groups import Group, resolve_groups
@@ -33,24 +33,12 @@ from trajopt.model.description.pinocchio_model import (
     model_of,
 )
 from trajopt.model.description.srdf import EndEffector, Srdf, read_srdf
-from trajopt.model.description.urdf import LinkGeometry, Mimic, read_urdf
+from trajopt.model.description.urdf import LinkGeometry, Mimic, Urdf, read_urdf
+from trajopt.model.frame_attachment import FrameAttachment, frame_attachment
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.placement import IDENTITY, PlacementLike
 from trajopt.model.requirements.requirement import WORLD
-
-
-@dataclass(frozen=True)
-class FrameAttachment:
-    """A frame fixed to a link, such as the tool centre point.
-
-    Attributes:
-        link: Name of the link.
-        placement: Of the frame in the link's frame.
-    """
-
-    link: str
-    placement: Placement
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +91,7 @@ class Robot(Value):
         srdf: Path | str | None = None,
         limits: Path | str | None = None,
         package_dirs: Sequence[Path | str] = (),
-        frames: Mapping[str, FrameAttachment] | None = None,
+        frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None = None,
         name: str | None = None,
         meshes: MeshPolicy | None = None,
     ) -> "Robot":
@@ -115,7 +103,8 @@ class Robot(Value):
                 "all" and only adjacent links are excused from collision.
             limits: MoveIt's `joint_limits.yaml`, for acceleration and jerk limits.
             package_dirs: Folders to look in for `package://` meshes.
-            frames: Further frames fixed to links, such as tool centre points.
+            frames: Further frames fixed to links, such as tool centre points, each a link and a
+                placement in it.
             name: A name in place of the URDF's.
             meshes: How collision meshes become convex; the default policy when None.
 
@@ -132,46 +121,20 @@ class Robot(Value):
         except ValueError as error:
             reason = f"{error} (what is wrong is told above, on standard error)"
             raise FileFormatError(str(urdf), reason) from error
-        links = link_names(model)
         semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
-        joint_names = tuple(model.names[1:])
-        for tool, frame in (frames or {}).items():
-            if frame.link not in links:
-                raise FrameNotFound("link", frame.link, links)
-            if tool in links or tool == WORLD:
-                raise ModelError(
-                    f"tool frame {tool!r} has the name of a link or of the world; choose another"
-                )
         stated: Mapping[str, Mapping[str, Any]] = {} if limits is None else read_joint_limits(Path(limits))
-        bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
-        joints = frozenset(joint_frame_names(model))
-        mimics = resolve_mimics(
-            description.mimics, movable=joint_names, fixed=joints - frozenset(joint_names)
-        )
-        groups = resolve_groups(model, semantics, frozenset(mimics))
-        for (group, state), values in semantics.states.items():
-            if group not in groups:
-                raise GroupNotFound("group", group, groups)
-            for joint in values:
-                if joint not in joints:
-                    raise JointNotFound(f"joint (in state {state!r})", joint, joint_names)
-        return Robot(
-            name=name or description.name,
-            model=model,
-            joint_names=joint_names,
+        movable = tuple(model.names[1:])
+        fixed = frozenset(joint_frame_names(model)) - frozenset(movable)
+        mimics = resolve_mimics(description.mimics, movable=movable, fixed=fixed)
+        return _assembled(
+            model,
+            description,
+            semantics,
+            name=name,
             limits=with_stated(described_limits(model), stated, mimics=mimics),
-            groups=groups,
-            states=semantics.states,
-            end_effectors=semantics.end_effectors,
-            passive_joints=semantics.passive_joints,
-            disabled_pairs=semantics.disabled_pairs | adjacent_links(model, links),
             mimics=mimics,
-            frames=dict(frames or {}),
-            bodies=bodies,
-            visuals=description.visuals,
-            mesh_notes=notes,
-            urdf_path=description.path,
-            urdf_xml=description.xml,
+            frames=frames,
+            meshes=meshes,
         )
 
     @cached_property
@@ -309,36 +272,50 @@ class Robot(Value):
         return f"Robot({self.name!r}, {len(self.joint_names)} joints, groups: {groups or 'none'})"
 
 
-def load(
-    robot: str | Path,
+def _assembled(
+    model: pin.Model,
+    description: Urdf,
+    semantics: Srdf,
     *,
-    srdf: Path | str | None = None,
-    limits: Path | str | None = None,
-    package_dirs: Sequence[Path | str] = (),
-    meshes: MeshPolicy | None = None,
+    name: str | None,
+    limits: JointLimits,
+    mimics: Mapping[str, Mimic],
+    frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None,
+    meshes: MeshPolicy | None,
 ) -> Robot:
-    """Load an installed robot by name ("panda"), or any robot from its URDF file.
-
-    Names come from the entry-point group `trajopt.robots`, so any package can add some.
-
-    Args:
-        robot: A name, or the path of a URDF file.
-        srdf: With a path: MoveIt's semantic description.
-        limits: With a path: MoveIt's `joint_limits.yaml`.
-        package_dirs: With a path: folders to look in for `package://` meshes.
-        meshes: With a path: how collision meshes become convex.
-
-    Raises:
-        RobotNotFound: If it is neither an installed name nor a file.
-        ModelError: If options for a path come with a name.
-    """
-    from importlib.metadata import entry_points
-
-    installed = {entry.name: entry for entry in entry_points(group="trajopt.robots")}
-    if str(robot) in installed:
-        if srdf or limits or package_dirs or meshes:
-            raise ModelError(f"robot {robot!r} is installed by name and brings its own files")
-        return installed[str(robot)].load()()
-    if not path("robot", robot).is_file():
-        raise RobotNotFound("installed robot or URDF file", str(robot), installed)
-    return Robot.from_urdf(robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes)
+    """Make a robot of what its descriptions state, whose names are checked against each other."""
+    links = link_names(model)
+    joint_names = tuple(model.names[1:])
+    tools = {tool: frame_attachment(f"frame {shown(tool)}", at) for tool, at in (frames or {}).items()}
+    for tool, frame in tools.items():
+        if frame.link not in links:
+            raise FrameNotFound("link", frame.link, links)
+        if tool in links or tool == WORLD:
+            raise ModelError(f"tool frame {tool!r} has the name of a link or of the world; choose another")
+    bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
+    joints = frozenset(joint_frame_names(model))
+    groups = resolve_groups(model, semantics, frozenset(mimics))
+    for (group, state), values in semantics.states.items():
+        if group not in groups:
+            raise GroupNotFound("group", group, groups)
+        for joint in values:
+            if joint not in joints:
+                raise JointNotFound(f"joint (in state {state!r})", joint, joint_names)
+    return Robot(
+        name=name or description.name,
+        model=model,
+        joint_names=joint_names,
+        limits=limits,
+        groups=groups,
+        states=semantics.states,
+        end_effectors=semantics.end_effectors,
+        passive_joints=semantics.passive_joints,
+        disabled_pairs=semantics.disabled_pairs | adjacent_links(model, links),
+        mimics=mimics,
+        frames=tools,
+        bodies=bodies,
+        visuals=description.visuals,
+        mesh_notes=notes,
+        urdf_path=description.path,
+        urdf_xml=description.xml,
+    )

@@ -9,11 +9,12 @@ from trajopt.model.collisions.allowed_collisions import AllowedCollisions, Conta
 from trajopt.model.collisions.bodies import CollisionBody
 from trajopt.model.collisions.clearances import ROOM, Clearances
 from trajopt.model.description.pinocchio_model import link_placement
+from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.placement import IDENTITY, Placement, PlacementLike
 from trajopt.model.requirements import WORLD
-from trajopt.model.robot import FrameAttachment, Robot
-from trajopt.model.scene_object import Part, SceneObject, checked_mass, covered_parts
+from trajopt.model.robot import Robot
+from trajopt.model.scene_object import SceneObject, checked_mass, covered_parts, object_placement
 from trajopt.model.shapes import Shape
 
 DEFAULT_MARGIN = 0.01
@@ -58,8 +59,8 @@ class Scene(Value):
     def add(
         self,
         name: str,
-        shape: Shape | Sequence[Part],
-        placement: Placement | None = None,
+        shape: Shape | Sequence[tuple[Shape, PlacementLike]],
+        placement: PlacementLike | None = None,
         *,
         frame: str = WORLD,
         touch_links: Iterable[str] = (),
@@ -90,7 +91,8 @@ class Scene(Value):
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
         links = self._links(touch_links)
-        added = SceneObject(name, parts, placement or IDENTITY, frame, links, notes, checked_mass(name, mass))
+        where = object_placement(name, placement)
+        added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass))
         return replace(self, objects={**self.objects, name: added})
 
     def remove(self, name: str) -> "Scene":
@@ -113,7 +115,7 @@ class Scene(Value):
             allowances=tuple(item for item in self.allowances if name not in item.pair),
         )
 
-    def move(self, name: str, placement: Placement, *, frame: str | None = None) -> "Scene":
+    def move(self, name: str, placement: PlacementLike, *, frame: str | None = None) -> "Scene":
         """Place an object anew, in its present frame or another.
 
         Raises:
@@ -129,14 +131,14 @@ class Scene(Value):
             if over == name:
                 raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
             over = self.objects[over].frame
-        return self._with(replace(item, placement=placement, frame=target))
+        return self._with(replace(item, placement=object_placement(name, placement), frame=target))
 
     def attach(
         self,
         name: str,
         link: str,
         *,
-        placement: Placement | None = None,
+        placement: PlacementLike | None = None,
         at: Floats | None = None,
         touch_links: Iterable[str] = (),
         mass: float | None = None,
@@ -161,9 +163,8 @@ class Scene(Value):
         holder = self.robot.frame(link)
         if (placement is None) == (at is None):
             raise ModelError("attach: give the placement in the link, or the positions it is grasped at")
-        where = placement
-        if where is None:
-            assert at is not None
+        where = object_placement(name, placement)
+        if at is not None:
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
         links = self._links(touch_links) | {holder.link} | item.touch_links
         weight = item.mass if mass is None else checked_mass(name, mass)

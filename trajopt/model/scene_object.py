@@ -12,7 +12,7 @@ from trajopt.errors import ModelError, ShapeError, shown
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import IDENTITY, Placement, check_placement
+from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.model.shapes import Shape, bounding_box
 
 Part = tuple[Shape, Placement]
@@ -58,7 +58,7 @@ class SceneObject(Value):
         """Check the placements."""
         placements = (self.placement, *(where for _, where in self.parts))
         for where in {id(where): where for where in placements}.values():  # pieces of a mesh share one
-            check_placement(f"placement of {shown(self.name)}", where)
+            as_placement(f"placement of {shown(self.name)}", where)
 
     def anchored(self, frame: Anchor) -> AnchoredObject:
         """Return the thing fixed to the joint that carries its frame.
@@ -96,8 +96,17 @@ class SceneObject(Value):
         return (self.name, self.frame, len(self.parts), self.touch_links)
 
 
+def object_placement(name: str, value: PlacementLike | None) -> Placement:
+    """Return where an object is placed; at the origin when None.
+
+    Raises:
+        ShapeError: If it is no placement.
+    """
+    return IDENTITY if value is None else as_placement(f"placement of {shown(name)}", value)
+
+
 def covered_parts(
-    name: str, shape: Shape | Sequence[Part], policy: MeshPolicy
+    name: str, shape: Shape | Sequence[tuple[Shape, PlacementLike]], policy: MeshPolicy
 ) -> tuple[tuple[Part, ...], tuple[str, ...]]:
     """Return what an object is made of, its meshes covered by convex pieces, and notes on these.
 
@@ -115,7 +124,7 @@ def covered_parts(
     for item in given:
         if not _is_part(item):
             raise ModelError(f"object {name!r}: give a shape, or pairs (shape, placement)")
-        part, where = item
+        part, where = item[0], as_placement(f"placement in {shown(name)}", item[1])
         if isinstance(part, Mesh):
             cover = cover_mesh(part, policy)
             parts.extend((piece, where) for piece in cover.shapes)

@@ -6,9 +6,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, one_of, readonly
+from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.placement import Placement
+from trajopt.model.placement import Placement, PlacementLike, as_placement
 from trajopt.model.requirements.requirement import DEGREES, MILLIMETRES, WORLD, Relaxation, Requirement
 
 POSITION_TOLERANCE = 1e-4
@@ -84,7 +84,7 @@ class FramePlacement(Requirement):
 
 def frame_placement(
     frame: str,
-    placement: Placement,
+    placement: PlacementLike,
     *,
     reference: str = WORLD,
     position_tolerance: ArrayLike = POSITION_TOLERANCE,
@@ -124,7 +124,7 @@ def frame_placement(
         raise ProblemError(f"frame_placement({frame!r}): every axis is free, nothing is required")
     return FramePlacement(
         frame,
-        one_of("placement", placement, Placement),
+        as_placement("placement", placement),
         reference,
         position,
         rotation,

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number, one_of
+from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
-from trajopt.model.placement import Placement
+from trajopt.model.placement import Placement, PlacementLike, as_placement
 from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
 
@@ -54,7 +54,7 @@ class PointOnArc(Requirement):
 
 def point_on_arc(
     frame: str,
-    centre: Placement,
+    centre: PlacementLike,
     *,
     radius: float,
     tolerance: float,
@@ -84,5 +84,5 @@ def point_on_arc(
     angle = number("sweep", sweep)
     if not 0.0 < angle <= 2.0 * np.pi:
         raise ProblemError(f"sweep must lie in (0, 2 pi] rad, is {angle:g}")
-    where = one_of("centre", centre, Placement)
+    where = as_placement("centre", centre)
     return PointOnArc(frame, where, size, angle, within, reference, floats("offset", offset, (3,)))

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, one_of, sequence
+from trajopt.arrays import Floats, floats, sequence
 from trajopt.errors import ProblemError, shown
-from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.model.requirements.requirement import (
     MILLIMETRES,
     WORLD,
@@ -60,8 +60,8 @@ class PositionInRegion(Requirement):
 
 def position_in_region(
     frame: str,
-    region: Region | Sequence[Member],
-    placement: Placement | None = None,
+    region: Region | Sequence[tuple[Region, PlacementLike]],
+    placement: PlacementLike | None = None,
     *,
     reference: str = WORLD,
     offset: ArrayLike = (0.0, 0.0, 0.0),
@@ -92,8 +92,8 @@ def position_in_region(
             raise ProblemError(
                 f"position_in_region({frame!r}): {shown(shape)} is no Box, Sphere, Cylinder or Plane"
             )
-    base = IDENTITY if placement is None else one_of("placement", placement, Placement)
-    members = tuple((shape, base * where) for shape, where in given)
+    base = IDENTITY if placement is None else as_placement("placement", placement)
+    members = tuple((shape, base * as_placement("placement in the region", where)) for shape, where in given)
     return PositionInRegion(frame, members, reference, floats("offset", offset, (3,)))
 
 

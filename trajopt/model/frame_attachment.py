@@ -1,0 +1,37 @@
+"""Frames fixed to links: tool centre points and cameras."""
+
+from dataclasses import dataclass
+
+from trajopt.arrays import one_of
+from trajopt.errors import ShapeError, shown
+from trajopt.model.placement import Placement, PlacementLike, as_placement
+
+
+@dataclass(frozen=True)
+class FrameAttachment:
+    """A frame fixed to a link, such as the tool centre point.
+
+    Attributes:
+        link: Name of the link.
+        placement: Of the frame in the link's frame.
+    """
+
+    link: str
+    placement: Placement
+
+    def __post_init__(self) -> None:
+        """Take the placement in any of its forms."""
+        object.__setattr__(self, "placement", as_placement("placement", self.placement))
+
+
+def frame_attachment(name: str, value: FrameAttachment | tuple[str, PlacementLike]) -> FrameAttachment:
+    """Return a frame fixed to a link, from a pair (link, placement) too.
+
+    Raises:
+        ShapeError: If it is neither.
+    """
+    if isinstance(value, FrameAttachment):
+        return value
+    if not isinstance(value, tuple) or len(value) != 2:  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ShapeError(name, f"is a link and a placement in it, is {shown(value)}")
+    return FrameAttachment(one_of(name, value[0], str), as_placement(name, value[1]))
