@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.retime.program import Program
+from trajopt.retime.jerk_program import Program
 
 TIGHTER = 0.1
 """Factor of the gap from one barrier to the next."""

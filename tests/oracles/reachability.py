@@ -23,7 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.retime.stages import LEAST_ROOM, Rows, stations
+from trajopt.retime.constraints import LEAST_ROOM, Rows
+from trajopt.retime.profile import stations
 
 ROUNDS = 60
 """Most cuts of the search along a polygon; each cut drops one of its at most 4 m sides."""

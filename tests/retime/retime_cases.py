@@ -7,9 +7,8 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.retime.polyline import polyline
-from trajopt.retime.rounding import smooth
-from trajopt.retime.smooth import SmoothPath
+from trajopt.retime.smooth_path import SmoothPath
+from trajopt.retime.smoothing import Smoothing, polyline, smooth
 
 
 def make_limits(
@@ -40,10 +39,15 @@ def make_path(knots: ArrayLike) -> Path:
     return Path(tuple(f"joint{i}" for i in range(array.shape[1])), array)
 
 
+def smoothing(path: Path, limits: JointLimits, tolerance: float = 5e-3) -> Smoothing:
+    """The smooth path that `retime` uses without a deviation bound, and its deviation."""
+    line = polyline(path.knots, limits.velocity)
+    return smooth(line, lower=limits.lower, upper=limits.upper, deviation=None, tolerance=tolerance)
+
+
 def smooth_path(path: Path, limits: JointLimits, tolerance: float = 5e-3) -> SmoothPath:
     """The smooth path that `retime` uses without a deviation bound."""
-    line = polyline(path.knots, limits.velocity)
-    return smooth(line, lower=limits.lower, upper=limits.upper, deviation=None, tolerance=tolerance).path
+    return smoothing(path, limits, tolerance).path
 
 
 def moments(trajectory: Trajectory, each: int = 20) -> Floats:

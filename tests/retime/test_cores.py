@@ -4,21 +4,23 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import minimize
+from scipy.optimize import minimize as scipy_minimize
 
 from tests.oracles import barrier, extremes, reachability
 from tests.oracles.barrier import at, duration
 from tests.oracles.reachability import constraint_rhs, stages
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
-from trajopt.retime import cores
-from trajopt.retime.program import Program
-from trajopt.retime.stages import Rows, stations
+from trajopt.retime.constraints import Rows
+from trajopt.retime.discretised_path import largest_control
+from trajopt.retime.jerk_program import Program, minimise
+from trajopt.retime.peaks import motion_extremes
+from trajopt.retime.profile import stations
 
 
 def compare(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
     """Return what the core finds, after comparing it with the oracle."""
-    found = cores.fastest(s, rows, limit, bound)
+    found = largest_control(s, rows, limit, bound)
     expected = reachability.fastest(stages(s, rows), constraint_rhs(rows, limit), bound)
     assert found.shape == bound.shape and found[0] == found[-1] == 0.0
     table, room = stages(s, rows), constraint_rhs(rows, limit)
@@ -77,7 +79,7 @@ def test_nothing_moves_where_nothing_may() -> None:
 
 def test_no_row_leaves_the_bound() -> None:
     empty = np.zeros((4, 0))
-    found = cores.fastest(np.arange(4.0), Rows(empty, empty, empty), empty, np.arange(1.0, 6.0))
+    found = largest_control(np.arange(4.0), Rows(empty, empty, empty), empty, np.arange(1.0, 6.0))
     np.testing.assert_array_equal(found, [0.0, 2.0, 3.0, 4.0, 0.0])
 
 
@@ -85,9 +87,9 @@ def test_shapes_that_do_not_match_are_refused() -> None:
     s, table = np.arange(4.0), np.ones((4, 2))
     rows = Rows(table, table, table)
     with pytest.raises(ValueError, match="one shape"):
-        cores.fastest(s, rows, np.ones((4, 3)), np.ones(5))
+        largest_control(s, rows, np.ones((4, 3)), np.ones(5))
     with pytest.raises(ValueError, match="bound"):
-        cores.fastest(s, rows, table, np.ones(4))
+        largest_control(s, rows, table, np.ones(4))
 
 
 @settings(max_examples=100, deadline=None)
@@ -112,7 +114,7 @@ def test_extremes_are_those_of_plain_python(seed: int, kind: str) -> None:
         case _:
             pass
     trajectory = Trajectory(tuple(f"joint{i}" for i in range(joints)), times, q, v, a)
-    speed, low, high = cores.motion_extremes(trajectory)
+    speed, low, high = motion_extremes(trajectory)
     least, largest = extremes.acceleration_range(trajectory)
     size = 1e-9 * np.maximum(np.abs(least), np.abs(largest)) + 1e-300
     assert (np.abs(low - least) <= size).all() and (np.abs(high - largest) <= size).all()
@@ -146,7 +148,7 @@ def test_the_barrier_goes_where_plain_python_goes(seed: int, linear: int, half: 
     rng = np.random.default_rng(seed)
     program = random_program(rng, blocks=int(rng.integers(3, 40)), linear=linear, half=half)
     z = np.full(len(program.weight), rng.uniform(0.5, 2.0))
-    found, steps = cores.minimise(program, z, first_gap=0.3, gap=3e-3)
+    found, steps = minimise(program, z, first_gap=0.3, gap=3e-3)
     expected = barrier.minimise(program, z, first_gap=0.3, gap=3e-3)
     assert found[0] == found[1] and found[-1] == found[-2]
     assert at(program, found).inside and (found < program.bound).all()
@@ -169,7 +171,7 @@ def test_the_barrier_ends_near_the_least(seed: int) -> None:
         state = at(program, z)
         return np.concatenate((state.above.ravel(), state.below.ravel(), program.bound - z))
 
-    least = minimize(
+    least = scipy_minimize(
         cost,
         found.z[1:-1],
         method="SLSQP",

@@ -14,14 +14,14 @@ from tests.retime.retime_cases import (
     make_limits,
     make_path,
     polylines,
-    smooth_path,
+    smoothing,
 )
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, ToolLimits, retime
-from trajopt.retime.jerk_peaks import jerk_peaks
-from trajopt.retime.timing import Timing, time_path
+from trajopt.retime.peaks import jerk_peaks
+from trajopt.retime.timing import fastest_trajectory
 
 
 def with_jerk(limits: JointLimits, jerk: float | Floats) -> JointLimits:
@@ -86,11 +86,11 @@ def test_all_limits_hold_from_rest_to_rest_along_the_path(
     assert (trajectory.accelerations[[0, -1]] == 0.0).all()
     assert (trajectory.positions[[0, -1]] == path.knots[[0, -1]]).all()
     if result.passes:
-        curve = smooth_path(path, limits)
-        timing = time_path(curve, limits, options=RetimeOptions())
-        assert isinstance(timing, Timing)
-        np.testing.assert_array_equal(timing.trajectory.times, trajectory.times)
-        assert distance_from(trajectory, curve, timing.s) <= 1e-4
+        curve = smoothing(path, limits)
+        again, parameters = fastest_trajectory(curve, limits, options=RetimeOptions())
+        assert isinstance(again, Retimed)
+        np.testing.assert_array_equal(again.trajectory.times, trajectory.times)
+        assert distance_from(trajectory, curve.path, parameters) <= 1e-4
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -9,7 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path
 from trajopt.retime import Retimed, retime
-from trajopt.retime.smooth import SmoothPath
+from trajopt.retime.smooth_path import SmoothPath
 
 
 def duration(path: Path, limits: JointLimits) -> float:

@@ -5,8 +5,8 @@ from scipy.integrate import quad
 
 from tests.oracles.reachability import constraint_rhs, fastest, stages
 from trajopt.arrays import Floats
-from trajopt.retime.profile import Profile, from_control
-from trajopt.retime.stages import Rows, stations
+from trajopt.retime.constraints import Rows
+from trajopt.retime.profile import Profile, from_control, stations
 
 
 def random_control(seed: int) -> tuple[Floats, Floats]:

@@ -6,8 +6,7 @@ from tests.retime.retime_cases import make_limits, make_path, polylines, smooth_
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path
-from trajopt.retime.polyline import polyline
-from trajopt.retime.rounding import smooth
+from trajopt.retime.smoothing import polyline, smooth
 
 
 def test_a_straight_line_stays_straight_and_even() -> None:

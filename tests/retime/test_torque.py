@@ -7,9 +7,7 @@ from tests.retime.retime_cases import largest_use, make_limits, make_path, momen
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
 from trajopt.retime import InverseDynamics, Retimed, RetimeFailure, RetimeOptions, retime
-from trajopt.retime.states import within
-from trajopt.retime.torque import TorqueLimits, torque_range
-from trajopt.retime.torque_along import torque_along
+from trajopt.retime.constraints import TorqueLimits, torque_along, torque_range, within
 
 INERTIA, WEIGHT = 0.4, 6.0
 

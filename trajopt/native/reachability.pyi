@@ -32,7 +32,7 @@ def minimise(
     first_gap: float,
     gap: float,
 ) -> tuple[Floats, int]:
-    """Find control values of nearly the least duration; the program is that of `trajopt.retime.program`.
+    """Find control values of nearly the least duration; the program is that of `trajopt.retime.jerk_program`.
 
     Args:
         weight: Of 1 / sqrt(z) in the duration, shape (k + 2,).

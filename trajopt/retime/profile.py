@@ -8,6 +8,11 @@ import numpy as np
 from trajopt.arrays import Floats
 
 
+def stations(s: Floats) -> Floats:
+    """Where control values stand: start, interval middles, goal: (k,) -> (k + 1,)."""
+    return np.concatenate((s[:1], (s[:-1] + s[1:]) / 2.0, s[-1:]))
+
+
 @dataclass(frozen=True, eq=False)
 class Profile:
     """A profile whose path acceleration is continuous, and linear in s between grid points.
@@ -59,9 +64,9 @@ def spline_profile(s: Floats, control: Floats) -> Profile:
 
     Args:
         s: Grid, shape (k,).
-        control: Control values at the stations (`trajopt.retime.stages.stations`), shape (k + 1,).
+        control: Control values at the stations (`stations`), shape (k + 1,).
     """
-    station = np.concatenate((s[:1], (s[:-1] + s[1:]) / 2.0, s[-1:]))
+    station = stations(s)
     distance, rise = np.diff(station), np.diff(control)
     x = control[:-1] + (s - station[:-1]) / distance * rise
     return Profile(s, x, rise / (2.0 * distance))

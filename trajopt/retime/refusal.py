@@ -5,11 +5,11 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.trajectory import LONGEST
-from trajopt.retime.course import Course
+from trajopt.retime.constraints import TorqueLimits
+from trajopt.retime.discretised_path import DiscretisedPath
 from trajopt.retime.peaks import Slowdown
-from trajopt.retime.polyline import Polyline
 from trajopt.retime.result import RetimeFailure
-from trajopt.retime.torque import TorqueLimits
+from trajopt.retime.smoothing import Polyline
 
 GRAVITY = 1.0 - 1e-6
 """Part of a torque limit that holding still may take; a path that needs more is refused."""
@@ -57,14 +57,14 @@ def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
     return None
 
 
-def unholdable(course: Course, limits: JointLimits, torque: TorqueLimits | None) -> RetimeFailure | None:
+def unholdable(on: DiscretisedPath, limits: JointLimits, torque: TorqueLimits | None) -> RetimeFailure | None:
     """Find the point where holding still takes more torque than there is.
 
     A path through such a point could be passed in one swing only, and nowhere be stopped.
     """
     if torque is None:
         return None
-    still = course.rows.c[:, -len(torque.joints) :]
+    still = on.rows.c[:, -len(torque.joints) :]
     usable = torque.limit > 0.0
     part = np.where(usable, np.abs(still) / np.where(usable, torque.limit, 1.0), np.inf)
     row, column = np.unravel_index(int(part.argmax()), part.shape)
@@ -75,15 +75,15 @@ def unholdable(course: Course, limits: JointLimits, torque: TorqueLimits | None)
         f"{joint} needs {abs(still[row, column]):.4g} only to hold still there, "
         f"its effort limit is {torque.limit[column]:.4g}",
         joint,
-        float(course.s[row] / course.s[-1]),
+        float(on.s[row] / on.s[-1]),
     )
 
 
 def exceeded(
-    course: Course, found: Slowdown, limits: JointLimits, torque: TorqueLimits | None
+    on: DiscretisedPath, found: Slowdown, limits: JointLimits, torque: TorqueLimits | None
 ) -> RetimeFailure:
     """Name the limit that a trajectory exceeds however slow it is."""
-    speeds, joints = course.slope.shape[1], len(limits.joint_names)
+    speeds, joints = on.slope.shape[1], len(limits.joint_names)
     kind, place = (0, found.column) if found.column < speeds else (1, found.column - speeds)
     if kind == 1 and place >= joints and torque is not None:
         kind, place = 2, int(torque.joints[place - joints])
@@ -94,5 +94,5 @@ def exceeded(
         f"the {'effort' if limit is None else limit.value} limit of {joint}{mimic} "
         "is exceeded there however slow the motion is",
         joint,
-        float(course.s[found.piece] / course.s[-1]),
+        float(on.s[found.piece] / on.s[-1]),
     )

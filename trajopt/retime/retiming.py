@@ -5,14 +5,11 @@ import numpy as np
 from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.retime.options import RetimeOptions
-from trajopt.retime.polyline import polyline
+from trajopt.retime.constraints import InverseDynamics, ToolLimits, TorqueLimits
 from trajopt.retime.refusal import STILL, endless, immovable
-from trajopt.retime.result import Retimed, RetimeFailure
-from trajopt.retime.rounding import DeviationBound, smooth
-from trajopt.retime.timing import time_path
-from trajopt.retime.tool import ToolLimits
-from trajopt.retime.torque import InverseDynamics, TorqueLimits
+from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
+from trajopt.retime.smoothing import DeviationBound, polyline, smooth
+from trajopt.retime.timing import fastest_trajectory
 
 DEFAULT_OPTIONS = RetimeOptions()
 """What `retime` does unless told otherwise."""
@@ -68,11 +65,8 @@ def retime(
         deviation=deviation,
         tolerance=options.path_tolerance,
     )
-    timing = time_path(smoothing.path, limits, options=options, torque=torque, tools=tools)
-    if isinstance(timing, RetimeFailure):
-        return timing
-    added = timing.trajectory.duration - timing.first_duration
-    return Retimed(timing.trajectory, smoothing.deviation, added, timing.passes, timing.binding)
+    timed, _ = fastest_trajectory(smoothing, limits, options=options, torque=torque, tools=tools)
+    return timed
 
 
 def _check(path: Path, limits: JointLimits) -> None:

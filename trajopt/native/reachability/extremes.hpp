@@ -5,7 +5,7 @@
 // monotone part with a change of sign holds one zero: Newton's method within a bracket finds it. What the speed
 // could still gain between where that stops and the true zero is added.
 //
-// The body in plain Python, and the oracle of this one, is trajopt/retime/extremes.py.
+// The same in plain Python, compared with this in the tests: tests/oracles/extremes.py.
 #pragma once
 
 #include <algorithm>

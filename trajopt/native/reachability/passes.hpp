@@ -13,8 +13,7 @@
 // the roof that take one line at a time and end exactly. Forward: the largest y[i + 1] that stays controllable.
 //
 // Source: Pham and Pham, IEEE T-RO 34(3), 2018, algorithm 1 (TOPP-RA).
-// The body in plain Python, and the oracle of this one: trajopt/retime/reachability.py, on the half-planes of
-// trajopt/retime/stages.py.
+// The same in plain Python, compared with this in the tests: tests/oracles/reachability.py.
 #pragma once
 
 #include <algorithm>

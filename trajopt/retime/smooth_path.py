@@ -1,4 +1,4 @@
-"""A path over the clock of a rough motion, along which standing still is smooth at both ends.
+"""The smooth path: a cubic spline q(s) with continuous curvature; and the same over a clock.
 
 From rest with bounded jerk a path parameter begins like t^3, so that its squared speed is no smooth function
 of it. Over a clock on which the parameter itself begins like clock^3, it is: the squared speed of the clock
@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.arrays import Bools, Floats
-from trajopt.retime.smooth import SmoothPath
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-DEGREE = 4
+DEGREE = 3
+"""Degree of the spline; the second derivative is continuous and piecewise linear."""
+CLOCK_DEGREE = 4
 """Degree of the path parameter over the clock: its third derivative is continuous."""
 FLAT = 3
 """Control values at each end that are equal, so that two derivatives vanish there."""
@@ -25,6 +26,91 @@ APART = 0.1
 """Knots of the path nearer to each other than this part of an even interval become one point of the grid."""
 SPARED = 0.2
 """Part of an even interval by which one between two knots may be longer before it is cut."""
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothPath:
+    """A cubic B-spline in joint space over the path parameter s.
+
+    Every point of it is an average, with weights that are not negative, of four control points.
+
+    Attributes:
+        origin: Position at s = 0, shape (n,) [rad | m]; control points are relative to it, so
+            that a joint that stands still has derivatives of exactly zero.
+        goal: Position at the end, shape (n,) [rad | m].
+        knots: Where the third derivative may jump, increasing from 0, shape (k,) [s]. The
+            parameter is the time that the polyline takes at full speed: see `parameter`.
+        control: Control points relative to the origin, shape (k + 2, n) [rad | m].
+    """
+
+    origin: Floats
+    goal: Floats
+    knots: Floats
+    control: Floats
+
+    @property
+    def length(self) -> float:
+        """The parameter at the goal [s]."""
+        return float(self.knots[-1])
+
+    @cached_property
+    def _position(self) -> "BSpline":
+        from scipy.interpolate import BSpline
+
+        return BSpline(full_knots(self.knots), self.control, DEGREE)
+
+    @cached_property
+    def _slope(self) -> "BSpline":
+        return self._position.derivative(1)
+
+    @cached_property
+    def _curvature(self) -> "BSpline":
+        return self._slope.derivative(1)
+
+    @cached_property
+    def _bend(self) -> "BSpline":
+        return self._curvature.derivative(1)
+
+    def __call__(self, s: Floats, order: int = 0) -> Floats:
+        """Evaluate the path or a derivative with respect to s.
+
+        Args:
+            s: Parameters, shape (m,) [s].
+            order: 0 to 3.
+
+        Returns:
+            Shape (m, n), joint units per s^order.
+        """
+        if order > 0:
+            return (self._slope, self._curvature, self._bend)[order - 1](s)
+        position = self.origin + self._position(s)
+        position[s >= self.length] = self.goal  # not off by the last bit
+        return position
+
+
+def full_knots(knots: Floats) -> Floats:
+    """Repeat the end knots so that the spline starts and ends in a control point: (k,) -> (k + 6,)."""
+    return np.concatenate((np.full(DEGREE, knots[0]), knots, np.full(DEGREE, knots[-1])))
+
+
+def greville(knots: Floats) -> Floats:
+    """Parameters at which control points reproduce a straight line: (k,) -> (k + 2,).
+
+    Source: Greville abscissae; de Boor, A Practical Guide to Splines, 2001, chapter IX.
+    """
+    t = full_knots(knots)
+    middle = (t[1:-3] + t[2:-2] + t[3:-1]) / 3.0
+    # The sum of three equal numbers, divided by three, may differ from them in the last bit.
+    middle[0], middle[-1] = knots[0], knots[-1]
+    return middle
+
+
+def design(knots: Floats, s: Floats) -> Floats:
+    """Weights of the control points at parameters s: shape (m, k + 2), dense."""
+    from scipy.interpolate import BSpline
+
+    unit = BSpline(full_knots(knots), np.eye(len(knots) + DEGREE - 1), DEGREE)
+    return unit(s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +132,7 @@ class RampedPath:
         """The path parameter over the clock, and its first three derivatives."""
         from scipy.interpolate import BSpline
 
-        way = BSpline(_full(self.clock), self.control, DEGREE)
+        way = BSpline(_clock_knots(self.clock), self.control, CLOCK_DEGREE)
         return (way, way.derivative(1), way.derivative(2), way.derivative(3))
 
     def way(self, clock: Floats, order: int = 0) -> Floats:
@@ -115,8 +201,8 @@ def ramped(path: SmoothPath, rough: RoughMotion, *, average: float, count: int) 
 
     moved, end = CubicHermiteSpline(rough.times, rough.s, rough.speed), float(rough.times[-1])
     knots = np.interp(path.knots, rough.s, rough.times) + average / 2.0
-    clock = _grid(knots, end + average, count)
-    places = _greville(clock)
+    clock = _clock_grid(knots, end + average, count)
+    places = _clock_greville(clock)
     if average > 0.0:
         summed = moved.antiderivative()
 
@@ -128,21 +214,21 @@ def ramped(path: SmoothPath, rough: RoughMotion, *, average: float, count: int) 
         value: Floats = moved(places)
     value = np.clip(np.maximum.accumulate(value), 0.0, path.length)
     value[:FLAT], value[-FLAT:] = 0.0, path.length
-    return RampedPath(path, clock, _control(clock, places, value))
+    return RampedPath(path, clock, _cubic_control(clock, places, value))
 
 
-def _full(clock: Floats) -> Floats:
-    return np.concatenate((np.full(DEGREE, clock[0]), clock, np.full(DEGREE, clock[-1])))
+def _clock_knots(clock: Floats) -> Floats:
+    return np.concatenate((np.full(CLOCK_DEGREE, clock[0]), clock, np.full(CLOCK_DEGREE, clock[-1])))
 
 
-def _greville(clock: Floats) -> Floats:
+def _clock_greville(clock: Floats) -> Floats:
     """Clocks at which control values reproduce a straight line: (k,) -> (k + 3,)."""
-    full = _full(clock)
-    count = len(full) - DEGREE - 1
-    return np.mean([full[1 + i : 1 + i + count] for i in range(DEGREE)], axis=0)
+    full = _clock_knots(clock)
+    count = len(full) - CLOCK_DEGREE - 1
+    return np.mean([full[1 + i : 1 + i + count] for i in range(CLOCK_DEGREE)], axis=0)
 
 
-def _grid(knots: Floats, length: float, count: int) -> Floats:
+def _clock_grid(knots: Floats, length: float, count: int) -> Floats:
     """Cut the clock evenly between the knots of the path that are apart."""
     cell, kept = length / count, [0.0]
     for knot in knots[1:-1].tolist():
@@ -154,14 +240,14 @@ def _grid(knots: Floats, length: float, count: int) -> Floats:
     return np.interp(np.arange(places[-1] + 1), places, kept)
 
 
-def _control(clock: Floats, places: Floats, value: Floats) -> Floats:
+def _cubic_control(clock: Floats, places: Floats, value: Floats) -> Floats:
     """Correct values of a function at Greville abscissae to control values that reproduce cubics.
 
     A control value is the blossom of the function at four knots; for a cubic that is its value at their
     mean less its second derivative times a sixth of their variance.
     """
-    full, count = _full(clock), len(value)
-    spread = np.mean([(full[1 + i : 1 + i + count] - places) ** 2 for i in range(DEGREE)], axis=0)
+    full, count = _clock_knots(clock), len(value)
+    spread = np.mean([(full[1 + i : 1 + i + count] - places) ** 2 for i in range(CLOCK_DEGREE)], axis=0)
     step, rise = np.diff(places), np.diff(value)
     slope = rise / step
     bend = 2.0 * np.diff(slope) / (step[:-1] + step[1:])
