@@ -223,7 +223,21 @@ class UnsupportedJoint(ModelError):
 
 
 class SolverNotFound(NameNotFound, SolverError):
-    """No solver or QP backend of that name."""
+    """No solver, QP backend or method of inverse kinematics of that name."""
+
+
+class RequirementNotSupported(SolverError):
+    """A method of inverse kinematics has no way to state a requirement.
+
+    Attributes:
+        method: Name of the method.
+        requirement: The requirement.
+    """
+
+    def __init__(self, method: str, requirement: object, reason: str) -> None:
+        """Name the method and the requirement, and say what stands in the way."""
+        self.method, self.requirement = method, requirement
+        super().__init__(f"{method} cannot state {requirement}: {reason}")
 
 
 class BackendFailed(SolverError):

@@ -44,7 +44,7 @@ ONLY_IN = {
     "rich": {"cli"},
     "casadi": {"solvers", "terms", "transcription"},
     "ompl": {"planning"},
-    "placo": set(),
+    "placo": {"kinematics"},
     "toppra": set(),
 }
 """Packages that only some rooms may import."""

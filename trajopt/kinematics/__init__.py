@@ -11,6 +11,9 @@ from trajopt.kinematics.goal_configurations import goal_configurations as goal_c
 from trajopt.kinematics.inverse import InverseSolutions as InverseSolutions
 from trajopt.kinematics.inverse import inverse_kinematics as inverse_kinematics
 from trajopt.kinematics.manipulability import manipulability as manipulability
+from trajopt.kinematics.methods import INVERSE_METHODS as INVERSE_METHODS
+from trajopt.kinematics.methods import InverseMethod as InverseMethod
+from trajopt.kinematics.methods import LevenbergMarquardt as LevenbergMarquardt
 from trajopt.kinematics.reach_map import ReachMap as ReachMap
 from trajopt.kinematics.reach_map import reach_map as reach_map
 from trajopt.kinematics.sampling import RandomConfigurations as RandomConfigurations

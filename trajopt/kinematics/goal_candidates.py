@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value
+from trajopt.kinematics.methods import InverseMethod, LevenbergMarquardt
 from trajopt.kinematics.projection import Projection, turning_joints
 from trajopt.model.limits import JointLimits, draw_positions
 from trajopt.model.reduced import ReducedModel
@@ -25,6 +26,9 @@ PUSH = 0.8
 """Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
 SAME = 1e-2
 """Solutions nearer to each other than this in every joint are one [rad | m]."""
+
+LEVENBERG_MARQUARDT = LevenbergMarquardt()
+"""The method unless another is named."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +64,7 @@ def goal_candidates(
     rng: np.random.Generator,
     counts: Counts,
     starts: int = STARTS,
+    method: InverseMethod = LEVENBERG_MARQUARDT,
     check: Callable[[], None] | None = None,
 ) -> GoalCandidates:
     """Search configurations that hold all goals.
@@ -70,10 +75,12 @@ def goal_candidates(
         rng: Draws the starts after the first, which is the start configuration.
         counts: Takes the work done.
         starts: How many starts to search from at once.
+        method: Moves starts until they hold the goals.
         check: Called before every wave of starts; may raise to stop.
     """
     query = Query(reduced, counts)
     projection = Projection(reduced, goals, query)
+    search = method.search(projection)
     box = joint_box(goals, reduced)
     narrow = bool((box[1] - box[0] <= SAME).all())
     begin = random_starts(reduced, rng, WAVES * starts, box)
@@ -90,7 +97,7 @@ def goal_candidates(
             drawn = _around(found, depth, starts, rng.spawn(1)[0])
         else:
             break
-        ended = projection(drawn)
+        ended = projection(drawn) if search is None else projection.measure(search(drawn))
         least = int(ended.violation.argmin())
         if ended.violation[least] < nearest_miss:
             nearest_miss = float(ended.violation[least])

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ProblemError
 from trajopt.kinematics.asked import count_of, requirements_of
-from trajopt.kinematics.goal_candidates import STARTS, goal_candidates
+from trajopt.kinematics.goal_candidates import LEVENBERG_MARQUARDT, STARTS, goal_candidates
+from trajopt.kinematics.methods import InverseMethod, inverse_method
 from trajopt.kinematics.validity import Validity, validity
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
@@ -55,6 +56,7 @@ def inverse_kinematics(
     near: ArrayLike | None = None,
     rng: np.random.Generator | None = None,
     starts: int = STARTS,
+    method: str | InverseMethod = LEVENBERG_MARQUARDT.name,
 ) -> InverseSolutions:
     """Search configurations within limits that hold a goal: `frame_placement(...)` or any other.
 
@@ -69,18 +71,28 @@ def inverse_kinematics(
             Distance is the time of the slowest joint at full speed.
         rng: Draws the starts of the search; a fixed seed when None.
         starts: How many starts to search from at once; more find more solutions.
+        method: What moves the starts: "levenberg-marquardt", which takes every requirement, "placo", or a
+            method of your own. Its answers are checked, whatever it is.
 
     Raises:
         ProblemError: If nothing is asked for.
         NameNotFound: If the goal names what does not exist.
         ShapeError: If `near` is not one finite position for each joint.
+        SolverNotFound: If there is no method of that name.
+        RequirementNotSupported: If the method has no way to state a requirement.
     """
+    chosen = inverse_method(method)
     wanted = requirements_of(reduced, "goal", goal)
     if not wanted:
         raise ProblemError("inverse_kinematics needs a goal: frame_placement(...) or several requirements")
     at = reduced if near is None else standing_at(reduced, near)
     found = goal_candidates(
-        at, wanted, rng=rng or np.random.default_rng(0), counts=Counts(), starts=count_of("starts", starts)
+        at,
+        wanted,
+        rng=rng or np.random.default_rng(0),
+        counts=Counts(),
+        starts=count_of("starts", starts),
+        method=chosen,
     )
     nearest: Validity | None = None
     if not found.free:

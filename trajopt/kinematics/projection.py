@@ -112,7 +112,12 @@ class _Asked:
 
 
 class Projection:
-    """Moves configurations until they hold requirements."""
+    """Moves configurations until they hold requirements.
+
+    Attributes:
+        reduced: The robot and its surroundings.
+        goals: What must hold, together.
+    """
 
     def __init__(self, reduced: ReducedModel, goals: Sequence[Requirement], query: Query) -> None:
         """Take the terms of the requirements.
@@ -122,6 +127,7 @@ class Projection:
             goals: What must hold, together.
             query: Evaluates the kinematics.
         """
+        self.reduced, self.goals = reduced, tuple(goals)
         self._query = query
         self._limits: JointLimits = reduced.limits
         self._turn = 2.0 * np.pi * turning_joints(reduced)
@@ -161,6 +167,11 @@ class Projection:
             step = self._step(now, at.error[going], at.jacobian[going])
             positions[searching] = self._inside(now + step)
         return Projected(positions, violation)
+
+    def measure(self, positions: Floats) -> Projected:
+        """Return where another search ended, (S, n), moved into the limits, and what is missing there."""
+        inside = np.clip(positions, self._limits.lower, self._limits.upper)
+        return Projected(inside, self.violation(inside))
 
     def violation(self, positions: Floats) -> Floats:
         """Return how far configurations of shape (S, n) are from holding the requirements, (S,)."""
