@@ -144,7 +144,7 @@ class GroupMotions(GroupBase):
     def _finish(self, result: PickPlaceResult, plan_only: bool) -> int:
         self._pick_place = result
         if not result.verified:
-            code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, result.explain(), "grasping")
+            code = MoveItErrorCodes(MoveItErrorCodes.PLANNING_FAILED, str(result.explain()), "grasping")
             self._world.report(Outcome(code))
             return code.val
         if plan_only or executed(result, self._world, self._tip):

@@ -24,6 +24,11 @@ CODES = {
     Status.OUT_OF_WORK: MoveItErrorCodes.TIMED_OUT,
     Status.CANCELLED: MoveItErrorCodes.PREEMPTED,
     Status.WORKER_DIED: MoveItErrorCodes.FAILURE,
+    Status.COLLISION: MoveItErrorCodes.INVALID_MOTION_PLAN,
+    Status.JOINT_LIMIT: MoveItErrorCodes.INVALID_MOTION_PLAN,
+    Status.OUT_OF_REACH: MoveItErrorCodes.NO_IK_SOLUTION,
+    Status.BRANCH_JUMP: MoveItErrorCodes.INVALID_MOTION_PLAN,
+    Status.GRIPPER_CANNOT: MoveItErrorCodes.PLANNING_FAILED,
     Status.NO_TIMING: MoveItErrorCodes.INVALID_MOTION_PLAN,
     Status.NOT_VERIFIED: MoveItErrorCodes.INVALID_MOTION_PLAN,
 }

@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
+from trajopt.arrays import Floats
 from trajopt.explanation.nearest import NearestFree
 from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
 from trajopt.infeasibility.reasons import Block
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Attempt
-from trajopt.planning.status import Certainty, Status
+from trajopt.planning.status import Certainty
+from trajopt.planning.summary import Summary
 from trajopt.problem import Problem
 
 NAMED = 4
@@ -19,15 +20,11 @@ NAMED = 4
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Explanation(Value):
+class Explanation(Summary):
     """How planning ended and why: `print` it, or read its parts.
 
     Attributes:
         problem: What was asked.
-        status: How planning ended.
-        reason: The result's own sentence.
-        certainty: Whether the verdict is proven.
-        grounds: Why it is known, or how much speaks for it.
         blocks: What stands in the way, worst first.
         conflict: What excludes each other; whichever one is left out, the others can be held. Empty where
             nothing of the kind was found.
@@ -41,10 +38,6 @@ class Explanation(Value):
     """
 
     problem: Problem
-    status: Status
-    reason: str
-    certainty: Certainty
-    grounds: str
     blocks: tuple[Block, ...] = ()
     conflict: tuple[str, ...] = ()
     configuration: Floats | None = None
@@ -57,10 +50,7 @@ class Explanation(Value):
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold."""
         return {
-            "status": self.status.name,
-            "reason": self.reason,
-            "certainty": self.certainty.name,
-            "grounds": self.grounds,
+            **super().as_dict(),
             "blocks": [block.as_dict() for block in self.blocks],
             "conflict": list(self.conflict),
             "joint_names": list(self.problem.reduced.joint_names),
@@ -73,7 +63,7 @@ class Explanation(Value):
 
     def __str__(self) -> str:
         """Say it in plain words, a line for each part."""
-        lines = [self.reason, f"This is {self.certainty.value}: {self.grounds}."]
+        lines = [super().__str__()]
         if self.conflict:
             found = "can be held" if self.certainty is Certainty.PROVEN else "was found to hold"
             lines.append(f"Nothing {found} all of these together; any one fewer can be held:")

@@ -12,14 +12,12 @@ from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.result import Refusal, Segment, Stage
 from trajopt.grasping.straight import TOUCHING, track_line, up, vector_of
 from trajopt.grasping.task import CandidateNames, Step, Task, in_turn
-from trajopt.infeasibility import reasons
-from trajopt.kinematics.goal_candidates import goal_candidates
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD, Requirement, frame_placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Shape
-from trajopt.query import Counts
+from trajopt.planning.status import Status
 from trajopt.query.geometry import collision_geometry
 
 
@@ -45,12 +43,13 @@ class PickCandidate:
 
 
 def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusal]:
-    """Yield configurations for a grasp, nearest to the start first, or why one does not do."""
+    """Yield configurations for a grasp, nearest to the start first, or why one fails."""
     scene, gripper, names = task.scene, task.gripper, CandidateNames(grasp=grasp.name)
     if grasp.opening > gripper.widest or grasp.width < gripper.narrowest or grasp.force > gripper.force:
-        yield names.refused(
+        yield names.refusal(
             Stage.OPEN,
-            f"asks for {grasp.opening * 1e3:.1f} mm, closing to {grasp.width * 1e3:.1f} mm with "
+            Status.GRIPPER_CANNOT,
+            f"needs {grasp.opening * 1e3:.1f} mm, closing to {grasp.width * 1e3:.1f} mm with "
             f"{grasp.force:g} N; the gripper has {gripper.narrowest * 1e3:.1f} to "
             f"{gripper.widest * 1e3:.1f} mm and {gripper.force:g} N",
         )
@@ -60,20 +59,23 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
     stands = scene.placement_of(task.name, start)
     meets = hand_meets(reduced, gripper, stands * grasp.placement)
     if meets:
-        yield names.refused(Stage.APPROACH, f"{meets} at the object, wherever the arm is")
+        yield names.refusal(
+            Stage.APPROACH, Status.GOAL_IN_COLLISION, f"{meets} at the object, wherever the arm is"
+        )
         return
-    wanted = frame_placement(gripper.tool, stands * grasp.placement)
-    found = goal_candidates(reduced, (wanted,), rng=task.rng, counts=Counts())
-    if not found.free:
-        yield names.refused(Stage.REACH, reasons.no_goal_configuration(found))
+    goal = frame_placement(gripper.tool, stands * grasp.placement)
+    found = task.configurations(reduced, (goal,), Stage.REACH, names)
+    if isinstance(found, Refusal):
+        yield found
+        return
     supports = touched(scene, task.name, stands)
-    for at in found.free[: task.options.configurations]:
+    for at in found:
         there = reduced.all_positions(at)
         turned = scene.placement_of(gripper.tool, there).rotation
         way = vector_of(grasp.approach, scene, there, turned @ gripper.approach)
-        approach = track_line(reduced, gripper.tool, at, -way)
-        if approach.reason:
-            yield names.refused(Stage.APPROACH, approach.reason)
+        approach = track_line(reduced, gripper.tool, at, -way, task.tracker)
+        if approach.status is not None:
+            yield names.refusal(Stage.APPROACH, approach.status, approach.reason)
             continue
         closed = task.opened(there, grasp.width)
         held = lifting = task.held(grasp)
@@ -82,16 +84,18 @@ def pick_candidates(task: Task, grasp: Grasp) -> Iterator[PickCandidate | Refusa
                 f"{task.name} stood on {support}", task.name, support, first=task.options.contact_time
             )
         carrying = task.reduced(held, closed)
-        lift = track_line(carrying, gripper.tool, at, vector_of(grasp.lift, scene, there, up(scene)))
-        if lift.reason:
-            yield names.refused(Stage.LIFT, lift.reason)
+        lift = track_line(
+            carrying, gripper.tool, at, vector_of(grasp.lift, scene, there, up(scene)), task.tracker
+        )
+        if lift.status is not None:
+            yield names.refusal(Stage.LIFT, lift.status, lift.reason)
             continue
         before, lifted = reduced.all_positions(approach.end), carrying.all_positions(lift.end)
         yield PickCandidate(grasp, before, there, lifted, lifting, held)
 
 
 def plan_pick(task: Task, candidate: PickCandidate) -> tuple[Segment, ...] | Refusal:
-    """Plan the motions of a candidate, or say which of them cannot be."""
+    """Plan the motions of a candidate, or return why one of them fails."""
     names, grasp, scene = CandidateNames(grasp=candidate.grasp.name), candidate.grasp, task.scene
     steps: tuple[Step, ...] = (
         lambda at: task.fingers(Stage.OPEN, scene, at, grasp.opening, names),
@@ -129,7 +133,7 @@ class PlaceCandidate:
 def place_candidates(
     task: Task, held: Scene, start: Floats, place: Place, *, opening: float, names: CandidateNames
 ) -> Iterator[PlaceCandidate | Refusal]:
-    """Yield configurations for a place, nearest to a start first, or why one does not do.
+    """Yield configurations for a place, nearest to a start first, or why one fails.
 
     Args:
         task: What is to be done.
@@ -147,24 +151,26 @@ def place_candidates(
         )
     reduced = task.reduced(lowering, start)
     kept = tuple(item for item in task.constraints if isinstance(item, Requirement))
-    wanted = (place.requirement(task.name), *kept)
-    found = goal_candidates(reduced, wanted, rng=task.rng, counts=Counts())
-    if not found.free:
-        yield names.refused(Stage.LOWER, reasons.no_goal_configuration(found))
-    for at in found.free[: options.configurations]:
+    found = task.configurations(reduced, (place.requirement(task.name), *kept), Stage.LOWER, names)
+    if isinstance(found, Refusal):
+        yield found
+        return
+    for at in found:
         there = reduced.all_positions(at)
         down = vector_of(place.lower, held, there, -up(held))
-        lower = track_line(task.reduced(held, start), gripper.tool, at, -down)
-        if lower.reason:
-            yield names.refused(Stage.LOWER, lower.reason)
+        lower = track_line(task.reduced(held, start), gripper.tool, at, -down, task.tracker)
+        if lower.status is not None:
+            yield names.refusal(Stage.LOWER, lower.status, lower.reason)
             continue
         put = held.detach(task.name, at=there)
         opened = task.opened(there, opening)
         leaving = task.reduced(put, opened)
         usual = -(put.placement_of(gripper.tool, opened).rotation @ gripper.approach)
-        retreat = track_line(leaving, gripper.tool, at, vector_of(place.retreat, put, opened, usual))
-        if retreat.reason:
-            yield names.refused(Stage.RETREAT, retreat.reason)
+        retreat = track_line(
+            leaving, gripper.tool, at, vector_of(place.retreat, put, opened, usual), task.tracker
+        )
+        if retreat.status is not None:
+            yield names.refusal(Stage.RETREAT, retreat.status, retreat.reason)
             continue
         above, away = reduced.all_positions(lower.end), leaving.all_positions(retreat.end)
         yield PlaceCandidate(above, there, away, opening, held, lowering, put)
@@ -173,7 +179,7 @@ def place_candidates(
 def plan_place(
     task: Task, candidate: PlaceCandidate, start: Floats, names: CandidateNames
 ) -> tuple[Segment, ...] | Refusal:
-    """Plan the motions of a candidate from a start, or say which of them cannot be."""
+    """Plan the motions of a candidate from a start, or return why one of them fails."""
     held, put, rest = candidate.held, candidate.put, task.options.release_time
     steps: tuple[Step, ...] = (
         lambda at: task.move(Stage.CARRY, held, at, candidate.above, names),
@@ -204,7 +210,7 @@ def touched(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
 
 
 def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
-    """Say what a hand would be inside of with its tool at a placement, whatever the arm does.
+    """Return what a hand would overlap with its tool at a placement, whatever the arm does.
 
     Args:
         reduced: A model in which the fingers stand as they should.

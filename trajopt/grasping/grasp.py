@@ -162,8 +162,7 @@ class GraspingOptions:
             lowering ends [s].
         grip_time: Rest after the fingers closed, in which the force builds up [s].
         release_time: Rest before the fingers open, in which the object comes to stand [s].
-        configurations: Of the arm that are tried for each grasp and each place.
-        attempts: First guesses for each motion.
+        configurations: Configurations of the arm that are tried for each grasp and each place.
         method: Transcription and solver with their options.
     """
 
@@ -175,7 +174,6 @@ class GraspingOptions:
     grip_time: float = 0.3
     release_time: float = 0.2
     configurations: int = 4
-    attempts: int = 16
     method: Method = field(default_factory=Knots)
 
     def __post_init__(self) -> None:
@@ -183,9 +181,8 @@ class GraspingOptions:
         for name in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(name, getattr(self, name)) <= 1.0:
                 raise ShapeError(name, f"must lie in (0, 1], is {getattr(self, name)}")
-        for name in ("configurations", "attempts"):
-            one_of(name, getattr(self, name), int)
-        for name in ("aside", "turn", "contact_time", "configurations", "attempts"):
+        one_of("configurations", self.configurations, int)
+        for name in ("aside", "turn", "contact_time", "configurations"):
             if number(name, getattr(self, name)) <= 0.0:
                 raise ShapeError(name, f"must be positive, is {getattr(self, name):g}")
         for name in ("grip_time", "release_time"):

@@ -1,6 +1,7 @@
 """Picking and placing, planned whole: candidates in order, the cheap checks of all stages first."""
 
 from collections.abc import Mapping, Sequence
+from threading import Event
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from trajopt.grasping.search import Search
 from trajopt.grasping.task import Task
 from trajopt.model.requirements import WORLD, Requirement
 from trajopt.model.scene import Scene
+from trajopt.planning.budget import Budget, BudgetTracker, Progress
+from trajopt.planning.plan import NO_BOUNDS
 from trajopt.terms.residual import Constraint
 
 Start = str | Mapping[str, float] | Floats
@@ -35,6 +38,9 @@ def pick_and_place(
     constraints: Constraints = (),
     options: GraspingOptions | None = None,
     rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
 ) -> PickPlaceResult:
     """Plan to take an object and put it down elsewhere, as one sequence that is verified stage by stage.
 
@@ -54,6 +60,9 @@ def pick_and_place(
         constraints: What must hold while the object is in the hand, such as that it stays upright.
         options: Speeds, tolerances, times.
         rng: Draws starts of the search; a fixed seed when None, so that the answer is the same every time.
+        budget: Time and work for the whole sequence; its `tries` are the seeds of each motion, 16 when None.
+        cancel: Set it from another thread to stop.
+        progress: Called at every stage and every step of the solver.
 
     Returns:
         The sequence with the grasp and place that were chosen, or why there is none.
@@ -61,9 +70,11 @@ def pick_and_place(
     Raises:
         ObjectNotFound: If there is no object of that name.
         GripperError: If the robot has no gripper.
-        ProblemError: If there is no grasp or no place, or the object is in the hand already.
+        ProblemError: If there is no grasp or no place, the object is in the hand already, or the budget is to
+            improve a motion.
     """
-    task = _task(scene, name, start, group, gripper, constraints, options, rng)
+    tracker = _tracker(budget, cancel, progress)
+    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
     return Search(task, _places(task.scene, places)).take(_graspable(task, grasps))
 
 
@@ -78,12 +89,16 @@ def pick(
     constraints: Constraints = (),
     options: GraspingOptions | None = None,
     rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
 ) -> PickPlaceResult:
     """Plan to take an object and lift it; see `pick_and_place`.
 
     `final_scene` of what is returned has the object attached to the hand.
     """
-    task = _task(scene, name, start, group, gripper, constraints, options, rng)
+    tracker = _tracker(budget, cancel, progress)
+    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
     return Search(task, ()).take(_graspable(task, grasps))
 
 
@@ -99,6 +114,9 @@ def place(
     constraints: Constraints = (),
     options: GraspingOptions | None = None,
     rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
 ) -> PickPlaceResult:
     """Plan to put down an object that is in the hand; see `pick_and_place`.
 
@@ -113,19 +131,21 @@ def place(
         constraints: As in `pick_and_place`.
         options: As in `pick_and_place`.
         rng: As in `pick_and_place`.
+        budget: As in `pick_and_place`.
+        cancel: As in `pick_and_place`.
+        progress: As in `pick_and_place`.
 
     Raises:
         ProblemError: If the object is not attached.
     """
-    task = _task(scene, name, start, group, gripper, constraints, options, rng)
+    tracker = _tracker(budget, cancel, progress)
+    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
     if scene.holder(name).link == WORLD:
         raise ProblemError(f"object {name!r} is in no hand; pick it first, or attach it")
     if opening is None:
         opening = task.gripper.opening_at(scene.robot, task.start) + LET_GO
     opening = min(opening, task.gripper.widest)
-    search = Search(task, _places(task.scene, places))
-    placed = search.put(scene, task.start, opening, grasp=None)
-    return search.ended(placed, None)
+    return Search(task, _places(task.scene, places)).place(opening)
 
 
 def _task(
@@ -137,8 +157,9 @@ def _task(
     constraints: Constraints,
     options: GraspingOptions | None,
     rng: np.random.Generator | None,
+    tracker: BudgetTracker,
 ) -> Task:
-    """Check what was asked, and fill in what was left out."""
+    """Check the arguments and fill in defaults."""
     robot = one_of("scene", scene, Scene).robot
     scene.object(one_of("name", name, str))
     hand = gripper_of(robot) if gripper is None else one_of("gripper", gripper, Gripper)
@@ -157,7 +178,14 @@ def _task(
         constraints=sequence("constraints", constraints),
         options=GraspingOptions() if options is None else one_of("options", options, GraspingOptions),
         rng=np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator),
+        tracker=tracker,
     )
+
+
+def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) -> BudgetTracker:
+    if one_of("budget", budget, Budget).improve:
+        raise ProblemError("the first verified sequence is taken: a budget that improves is for plan")
+    return BudgetTracker(budget, None if cancel is None else one_of("cancel", cancel, Event), progress)
 
 
 def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:

@@ -12,7 +12,10 @@ from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.gripper import Gripper
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
+from trajopt.planning.budget import Stop
 from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.summary import Summary
 
 
 class Stage(Enum):
@@ -117,24 +120,26 @@ class Timeline:
 
 @dataclass(frozen=True, eq=False)
 class Refusal:
-    """Why a grasp or a place was given up.
+    """Why a grasp or a place was rejected.
 
     Attributes:
         grasp: Name of the grasp; empty where the object was in the hand from the beginning.
         place: Name of the place; empty where the grasp alone failed.
-        stage: In which stage.
-        reason: In words.
+        stage: The stage that failed.
+        status: How it failed.
+        reason: The same in words.
         result: What planning returned; None where a configuration was missing already.
     """
 
     grasp: str
     place: str
     stage: Stage
+    status: Status
     reason: str
     result: Result | None = None
 
     def __str__(self) -> str:
-        """Say it in words."""
+        """Return one line."""
         which = [f"grasp {self.grasp!r}"] * bool(self.grasp) + [f"place {self.place!r}"] * bool(self.place)
         return f"{', '.join(which)}: {self.stage.name}: {self.reason}"
 
@@ -151,12 +156,14 @@ class PickPlaceResult(Value):
         start: Positions of all joints before, shape (number of joints,) [rad | m].
         group: The arm's planning group.
         gripper: The gripper.
+        status: How planning ended: of candidates that failed, the status of the one that got farthest.
         grasp: The grasp that was chosen; None if none was, or the object was in the hand already.
-        place: The place that was chosen; None if none was, or none asked for.
-        segments: The motions, in order; empty where there is no way.
-        refusals: What was tried before and why it was given up, in the order of the search.
+        place: The place that was chosen; None if none was, or no place was to be chosen.
+        segments: The motions, in order; empty if there is no solution.
+        refusals: Which candidates were rejected and why, in the order of the search.
         counts: Exact numbers of the work done.
-        cpu_seconds: Process time of planning [s].
+        cpu_seconds: Process time of each stage of planning [s].
+        stopped: What ended planning before it was done; None if nothing did.
     """
 
     name: str
@@ -165,17 +172,19 @@ class PickPlaceResult(Value):
     start: Floats
     group: str
     gripper: Gripper
+    status: Status
     grasp: Grasp | None
     place: Place | None
     segments: tuple[Segment, ...]
     refusals: tuple[Refusal, ...]
     counts: Mapping[str, int]
-    cpu_seconds: float
+    cpu_seconds: Mapping[str, float]
+    stopped: Stop | None = None
 
     @property
     def verified(self) -> bool:
         """Whether there is a sequence, each motion of which the judge verified."""
-        return bool(self.segments) and all(segment.result.verified for segment in self.segments)
+        return self.status is Status.SOLVED
 
     @property
     def failed(self) -> Stage | None:
@@ -205,25 +214,42 @@ class PickPlaceResult(Value):
             PlanningFailed: If there is no verified sequence; carries this result.
         """
         if not self.verified:
-            raise PlanningFailed(self.explain(), self)
+            raise PlanningFailed(str(self.explain()), self)
         return self.segments
 
-    def explain(self) -> str:
-        """Say what was planned, or for each grasp and place why it was given up."""
+    @property
+    def reason(self) -> str:
+        """How planning ended, in a sentence: what was planned, or which stage failed."""
         if self.segments:
             how = f" by grasp {self.grasp.name!r}" if self.grasp else ""
             where = f", put at {self.place.name!r}" if self.place else ""
             steps = ", ".join(f"{item.stage.name} {item.duration:.2f} s" for item in self.segments)
             return f"{self.name!r} is taken{how}{where}: {steps}"
-        stage = "" if self.failed is None else f"; the farthest came to {self.failed.name}"
-        return "\n  ".join((f"no way to handle {self.name!r}{stage}", *map(str, self.refusals)))
+        stage = "" if self.failed is None else f"; the farthest candidate failed in {self.failed.name}"
+        return f"{self.status.name}: {self.status.value} (no way to handle {self.name!r}{stage})"
+
+    def explain(self) -> Summary:
+        """Return what was planned, or for each grasp and place why it was rejected: print it."""
+        if self.verified:
+            grounds = "the judge verified every motion in the scene of its stage"
+        else:
+            ended = "" if self.stopped is None else "; the search was not finished"
+            grounds = f"{len(self.refusals)} candidates were tried and rejected{ended}"
+        return Summary(
+            status=self.status,
+            reason=self.reason,
+            certainty=Certainty.PROVEN if self.verified else Certainty.EVIDENCE,
+            grounds=grounds,
+            details=() if self.verified else tuple(map(str, self.refusals)),
+        )
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold: the motions with their beginnings, and what was given up."""
+        """Return plain data that JSON can hold: the motions with their times, and the rejected candidates."""
         begins: list[float] = list(self.timeline.begins) if self.segments else []
         return {
+            "status": self.status.name,
             "verified": self.verified,
-            "message": self.explain(),
+            "message": str(self.explain()),
             "object": self.name,
             "grasp": None if self.grasp is None else self.grasp.name,
             "place": None if self.place is None else self.place.name,
@@ -232,9 +258,16 @@ class PickPlaceResult(Value):
                 for begin, item in zip(begins, self.segments, strict=True)
             ],
             "refusals": [
-                {"grasp": item.grasp, "place": item.place, "stage": item.stage.name, "reason": item.reason}
+                {
+                    "grasp": item.grasp,
+                    "place": item.place,
+                    "stage": item.stage.name,
+                    "status": item.status.name,
+                    "reason": item.reason,
+                }
                 for item in self.refusals
             ],
             "counts": dict(self.counts),
-            "cpu_seconds": self.cpu_seconds,
+            "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
+            "stopped": None if self.stopped is None else self.stopped.name,
         }

@@ -1,6 +1,5 @@
 """The search for a sequence: grasps in order, places in order, the cheap checks of all stages first."""
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
@@ -15,9 +14,12 @@ from trajopt.grasping.candidates import (
     plan_place,
 )
 from trajopt.grasping.grasp import Grasp, Place
-from trajopt.grasping.result import PickPlaceResult, Refusal, Segment
+from trajopt.grasping.result import STAGES, PickPlaceResult, Refusal, Segment
 from trajopt.grasping.task import CandidateNames, Task
 from trajopt.model.scene import Scene
+from trajopt.planning.budget import Stop, Stopped
+from trajopt.planning.search import ENDED
+from trajopt.planning.status import Status
 
 Before = Callable[[], tuple[Segment, ...] | None]
 """Plans what comes before; None where it cannot be."""
@@ -26,54 +28,65 @@ Remembered = tuple[list[PlaceCandidate], Iterator[PlaceCandidate | Refusal]]
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """A sequence that was found.
+class PlannedSequence:
+    """A planned sequence.
 
     Attributes:
         segments: Its motions.
         final_scene: The scene after it.
-        place: Where the object was put; None for nowhere.
+        grasp: How the object is taken; None if it was in the hand already.
+        place: Where the object is put; None if it stays in the hand.
     """
 
     segments: tuple[Segment, ...]
     final_scene: Scene
+    grasp: Grasp | None
     place: Place | None
 
 
 @dataclass(eq=False)
 class Search:
-    """A search for a sequence: what it was asked, and what it has given up.
+    """A search for a sequence, and the candidates that it has rejected.
 
     Attributes:
         task: What is to be done.
         places: Where the object may be put; none to keep it in the hand.
-        refusals: What was given up, in order.
-        began: Process time at its beginning [s].
+        refusals: Which candidates were rejected and why, in order.
     """
 
     task: Task
     places: tuple[Place, ...]
     refusals: list[Refusal] = field(default_factory=list[Refusal])
-    began: float = field(default_factory=time.process_time)
     _candidates: dict[tuple[Grasp | None, Place], Remembered] = field(
         default_factory=dict[tuple[Grasp | None, Place], Remembered]
     )
 
     def take(self, grasps: Sequence[Grasp]) -> PickPlaceResult:
         """Try grasps in order, each with all places."""
+        return self._result(lambda: self._take(grasps))
+
+    def place(self, opening: float) -> PickPlaceResult:
+        """Try places in order for the object that is in the hand at the start.
+
+        Args:
+            opening: Of the fingers that let go [m].
+        """
+        return self._result(lambda: self._put(self.task.scene, self.task.start, opening, grasp=None))
+
+    def _take(self, grasps: Sequence[Grasp]) -> PlannedSequence | None:
         for grasp in grasps:
             for candidate in pick_candidates(self.task, grasp):
                 if isinstance(candidate, Refusal):
                     self.refusals.append(candidate)
                     continue
-                found = self._from(candidate)
-                if found is not None:
-                    return self.ended(found, grasp)
-        return self.ended(None, None)
+                sequence = self._from(candidate)
+                if sequence is not None:
+                    return sequence
+        return None
 
-    def put(
+    def _put(
         self, held: Scene, start: Floats, opening: float, *, grasp: Grasp | None, before: Before | None = None
-    ) -> Found | None:
+    ) -> PlannedSequence | None:
         """Try places in order for an object in the hand.
 
         Args:
@@ -93,32 +106,44 @@ class Search:
                     return None
                 then = plan_place(self.task, candidate, first[-1].end if first else start, names)
                 if not isinstance(then, Refusal):
-                    return Found((*first, *then), candidate.put, place)
+                    return PlannedSequence((*first, *then), candidate.put, grasp, place)
                 self.refusals.append(then)
         return None
 
-    def ended(self, found: Found | None, grasp: Grasp | None) -> PickPlaceResult:
-        """Return what the search has come to."""
-        task = self.task
+    def _result(self, search: Callable[[], PlannedSequence | None]) -> PickPlaceResult:
+        """Search until the budget ends, and return what was planned, or why nothing was."""
+        task, stopped = self.task, None
+        try:
+            sequence = search()
+        except Stopped as ended:
+            sequence, stopped = None, ended.stop
         return PickPlaceResult(
             name=task.name,
             scene=task.scene,
-            final_scene=task.scene if found is None else found.final_scene,
+            final_scene=task.scene if sequence is None else sequence.final_scene,
             start=task.start,
             group=task.group,
             gripper=task.gripper,
-            grasp=None if found is None else grasp,
-            place=None if found is None else found.place,
-            segments=() if found is None else found.segments,
+            status=Status.SOLVED if sequence is not None else self._failure(stopped),
+            grasp=None if sequence is None else sequence.grasp,
+            place=None if sequence is None else sequence.place,
+            segments=() if sequence is None else sequence.segments,
             refusals=tuple(self.refusals),
-            counts=dict(task.counts),
-            cpu_seconds=time.process_time() - self.began,
+            counts=dict(task.tracker.counts),
+            cpu_seconds=dict(task.tracker.seconds),
+            stopped=stopped,
         )
+
+    def _failure(self, stopped: Stop | None) -> Status:
+        """Return what stopped the search, or the status of the candidate that got farthest."""
+        if stopped is not None:
+            return ENDED[stopped]
+        return max(self.refusals, key=lambda refusal: STAGES.index(refusal.stage)).status
 
     def _remembered(
         self, key: tuple[Grasp | None, Place], make: Callable[[], Iterator[PlaceCandidate | Refusal]]
     ) -> Iterator[PlaceCandidate]:
-        """Yield the candidates of a place, looked for once a grasp: the arm's posture in it is no matter."""
+        """Yield the candidates of a place, searched once for each grasp, whatever the arm's posture in it."""
         known, others = self._candidates.setdefault(key, ([], make()))
         yield from tuple(known)
         for candidate in others:
@@ -128,7 +153,7 @@ class Search:
                 known.append(candidate)
                 yield candidate
 
-    def _from(self, candidate: PickCandidate) -> Found | None:
+    def _from(self, candidate: PickCandidate) -> PlannedSequence | None:
         """Plan a grasp that passed the cheap checks, and all that follows."""
 
         @cache
@@ -141,6 +166,6 @@ class Search:
 
         if self.places:
             opening = candidate.grasp.opening
-            return self.put(candidate.held, candidate.lifted, opening, grasp=candidate.grasp, before=picked)
+            return self._put(candidate.held, candidate.lifted, opening, grasp=candidate.grasp, before=picked)
         segments = picked()
-        return None if segments is None else Found(segments, candidate.held, None)
+        return None if segments is None else PlannedSequence(segments, candidate.held, candidate.grasp, None)

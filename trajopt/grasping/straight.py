@@ -1,10 +1,9 @@
-"""Straight motions of the tool that do not turn it: first configurations along the line, then a problem.
+"""Straight motions that do not turn the tool: first configurations along the line, then a problem.
 
-The problem is an ordinary one, with the line as a path constraint. A planner of Cartesian motions can
-take the place of `straight_problem`.
+The problem is an ordinary one with the line as a path constraint.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,37 +15,41 @@ from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement, frame_placement, joint_positions, point_on_line
 from trajopt.model.scene import Scene
+from trajopt.planning.budget import BudgetTracker
+from trajopt.planning.status import Status
 from trajopt.problem import Problem
-from trajopt.query import Query
+from trajopt.query import Counts, Query
 from trajopt.terms.residual import Constraint
 
 STEPS = 8
-"""Configurations along a line that are looked at before it is planned."""
+"""Configurations along a line that are checked before the motion is planned."""
 JUMP = 0.6
-"""A joint that moves more between two of them changes to another family of solutions [rad | m]."""
+"""A joint that moves more between two of them has changed to another branch of solutions [rad | m]."""
 KNOTS = 12
 """Knots of a straight motion."""
 TOUCHING = 2e-3
-"""What is nearer than this is stood on, or leant against [m]."""
+"""Objects closer than this are in contact [m]."""
 SHARE = 0.5
-"""Share of a gap at the end of a straight motion that is asked for as clearance all along it."""
+"""Share of the gap at the end of a straight motion that is kept as margin all along it."""
 
 
 @dataclass(frozen=True, eq=False)
 class LineTrack:
-    """A line followed away from a configuration.
+    """Configurations of the arm along a straight line of the tool.
 
     Attributes:
-        end: The group's positions at its far end, shape (n,); where it stopped if there is a reason.
-        reason: Why the far end cannot be reached; empty if it can.
+        end: The group's positions at its far end, shape (n,), or where the line cannot be followed farther.
+        status: Why it cannot; None if the far end is reached.
+        reason: The same in words; empty if the far end is reached.
     """
 
     end: Floats
-    reason: str
+    status: Status | None = None
+    reason: str = ""
 
 
 def vector_of(straight: Straight, scene: Scene, positions: Floats, usual: Floats) -> Floats:
-    """Return the way of a straight motion in the world, shape (3,) [m].
+    """Return the displacement of a straight motion in the world, shape (3,) [m].
 
     Args:
         straight: The motion.
@@ -69,34 +72,49 @@ def up(scene: Scene) -> Floats:
     return -gravity / strength if strength > 0.0 else np.array((0.0, 0.0, 1.0))
 
 
-def track_line(reduced: ReducedModel, tool: str, at: Floats, away: Floats) -> LineTrack:
-    """Follow a line of the tool away from a configuration, without turning.
+def track_line(
+    reduced: ReducedModel, tool: str, at: Floats, away: Floats, tracker: BudgetTracker
+) -> LineTrack:
+    """Follow a straight line of the tool from a configuration, without turning the tool.
 
     Args:
         reduced: The model.
         tool: Frame that follows the line.
-        at: The group's positions at its beginning, shape (n,), where contact is no matter.
-        away: Its way in the world, shape (3,) [m].
+        at: The group's positions at its beginning, shape (n,); contact there is ignored.
+        away: From beginning to end in the world, shape (3,) [m].
+        tracker: Counts the work.
+
+    Raises:
+        Stopped: If the budget ends before.
     """
-    query = Query(reduced)
+    counts = Counts()
+    try:
+        return _tracked(Query(reduced, counts), tool, at, away, lambda: tracker.check(counts))
+    finally:
+        tracker.count_work(counts)
+
+
+def _tracked(query: Query, tool: str, at: Floats, away: Floats, check: Callable[[], None]) -> LineTrack:
+    reduced = query.reduced
     begin = reduced.scene.placement_of(tool, reduced.all_positions(at))
     now = at
     for share in np.linspace(0.0, 1.0, STEPS + 1)[1:].tolist():
-        wanted = Placement(begin.rotation, readonly(begin.translation + share * away))
-        found = Projection(reduced, (frame_placement(tool, wanted),), query)(now[None])
-        after = found.positions[0]
-        way = f"{share * float(np.linalg.norm(away)) * 1e3:.0f} mm along the line"
-        if found.violation[0] > 0.0:
-            return LineTrack(now, f"no configuration {way}")
+        check()
+        target = Placement(begin.rotation, readonly(begin.translation + share * away))
+        projected = Projection(reduced, (frame_placement(tool, target),), query)(now[None])
+        after = projected.positions[0]
+        where = f"{share * float(np.linalg.norm(away)) * 1e3:.0f} mm along the line"
+        if projected.violation[0] > 0.0:
+            return LineTrack(now, Status.OUT_OF_REACH, f"no configuration reaches {where}")
         if np.abs(after - now).max() > JUMP:
-            return LineTrack(now, f"the arm would have to change its posture {way}")
+            return LineTrack(now, Status.BRANCH_JUMP, f"the arm would have to change branch {where}")
         contacts = query.close_pairs(after[None], reduced.pairs.required)
         if len(contacts.distance):
             deepest = int(np.argmin(contacts.distance))
             first, second = reduced.owners(int(contacts.pair[deepest]))
-            return LineTrack(now, f"{first} meets {second} {way}")
+            return LineTrack(now, Status.COLLISION, f"{first} meets {second} {where}")
         now = after
-    return LineTrack(readonly(np.array(now)), "")
+    return LineTrack(readonly(np.array(now)))
 
 
 def straight_problem(
@@ -148,10 +166,10 @@ def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement
 
 
 def with_room(reduced: ReducedModel, positions: Floats) -> Scene:
-    """Return the scene with smaller margins where a configuration is nearer to something than them.
+    """Return the scene with smaller margins for pairs that a configuration has closer than their margins.
 
-    A straight motion that ends at a grasp passes close by all the way: half of what is left at its end is
-    asked for. What touches there keeps no margin.
+    A straight motion that ends at a grasp is close to its neighbours all along: half of the gap at its end
+    becomes the margin. Pairs in contact there get none.
 
     Args:
         reduced: The model.

@@ -1,7 +1,7 @@
 """Task: what all candidates of a pick or place share, and the planning of one motion for it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,22 +10,28 @@ from trajopt.grasping.grasp import Grasp, GraspingOptions
 from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.result import Refusal, Segment, Stage
 from trajopt.grasping.straight import straight_problem, to_configuration, with_room
+from trajopt.infeasibility import reasons
+from trajopt.kinematics.goal_candidates import goal_candidates
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Requirement, joint_positions
 from trajopt.model.scene import Scene
-from trajopt.planning.budget import Budget
+from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
+from trajopt.planning.status import Status
 from trajopt.problem import Problem
+from trajopt.query import Counts
 from trajopt.terms.residual import Constraint
 
+ATTEMPTS = 16
+"""Seeds for each motion, unless the budget states a number."""
 SAME = 1e-6
-"""Fingers that are nearer to where they should be stay there [rad | m]."""
+"""Fingers closer than this to where they should be are not moved [rad | m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CandidateNames:
-    """By what names a refusal tells of a candidate.
+    """Names of a candidate's grasp and place, for refusals.
 
     Attributes:
         grasp: The grasp; empty for none.
@@ -35,14 +41,14 @@ class CandidateNames:
     grasp: str = ""
     place: str = ""
 
-    def refused(self, stage: Stage, reason: str, result: Result | None = None) -> Refusal:
-        """Say why the candidate was given up."""
-        return Refusal(self.grasp, self.place, stage, reason, result)
+    def refusal(self, stage: Stage, status: Status, reason: str, result: Result | None = None) -> Refusal:
+        """Return why the candidate was rejected."""
+        return Refusal(self.grasp, self.place, stage, status, reason, result)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Task:
-    """What is the same for all candidates.
+    """What all candidates share.
 
     Attributes:
         scene: The scene before.
@@ -52,8 +58,8 @@ class Task:
         gripper: The gripper.
         constraints: What must hold while the object is in the hand.
         options: Speeds, tolerances, times.
-        rng: Draws the starts of inverse kinematics, and bends.
-        counts: Takes the work done.
+        rng: Draws the starts of inverse kinematics, and the bends of seeds.
+        tracker: Counts work and time, and ends the search when the budget is used up.
     """
 
     scene: Scene
@@ -64,7 +70,7 @@ class Task:
     constraints: Sequence[Requirement | Constraint]
     options: GraspingOptions
     rng: np.random.Generator
-    counts: dict[str, int] = field(default_factory=dict[str, int])
+    tracker: BudgetTracker
 
     def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
         """Return the reduced model of the arm, all else standing as in positions of all joints."""
@@ -88,14 +94,47 @@ class Task:
     def plan(
         self, stage: Stage, problem: Problem, candidate: CandidateNames, *, rest: float = 0.0
     ) -> Segment | Refusal:
-        """Plan one motion and have it judged."""
-        budget = Budget(tries=self.options.attempts)
-        result = plan(problem, method=self.options.method, rng=self.rng, budget=budget)
-        for name, count in result.counts.items():
-            self.counts[name] = self.counts.get(name, 0) + count
+        """Plan one motion within what is left of the budget, and have it judged.
+
+        Raises:
+            Stopped: If the budget ends before.
+        """
+        tracker, left = self.tracker, self.tracker.remaining()
+        result = plan(
+            problem,
+            method=self.options.method,
+            rng=self.rng,
+            budget=replace(left, tries=left.tries or ATTEMPTS),
+            cancel=tracker.cancel,
+            progress=tracker.progress,
+        )
+        tracker.add(result.counts, result.cpu_seconds)
         if result.verified:
             return Segment(stage, result, rest)
-        return candidate.refused(stage, result.reason, result)
+        if result.stopped is not None:
+            raise Stopped(result.stopped)
+        return candidate.refusal(stage, result.status, result.reason, result)
+
+    def configurations(
+        self, reduced: ReducedModel, goals: Sequence[Requirement], stage: Stage, candidate: CandidateNames
+    ) -> Sequence[Floats] | Refusal:
+        """Search configurations that hold goals, nearest to the start first.
+
+        Raises:
+            Stopped: If the budget ends before.
+        """
+        tracker, counts = self.tracker, Counts()
+        with tracker.stage("inverse kinematics"):
+            try:
+                found = goal_candidates(
+                    reduced, goals, rng=self.rng, counts=counts, check=lambda: tracker.check(counts)
+                )
+            finally:
+                tracker.count_work(counts)
+        if found.free:
+            return found.free[: self.options.configurations]
+        status = Status.NO_INVERSE_KINEMATICS if found.blocking is None else Status.GOAL_IN_COLLISION
+        return candidate.refusal(stage, status, reasons.no_goal_configuration(found))
 
     def move(
         self, stage: Stage, scene: Scene, start: Floats, goal: Floats, candidate: CandidateNames

@@ -163,6 +163,24 @@ class BudgetTracker:
         """Time since planning began, by the budget's clock [s]."""
         return self.budget.clock() - self._begin
 
+    def remaining(self) -> Budget:
+        """Return what is left of the budget, for a call of planning that is part of this one.
+
+        Raises:
+            Stopped: If nothing is left.
+        """
+        self.check()
+        budget, seconds, work = self.budget, self.budget.seconds, self.budget.work
+        if seconds is not None:
+            seconds -= self.used
+            if seconds <= 0.0:
+                raise Stopped(Stop.CLOCK)
+        if work is not None:
+            work -= self.work
+            if work < 1:
+                raise Stopped(Stop.WORK)
+        return replace(budget, seconds=seconds, work=work)
+
     @contextmanager
     def optimising(self, counts: Counts) -> Generator[Callable[[Iteration], None]]:
         """Count and bound the work of a solver; yields what it is to call after every step.

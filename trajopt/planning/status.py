@@ -41,6 +41,15 @@ class Status(Enum):
     CANCELLED = "planning was cancelled before a motion was found"
     WORKER_DIED = "a process that tried a first guess died: plan with one worker to see why"
     METHOD_CANNOT = "the method cannot do what is asked: choose another"
+    COLLISION = (
+        "the arm comes too near something along the curve: move it, free the spin, or allow a deviation"
+    )
+    JOINT_LIMIT = (
+        "a joint reaches its limit on the curve: begin in another branch, free the spin, or move the curve"
+    )
+    OUT_OF_REACH = "the arm cannot reach the curve any farther: move the curve"
+    BRANCH_JUMP = "the curve goes on in another branch only, to which a joint would have to jump: begin there"
+    GRIPPER_CANNOT = "the gripper cannot open, close or press as the grasp states: choose another grasp"
     NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
     NOT_VERIFIED = "the judge refused the timed motion: a larger margin or more knots may help"
 
