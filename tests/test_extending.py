@@ -11,7 +11,18 @@ PAGE = Path(__file__).parents[1] / "docs" / "extending.md"
 
 
 def blocks(kind: str) -> list[str]:
+    """Blocks of the page but for those that are a file of a package."""
+    return [text for text in all_blocks(kind) if not re.match(r"# \w+/\w+\.py\n", text)]
+
+
+def all_blocks(kind: str) -> list[str]:
     return re.findall(rf"^```{kind}\n(.*?)^```", PAGE.read_text(), flags=re.DOTALL | re.MULTILINE)
+
+
+def files() -> dict[str, str]:
+    """Files of the package that adds a requirement, by their names."""
+    found = (re.match(r"# (\w+/\w+\.py)\n", text) for text in all_blocks("python"))
+    return {match[1]: match.string for match in found if match is not None}
 
 
 def test_the_pages_code_runs() -> None:
@@ -23,7 +34,7 @@ def test_the_pages_code_runs() -> None:
 
 
 def test_a_package_adds_a_method_as_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (table,) = blocks("toml")
+    (table,) = (text for text in blocks("toml") if "trajopt.methods" in text)
     group = re.search(r'entry-points."([^"]+)"', table)
     name, target = re.findall(r'^(\w+) = "(.*)"', table, flags=re.MULTILINE)[0]
     module = target.split(":")[0]

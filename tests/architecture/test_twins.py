@@ -20,9 +20,8 @@ KINDS = [
 
 def test_there_are_some() -> None:
     assert len(KINDS) >= 3
-    assert set(Requirement.__subclasses__()) == set(KINDS), (
-        "a requirement lives in trajopt.model.requirements"
-    )
+    known = {kind for kind in Requirement.__subclasses__() if kind.__module__.startswith("trajopt.")}
+    assert known == set(KINDS), "a requirement lives in trajopt.model.requirements"
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

@@ -54,6 +54,10 @@ class Node:
                 raise self.error(f"unknown key {shown(key)}{hint}")
         return self
 
+    def has_only(self, fields: Iterable[str]) -> bool:
+        """Say whether this mapping has no other members than these."""
+        return self._mapping().keys() <= set(fields)
+
     def has(self, key: str) -> bool:
         """Say whether this is a mapping with something under that key."""
         return isinstance(self.value, dict) and self._mapping().get(key) is not None

@@ -1,5 +1,6 @@
 """MoveIt's own files: planning scenes, motion plan requests and robot trajectories in YAML."""
 
+from trajopt.moveit.constraints import reads_constraints as reads_constraints
 from trajopt.moveit.motion_plan_request import RequestFile as RequestFile
 from trajopt.moveit.motion_plan_request import read_request as read_request
 from trajopt.moveit.planning_scene import SceneFile as SceneFile

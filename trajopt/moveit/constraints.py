@@ -1,5 +1,7 @@
 """Constraints messages: joint, position, orientation and visibility constraints become requirements."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from trajopt.arrays import readonly
@@ -13,6 +15,7 @@ from trajopt.model.requirements import (
     frame_placement,
     joint_positions,
 )
+from trajopt.model.requirements.registered import import_installed
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import Reading, require
 from trajopt.moveit.orientation_constraint import Orientation, read_orientation
@@ -20,10 +23,11 @@ from trajopt.moveit.position_constraint import PointRegion, read_region
 from trajopt.moveit.tolerance import read_tolerance
 from trajopt.moveit.visibility_constraint import read_visibility
 
-CONSTRAINTS_FIELDS = (
-    *("name", "joint_constraints", "position_constraints"),
-    *("orientation_constraints", "visibility_constraints"),
-)
+CONSTRAINTS_FIELDS = ("name", "joint_constraints", "position_constraints", "orientation_constraints")
+Reader = Callable[[Node, Scene, Reading], tuple[Requirement, ...]]
+"""One element of a field of a constraints message, the scene and what names mean -> what it requires."""
+READERS: dict[str, Reader] = {"visibility_constraints": read_visibility}
+"""Fields whose elements are read on their own, each by its reader; `reads_constraints` adds one."""
 JOINT_FIELDS = ("joint_name", "position", "tolerance_above", "tolerance_below", "weight")
 FREE = np.inf
 
@@ -47,10 +51,11 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
         FileFormatError: If a constraint is malformed or of a kind that trajopt does not know.
         NameNotFound: If it names an unknown joint, link or frame.
     """
-    node.only(CONSTRAINTS_FIELDS)
+    node.only((*CONSTRAINTS_FIELDS, *_readers(node)))
     found: list[Requirement] = [*_read_joints(node["joint_constraints"], scene)]
-    for element in node["visibility_constraints"].elements():
-        found.extend(read_visibility(element, scene, reading))
+    for field, read in READERS.items():
+        for element in node[field].elements():
+            found.extend(read(element, scene, reading))
     regions = [read_region(element, scene, reading) for element in node["position_constraints"].elements()]
     for element in node["orientation_constraints"].elements():
         orientation, scene = read_orientation(element, scene, reading)
@@ -60,6 +65,27 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
     for region in regions:
         found.extend(_positioned(region, node["position_constraints"], reading))
     return tuple(found), scene
+
+
+def reads_constraints(field: str) -> Callable[[Reader], Reader]:
+    """Register a reader for a field of constraints messages that MoveIt does not have.
+
+    `@reads_constraints("gap_constraints")` goes before a function that turns one element of the field into
+    requirements; the module that does so is imported as those of other kinds of requirements are.
+    """
+
+    def register(reader: Reader) -> Reader:
+        READERS[field] = reader
+        return reader
+
+    return register
+
+
+def _readers(node: Node) -> tuple[str, ...]:
+    """Return the fields that have readers; installed packages are imported where one is missing."""
+    if not node.has_only((*CONSTRAINTS_FIELDS, *READERS)):
+        import_installed()
+    return tuple(READERS)
 
 
 def _read_joints(nodes: Node, scene: Scene) -> tuple[JointPositions, ...]:
