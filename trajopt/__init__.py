@@ -6,7 +6,7 @@ what comes after in `trajopt.simulate`, `trajopt.view` and `trajopt.moveit`.
 """
 
 from trajopt.benchmark import compare as compare
-from trajopt.benchmark import refused as refused
+from trajopt.benchmark import expected_status as expected_status
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError

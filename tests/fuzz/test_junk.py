@@ -108,7 +108,7 @@ def calls(folder: Path) -> dict[str, Sound]:
         "position_in_region": Sound(
             to.position_in_region, {"frame": TIP, "region": to.Box(1, 1, 1), "placement": there}
         ),
-        "refused": Sound(to.refused, {"status": to.Status.STUCK}),
+        "expected_status": Sound(to.expected_status, {"status": to.Status.STUCK}),
         "singularity_distance": Sound(
             to.singularity_distance, {"frame": TIP, "smallest": 0.01, "length": 0.3}
         ),

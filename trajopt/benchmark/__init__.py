@@ -4,7 +4,7 @@ from trajopt.benchmark.compare import compare as compare
 from trajopt.benchmark.compare import runs as runs
 from trajopt.benchmark.definition import Definition as Definition
 from trajopt.benchmark.definition import definitions as definitions
-from trajopt.benchmark.definition import refused as refused
+from trajopt.benchmark.definition import expected_status as expected_status
 from trajopt.benchmark.entry import Entry as Entry
 from trajopt.benchmark.entry import run as run
 from trajopt.benchmark.planned import Allowance as Allowance

@@ -18,7 +18,7 @@ _EXPECTED = "expected_status"
 """Attribute that a function which makes a problem without a solution carries."""
 
 
-def refused(status: Status) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
+def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
     """Mark a function as one that makes a problem without a solution.
 
     Args:
@@ -31,7 +31,7 @@ def refused(status: Status) -> Callable[[Callable[..., Problem]], Callable[..., 
         ProblemError: If the status is that of a solved problem.
     """
     if status is Status.SOLVED:
-        raise ProblemError("refused: SOLVED is no refusal")
+        raise ProblemError("expected_status: SOLVED is expected of every problem without it")
 
     def mark(make: Callable[..., Problem]) -> Callable[..., Problem]:
         setattr(make, _EXPECTED, status)

@@ -55,10 +55,10 @@ def test_what_is_refused_must_say_the_right_reason(arm: to.Robot) -> None:
 
     unmarked = run(Definition("beyond", make))
     assert unmarked.status is to.Status.GOAL_OUT_OF_LIMITS and not unmarked.as_expected
-    assert run(Definition("beyond", to.refused(to.Status.GOAL_OUT_OF_LIMITS)(make))).as_expected
-    assert not run(Definition("beyond", to.refused(to.Status.STUCK)(make))).as_expected
+    assert run(Definition("beyond", to.expected_status(to.Status.GOAL_OUT_OF_LIMITS)(make))).as_expected
+    assert not run(Definition("beyond", to.expected_status(to.Status.STUCK)(make))).as_expected
 
 
 def test_solved_is_no_refusal() -> None:
     with pytest.raises(ProblemError, match="SOLVED"):
-        to.refused(to.Status.SOLVED)
+        to.expected_status(to.Status.SOLVED)
