@@ -64,7 +64,7 @@ def test_a_value_in_a_message_is_cut_before_it_is_written(name: str, planar_arm:
     assert len(shown(value)) <= SHOWN_LENGTH
     calls: tuple[Callable[[], object], ...] = (
         lambda: to.load_mesh([value]),  # pyright: ignore
-        lambda: to.Budget(tries=[value]),  # pyright: ignore
+        lambda: to.Budget(attempts=[value]),  # pyright: ignore
         lambda: to.Scene(planar_arm).add("a", to.Box(1, 1, 1), frame=str(name) * 10**6),
         lambda: read_operation(Node({"operation": [value]}, "small.yaml")["operation"]),
         lambda: read_kind(Node({"type": value, "dimensions": []}, "small.yaml")),

@@ -46,7 +46,7 @@ def test_a_slow_tool_is_planned_or_told(problem: to.Problem) -> None:
     slow = to.plan(replace(problem, tool_speed=to.tool_speed(frame, linear=1e-5)))
     assert slow.verified and slow.trajectory is not None and slow.trajectory.duration > 1e4
     asked = replace(problem, tool_speed=to.tool_speed(frame, linear=1e-9))
-    slower = to.plan(asked, budget=to.Budget(tries=1))
+    slower = to.plan(asked, budget=to.Budget(attempts=1))
     assert slower.status is to.Status.NO_TIMING and "1e+06 s are the most" in slower.reason
 
 

@@ -291,7 +291,7 @@ def planned_and_left() -> "weakref.ref[to.Scene]":
     asked = to.named_problem("past_pillar_panda")
     scene = asked.scene.remove("pillar")
     own = Cost(Expression("own", lambda kinematics: kinematics.q[0] * scene.margin), 0.01)
-    result = to.plan(replace(asked, scene=scene, costs=[own]), budget=to.Budget(tries=1))
+    result = to.plan(replace(asked, scene=scene, costs=[own]), budget=to.Budget(attempts=1))
     assert result.path is not None
     return weakref.ref(scene)
 

@@ -95,7 +95,7 @@ def calls(folder: Path) -> dict[str, Sound]:
         "load_mesh": Sound(to.load_mesh, {"path": folder / "one.stl"}),
         "named_problem": Sound(to.named_problem, {"name": "planar_fold"}),
         "placement": Sound(to.placement, {"xyz": point, "rpy": axis}),
-        "plan": Sound(to.plan, {"problem": problem, "method": None, "budget": to.Budget(tries=3)}),
+        "plan": Sound(to.plan, {"problem": problem, "method": None, "budget": to.Budget(attempts=3)}),
         "point_on_arc": Sound(
             to.point_on_arc, {"frame": TIP, "centre": there, "radius": 0.2, "tolerance": 0.01, "sweep": 1.0}
         ),

@@ -70,12 +70,12 @@ def test_work_is_an_exact_bound_and_repeats(arm: to.Robot) -> None:
 
 
 @pytest.mark.usefixtures("unproven")
-def test_tries_are_an_exact_bound(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_attempts_are_an_exact_bound(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("trajopt.planning.seeds.sampled.find_spec", lambda name: None)  # searches are slow
-    alone = to.plan(wall(arm), budget=to.Budget(tries=1))
+    alone = to.plan(wall(arm), budget=to.Budget(attempts=1))
     assert alone.status is Status.STUCK and len(alone.attempts) == 1
-    assert to.plan(wall(arm), budget=to.Budget(tries=30)).verified
-    many = to.plan(walled_in(arm), budget=to.Budget(tries=70))
+    assert to.plan(wall(arm), budget=to.Budget(attempts=30)).verified
+    many = to.plan(walled_in(arm), budget=to.Budget(attempts=70))
     assert len(many.attempts) == 70, "a budget that allows more seeds gets more"
 
 
@@ -102,7 +102,7 @@ def _interrupting(result: to.Result) -> None:
 
 
 def test_cancelled_with_a_motion_returns_it(arm: to.Robot) -> None:
-    cancel, budget = Event(), to.Budget(tries=40, improve=True)
+    cancel, budget = Event(), to.Budget(attempts=40, improve=True)
     for result in (
         to.plan(wall(arm), budget=budget, cancel=cancel, on_incumbent=_cancelling(cancel)),
         to.plan(wall(arm), budget=budget, on_incumbent=_interrupting),
@@ -122,11 +122,11 @@ def test_interrupted_without_a_motion_raises(arm: to.Robot) -> None:
 def test_more_budget_is_never_worse(arm: to.Robot) -> None:
     first = to.plan(wall(arm))
     costs = [first.cost]
-    for tries in (len(first.attempts), 10, 17):
+    for attempts in (len(first.attempts), 10, 17):
         seen: list[float] = []
         result = to.plan(
             wall(arm),
-            budget=to.Budget(tries=tries, improve=True),
+            budget=to.Budget(attempts=attempts, improve=True),
             on_incumbent=lambda best, seen=seen: seen.append(best.cost),
         )
         assert result.verified and result.certificate is not None and result.certificate.verified
@@ -141,8 +141,8 @@ def test_more_budget_is_never_worse(arm: to.Robot) -> None:
 def test_never_worse_than_the_first_guess(arm: to.Robot) -> None:
     """Where the straight line is free, nothing is shorter in time, and the line itself is a candidate."""
     free = to.Problem(scene=to.Scene(arm), start=wall(arm).start, goal=wall(arm).goal)
-    smooth = to.plan(free, budget=to.Budget(tries=1))
-    best = to.plan(free, budget=to.Budget(tries=1, improve=True))
+    smooth = to.plan(free, budget=to.Budget(attempts=1))
+    best = to.plan(free, budget=to.Budget(attempts=1, improve=True))
     assert best.cost <= smooth.cost
     assert best.path.knots == pytest.approx(np.linspace(best.path.knots[0], best.path.knots[-1], free.knots))
 
@@ -153,9 +153,9 @@ def test_never_worse_than_the_first_guess(arm: to.Robot) -> None:
         ({"seconds": 0.0}, "seconds must be above zero"),
         ({"seconds": float("nan")}, "seconds"),
         ({"work": 0}, "work must be a whole number"),
-        ({"tries": 1.5}, "tries must be a whole number"),
+        ({"attempts": 1.5}, "attempts must be a whole number"),
         ({"workers": -1}, "workers"),
-        ({"improve": True}, "seconds, work or tries"),
+        ({"improve": True}, "seconds, work or attempts"),
     ],
 )
 def test_what_bounds_nothing_is_refused(given: dict[str, object], words: str) -> None:

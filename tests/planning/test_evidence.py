@@ -34,7 +34,7 @@ def hard_to_find(number: int) -> to.Problem:
 
 @pytest.mark.parametrize("number", [76, 208, 209, 271])
 def test_what_can_be_held_together_is_not_called_a_conflict(number: int) -> None:
-    found = to.plan(hard_to_find(number), budget=to.Budget(tries=1))
+    found = to.plan(hard_to_find(number), budget=to.Budget(attempts=1))
     assert found.status not in {to.Status.CONFLICTING_CONSTRAINTS, to.Status.NO_INVERSE_KINEMATICS}
 
 

@@ -68,7 +68,7 @@ def test_several_threads_are_not_forked() -> None:
 
 def test_so_is_an_improved_one(arm: to.Robot) -> None:
     one, three = (
-        to.plan(wall(arm), budget=to.Budget(tries=17, improve=True, workers=workers)) for workers in (1, 3)
+        to.plan(wall(arm), budget=to.Budget(attempts=17, improve=True, workers=workers)) for workers in (1, 3)
     )
     _same(one, three)
     assert len(one.attempts) == 17
@@ -140,7 +140,7 @@ def fail() -> None:
 
 @pytest.mark.usefixtures("unproven")
 def test_a_worker_that_dies_is_told(arm: to.Robot) -> None:
-    result = to.plan(walled_in(arm), method=Elsewhere(die), budget=to.Budget(tries=6, workers=2))
+    result = to.plan(walled_in(arm), method=Elsewhere(die), budget=to.Budget(attempts=6, workers=2))
     assert result.status is Status.STUCK
     died = [item for item in result.attempts if item.status is Status.WORKER_DIED]
     assert len(died) == 5 and all("-9" in item.message for item in died)
@@ -157,7 +157,7 @@ def test_workers_are_cancelled(arm: to.Robot) -> None:
     cancel = Event()
     result = to.plan(
         wall(arm),
-        budget=to.Budget(tries=40, improve=True, workers=2),
+        budget=to.Budget(attempts=40, improve=True, workers=2),
         cancel=cancel,
         on_incumbent=lambda best: cancel.set(),
     )

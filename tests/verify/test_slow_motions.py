@@ -49,7 +49,7 @@ def test_a_slow_motion_is_planned_with_as_many_samples(problem: to.Problem, scal
     def samples(velocity: float, acceleration: float) -> int:
         result = to.plan(
             replace(problem, velocity_scaling=velocity, acceleration_scaling=acceleration),
-            budget=to.Budget(tries=1),
+            budget=to.Budget(attempts=1),
         )
         assert result.verified and result.trajectory is not None
         motion = moved(problem, result.trajectory)
@@ -125,5 +125,5 @@ def test_limits_that_allow_next_to_no_motion_are_told(
     problem: to.Problem, velocity: float, acceleration: float
 ) -> None:
     asked = replace(problem, velocity_scaling=velocity, acceleration_scaling=acceleration)
-    result = to.plan(asked, budget=to.Budget(tries=1))
+    result = to.plan(asked, budget=to.Budget(attempts=1))
     assert result.status is to.Status.NO_TIMING and "are the most" in result.reason

@@ -26,5 +26,5 @@ class Allowance:
 
 def planned(problem: Problem, method: Method, allowance: Allowance, progress: Progress) -> Result:
     """Plan within an allowance; always with the same random numbers, so with the same first guesses."""
-    budget = Budget(tries=allowance.attempts, seconds=allowance.cpu_seconds, clock=time.process_time)
+    budget = Budget(attempts=allowance.attempts, seconds=allowance.cpu_seconds, clock=time.process_time)
     return plan(problem, method=method, budget=budget, progress=progress)

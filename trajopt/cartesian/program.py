@@ -68,31 +68,31 @@ def knot_stations(required: FollowsCurve) -> Floats:
     return np.unique(even)
 
 
-def on_the_curve(problem: Problem, required: FollowsCurve, guess: Track) -> SolveResult:
-    """Plan the whole line on the curve, from a first guess.
+def on_the_curve(problem: Problem, required: FollowsCurve, seed: Track) -> SolveResult:
+    """Plan the whole line on the curve, from a first seed.
 
     Args:
         problem: Start, scene and limits.
         required: The curve.
-        guess: Its first guess, at the stations that `knot_stations` tells.
+        seed: Its first seed, at the stations that `knot_stations` tells.
     """
-    error = CurveError(problem.reduced, required, guess.stations)
+    error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
     smallest = HELD * min(required.position_tolerance, required.rotation_tolerance)
     held = constraint(error, lower=-bound, upper=bound, tolerance=0.5 * smallest)
-    return _solve(problem, (held,), problem.costs or (), guess)
+    return _solve(problem, (held,), problem.costs or (), seed)
 
 
-def in_a_tube(problem: Problem, required: FollowsCurve, tube: float, guess: Track) -> SolveResult:
+def in_a_tube(problem: Problem, required: FollowsCurve, tube: float, seed: Track) -> SolveResult:
     """Plan the whole line inside a tube around the curve, as near to the curve as may be.
 
     Args:
         problem: Start, scene and limits.
         required: The curve.
         tube: Radius of the tube [m].
-        guess: The first guess, at the stations that `knot_stations` tells.
+        seed: The first seed, at the stations that `knot_stations` tells.
     """
-    error = CurveError(problem.reduced, required, guess.stations)
+    error = CurveError(problem.reduced, required, seed.stations)
     bound = within(required, HELD)
     bound[:POSITION_ROWS] = np.inf
     bound[POSITION_ROWS - 1] = ROOM * tube
@@ -100,13 +100,11 @@ def in_a_tube(problem: Problem, required: FollowsCurve, tube: float, guess: Trac
     held = constraint(error, lower=-bound, upper=bound, tolerance=smallest)
     costs = (*(problem.costs or ()), Cost(Offset(error), weight=NEARNESS))
     end = replace(required, position_tolerance=max(END * tube, required.position_tolerance))
-    return _solve(replace(problem, goal=end), (held,), costs, guess)
+    return _solve(replace(problem, goal=end), (held,), costs, seed)
 
 
-def _solve(
-    problem: Problem, held: tuple[Constraint, ...], costs: Sequence[Cost], guess: Track
-) -> SolveResult:
+def _solve(problem: Problem, held: tuple[Constraint, ...], costs: Sequence[Cost], seed: Track) -> SolveResult:
     asked = replace(
-        problem, constraints=(*problem.constraints, *held), costs=tuple(costs), knots=len(guess.stations)
+        problem, constraints=(*problem.constraints, *held), costs=tuple(costs), knots=len(seed.stations)
     )
-    return Sqp().solve(transcribe(asked, guess.positions), guess.positions)
+    return Sqp().solve(transcribe(asked, seed.positions), seed.positions)

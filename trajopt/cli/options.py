@@ -124,8 +124,8 @@ def budget_of(
     Raises:
         ProblemError: If they contradict each other.
     """
-    tries = None if portfolio else 1
-    return Budget(time_budget, tries=tries, workers=workers, improve=improve, clock=clock)
+    attempts = None if portfolio else 1
+    return Budget(time_budget, attempts=attempts, workers=workers, improve=improve, clock=clock)
 
 
 def read_files(robot: Robot, scene: Path, request: Path) -> tuple[SceneFile, RequestFile]:

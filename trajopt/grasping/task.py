@@ -104,7 +104,7 @@ class Task:
             problem,
             method=self.options.method,
             rng=self.rng,
-            budget=replace(left, tries=left.tries or ATTEMPTS),
+            budget=replace(left, attempts=left.attempts or ATTEMPTS),
             cancel=tracker.cancel,
             progress=tracker.progress,
         )

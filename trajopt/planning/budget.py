@@ -31,16 +31,16 @@ class Stop(Enum):
 class Budget:
     """What planning may use.
 
-    With none of `seconds`, `work` and `tries` it ends when the first guesses that it knows of are
-    tried; with any of them it goes on to others until that is used up.
+    With none of `seconds`, `work` and `attempts` it ends when the seeds of the schedule are
+    attempted; with any of them it goes on to others until that is used up.
 
     Attributes:
         seconds: Time by `clock` [s]. The answer then depends on the machine.
         work: Configurations that goal search, optimiser and sampling planner may look at: an exact
             number, with which the same question has the same answer everywhere.
-        tries: First guesses at most; 1 is the straight line to the nearest goal configuration alone.
-        workers: Processes that try first guesses, from when the straight line has failed (with
-            `improve`: has been tried). The answer is the same for any number.
+        attempts: Seeds at most; 1 is the straight line to the nearest goal configuration alone.
+        workers: Processes that attempt seeds, from when the straight line has failed (with
+            `improve`: has been attempted). The answer is the same for any number.
         improve: Whether to go on after the first motion, until the budget is used up, and return the
             shortest in time.
         clock: What tells the time [s]: the wall's; `time.process_time` for benchmarks. By any other clock
@@ -53,7 +53,7 @@ class Budget:
 
     seconds: float | None = None
     work: int | None = None
-    tries: int | None = None
+    attempts: int | None = None
     workers: int = 1
     improve: bool = False
     clock: Callable[[], float] = time.monotonic
@@ -68,7 +68,7 @@ class Budget:
         """
         if self.seconds is not None and number("seconds", self.seconds, infinite=True) <= 0.0:
             raise ProblemError(f"a budget's seconds must be above zero, are {self.seconds}")
-        bounds = {"work": self.work, "tries": self.tries}
+        bounds = {"work": self.work, "attempts": self.attempts}
         given = {name: value for name, value in bounds.items() if value is not None}
         for name, value in (given | {"workers": self.workers}).items():
             if type(value) is not int or value < 1:
@@ -77,7 +77,7 @@ class Budget:
         if not callable(self.clock):
             raise ProblemError(f"clock is a function that tells the time, is {shown(self.clock)}")
         if self.improve and not self.bounded:
-            raise ProblemError("a budget that improves needs seconds, work or tries to end it")
+            raise ProblemError("a budget that improves needs seconds, work or attempts to end it")
         if self.processes is not None:
             one_of("processes", self.processes, BaseContext)
 
@@ -91,7 +91,7 @@ class Budget:
     @property
     def bounded(self) -> bool:
         """Whether anything but running out of first guesses ends planning."""
-        return any(bound is not None for bound in (self.seconds, self.work, self.tries))
+        return any(bound is not None for bound in (self.seconds, self.work, self.attempts))
 
 
 WORK = "forward_kinematics"

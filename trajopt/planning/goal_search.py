@@ -75,7 +75,7 @@ def attempt(candidate: Candidate) -> Result:
         with work.tracker.stage("seed"):
             seed = candidate.make_seed(counts, lambda: work.tracker.check(counts))
     except (NoSeed, MissingExtra) as reason:
-        return work.result(Status.NO_FIRST_GUESS, str(reason))
+        return work.result(Status.NO_SEED, str(reason))
     finally:
         work.tracker.count_work(counts)
     program = candidate.branch.program

@@ -77,7 +77,7 @@ class Search:
             if not nearest_first:
                 return
             candidates = [item for goal in nearest_first for item in goal.candidates(rows, self._best(goal))]
-            left = None if budget.tries is None else budget.tries - len(self.attempts)
+            left = None if budget.attempts is None else budget.attempts - len(self.attempts)
             self._rounds += 1
             yield candidates[:left]
             if self.done:
@@ -94,7 +94,7 @@ class Search:
         """Whether there is a motion and no better one is looked for, or all attempts are used up."""
         budget = self.tracker.budget
         found = self.incumbent is not None and not budget.improve
-        return found or (budget.tries is not None and len(self.attempts) >= budget.tries)
+        return found or (budget.attempts is not None and len(self.attempts) >= budget.attempts)
 
     def learn(self, candidate: Candidate, result: Result) -> None:
         """Note what became of a candidate; keep its motion if it is better than the best so far."""

@@ -35,7 +35,7 @@ class Status(Enum):
     PROVEN_INFEASIBLE = (
         "every way from the start to the goal is blocked: something in the way must move, or the goal"
     )
-    NO_FIRST_GUESS = "no seed of that kind could be made: another kind may do"
+    NO_SEED = "no seed of that kind could be made: another kind may do"
     OUT_OF_TIME = "the time was used up before a motion was found: allow more, or try again"
     OUT_OF_WORK = "the counted work was used up before a motion was found: allow more"
     CANCELLED = "planning was cancelled before a motion was found"

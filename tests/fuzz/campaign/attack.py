@@ -40,7 +40,7 @@ def counterexample(case: Case, result: to.Result, rng: np.random.Generator) -> s
         found = _grown(case, end, rng)
         if found is not None:
             return f"a motion was grown, over {found.tolist()}"
-    other = to.plan(case.problem(), method=method_named("stomp"), budget=to.Budget(tries=2))
+    other = to.plan(case.problem(), method=method_named("stomp"), budget=to.Budget(attempts=2))
     if other.verified and not fault_of_trajectory(case, other.require().trajectory):
         return "another method found a motion"
     return ""

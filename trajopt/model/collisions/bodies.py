@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, Value, readonly
 from trajopt.model.description.urdf import LinkGeometry, MeshReference
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_file
 from trajopt.model.placement import IDENTITY, Placement
@@ -16,7 +16,7 @@ ORIGIN = readonly(np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
-class CollisionBody:
+class CollisionBody(Value):
     """One shape fixed to a frame.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""Lines bent around what blocked an earlier try: over it, under it, to its left and to its right.
+"""Lines bent around what blocked an earlier attempt: over it, under it, to its left and to its right.
 
 The sides are those of the body's point that touches: across its way, in the world. First comes the side
 that the contact itself pushes to. The bend is found by moving that point in small steps with the damped

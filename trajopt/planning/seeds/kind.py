@@ -9,6 +9,6 @@ class SeedKind(Enum):
     STRAIGHT = "the straight line to the nearest goal configuration"
     BRANCH = "the straight line to another goal configuration"
     FREE_END = "the straight line, with the goal configuration free to change"
-    AROUND = "the line bent around what blocked an earlier try"
+    AROUND = "the line bent around what blocked an earlier attempt"
     BUMP = "the line bent to a random side"
     SAMPLED = "the path of a sampling planner, shortened"

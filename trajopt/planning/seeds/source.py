@@ -44,7 +44,7 @@ class SeedContext(Value):
 
 @dataclass(frozen=True, eq=False)
 class Blocked(Value):
-    """Where a try ended against something.
+    """Where an attempt ended against something.
 
     Attributes:
         knots: The knots where the solver stopped, shape (N, n).
@@ -88,7 +88,7 @@ class Source(Protocol):
 
         Args:
             context: Where they lead.
-            blocked: Where tries from straight lines ended against something, worst first.
+            blocked: Where attempts from straight lines ended against something, worst first.
             rng: Each seed draws from a child of it, so that none depends on another.
         """
         ...
