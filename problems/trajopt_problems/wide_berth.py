@@ -7,15 +7,17 @@ import trajopt as to
 from .arms import panda, pointing
 from .drawing import near, until_feasible
 
+REQUIRED = 0.115
+"""Clearance that is required between the person and the wrist with its hand [m]."""
 BERTH = 0.12
-"""Clearance between the person and the wrist with its hand, for the optimiser to keep [m]."""
+"""The same with a margin, for the optimiser to keep where it can [m]."""
 
 
 def wide_berth(rng: np.random.Generator | None = None) -> to.Problem:
     """Return the problem: a Panda passes between a person, at twelve centimetres, and a post.
 
-    What is hard: the clearance asked for differs by pair, and both things stand at the same way. A
-    margin is the optimiser's to keep: the judge measures it, and refuses contact only.
+    What is hard: the clearance differs by pair, and both things stand beside the same way. The judge proves
+    the clearance that is required of the person; of the post it refuses contact only.
 
     Args:
         rng: Draws person, post, start and goal; the fixed instance when None.
@@ -35,7 +37,7 @@ def _problem(rng: np.random.Generator | None) -> to.Problem:
         .add("post", to.Cylinder(0.02, 0.3), to.placement(post))
     )
     for link in (*arm.hand, "panda_link5", "panda_link6", "panda_link7"):
-        scene = scene.with_margin(BERTH, link, "person")
+        scene = scene.with_clearance(REQUIRED, link, "person").with_margin(BERTH, link, "person")
 
     def side(angle: float) -> tuple[to.Requirement, to.Requirement]:
         away = arm.reach + near(rng, 0.05, 0.03)
