@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors import MimicOutOfRange
 from trajopt.kinematics.sampling import Progress
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions
 from trajopt.model.description.groups import ALL_JOINTS, resolve_groups
@@ -24,9 +25,25 @@ _DEFAULT = Confidence()
 
 
 def all_joints_free(robot: Robot) -> ReducedModel:
-    """Return the robot with every driven joint free and no pair of links excused."""
+    """Return the robot with every driven joint free and no pair of links excused.
+
+    Where no position of a joint keeps those that follow it within their limits, theirs are left out:
+    `check_urdf` names them.
+    """
     groups = resolve_groups(robot.model, Srdf(), frozenset(robot.mimics))
     bare = replace(robot, groups=groups, disabled_pairs=frozenset(), passive_joints=frozenset())
+    try:
+        return _reduced(bare)
+    except MimicOutOfRange:
+        follows = np.array([joint in bare.mimics for joint in bare.joint_names])
+        lower, upper = (
+            np.where(follows, -np.inf, bare.limits.lower),
+            np.where(follows, np.inf, bare.limits.upper),
+        )
+        return _reduced(replace(bare, limits=replace(bare.limits, lower=lower, upper=upper)))
+
+
+def _reduced(bare: Robot) -> ReducedModel:
     return reduce_model(Scene(bare, allowed=AllowedCollisions(), margin=0.0), ALL_JOINTS, bare.positions())
 
 

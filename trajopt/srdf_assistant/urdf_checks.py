@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import MeshFileError
+from trajopt.errors import MeshFileError, MimicOutOfRange
+from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.description.urdf import MeshReference
 from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.placement import Placement
@@ -75,9 +76,7 @@ def _inertias(root: ElementTree.Element, robot: Robot) -> Iterator[Finding]:
                 yield Finding(Severity.WARNING, name, "moves and has no <inertial>: torques leave it out")
             continue
         mass = _number(inertial.find("mass"), "value")
-        if mass < 0.0:
-            yield Finding(Severity.ERROR, name, f"has a mass of {mass:g} kg")
-        elif mass == 0.0 and name in shaped:
+        if mass == 0.0 and name in shaped:
             yield Finding(Severity.WARNING, name, "has shapes and a mass of zero")
         entries = {
             key: _number(inertial.find("inertia"), key) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -131,9 +130,7 @@ def _joints(root: ElementTree.Element) -> Iterator[Finding]:
 def _limit(name: str, kind: str, limit: ElementTree.Element) -> Iterator[Finding]:
     lower, upper = _number(limit, "lower"), _number(limit, "upper")
     if kind != "continuous":
-        if lower > upper:
-            yield Finding(Severity.ERROR, name, f"has its limits reversed: [{lower:g}, {upper:g}]")
-        elif lower == upper:
+        if lower == upper:
             yield Finding(Severity.ERROR, name, f"cannot move: both limits are {lower:g}")
         elif kind == "revolute" and upper - lower > WIDE:
             yield Finding(
@@ -155,6 +152,11 @@ def _mimics(root: ElementTree.Element, robot: Robot) -> Iterator[Finding]:
             robot.joint_names, robot.limits.lower.tolist(), robot.limits.upper.tolist(), strict=True
         )
     }
+    try:
+        leaders = tuple(name for name in robot.joint_names if name not in robot.mimics)
+        followed_limits(robot.limits, leaders, robot.mimics)
+    except MimicOutOfRange as error:
+        yield Finding(Severity.ERROR, error.joint, f"{error}: no motion of {error.source} can be planned")
     for name, mimic in robot.mimics.items():
         if mimic.source not in ranges:
             yield Finding(Severity.ERROR, name, f"follows {mimic.source!r}, which is no joint that moves")

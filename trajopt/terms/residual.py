@@ -139,11 +139,14 @@ def constraint(
         reach: How far inside its bounds a row may be for the residual to list it; inf where it lists all.
 
     Raises:
-        ShapeError: If a bound is not a number.
-        ProblemError: If a lower bound exceeds its upper one.
+        ShapeError: If a bound, the tolerance or the reach is not a number.
+        ProblemError: If the tolerance or the reach is negative, or a lower bound exceeds its upper one.
     """
     low = floats("lower", np.atleast_1d(np.asarray(lower, dtype=float)), (None,), infinite=True)
     high = floats("upper", np.atleast_1d(np.asarray(upper, dtype=float)), (None,), infinite=True)
     if (low > high).any():
         raise ProblemError(f"constraint {residual.name!r}: a lower bound exceeds its upper one")
+    for name, value in (("tolerance", tolerance), ("reach", reach)):
+        if number(name, value, infinite=True) < 0.0:
+            raise ProblemError(f"constraint {residual.name!r}: {name} is negative: {value:g}")
     return Constraint(residual, low, high, tolerance, window, reach)

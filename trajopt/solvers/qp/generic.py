@@ -13,8 +13,11 @@ from trajopt.errors import BackendFailed, MissingExtra, SolverError, SolverNotFo
 from trajopt.solvers.qp import BACKENDS, GENERAL
 from trajopt.solvers.qp.backend import Qp, QpSolution, QpStatus
 
-OPTIONS: Mapping[str, Mapping[str, float]] = {"scs": {"eps_abs": 1e-6, "eps_rel": 1e-6}}
-"""Options of solvers whose own defaults are too rough for a step."""
+OPTIONS: Mapping[str, Mapping[str, float]] = {
+    "scs": {"eps_abs": 1e-6, "eps_rel": 1e-6},
+    "highs": {"qp_iteration_limit": 20_000, "simplex_iteration_limit": 20_000},
+}
+"""Options of solvers whose own defaults are too rough for a step, or let it go on for ever."""
 STRICT = {"quadprog"}
 """Solvers that take positive definite Hessians only: for them the proximal point method is run."""
 PROXIMAL_WEIGHT = 1e-3
