@@ -6,6 +6,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.arrays import Floats
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.query import Query
 
 START = {
@@ -80,7 +81,7 @@ def over_waves(robot: to.Robot, faces: int) -> to.Problem:
     triangles = np.concatenate(
         (np.stack((corner, right, up), axis=1), np.stack((right, right + 1, up), axis=1))
     )
-    sheet = to.Mesh(np.stack((x, y, z), axis=2).reshape(-1, 3), triangles.astype(np.int32))
+    sheet = Mesh(np.stack((x, y, z), axis=2).reshape(-1, 3), triangles.astype(np.int32))
     scene = (
         to.Scene(robot)
         .add("sheet", sheet, to.placement())

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from trajopt import FrameAttachment, Robot, placement
+from trajopt import Robot, placement
 
 ODD_ARM = """<robot name="odd">
   <link name="base"><collision><origin xyz="0 0 0.05"/><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
@@ -62,5 +62,5 @@ def two_arms(folder: Path) -> Robot:
     )
     both = '<group name="both"><group name="left"/><group name="right"/></group>'
     (folder / "arms.srdf").write_text(f'<robot name="two_arms">{groups}{both}</robot>')
-    tool = FrameAttachment("right_hand", placement((0.0, 0.0, 0.2), rpy=(0.1, 0.0, 0.0)))
+    tool = ("right_hand", placement((0.0, 0.0, 0.2), rpy=(0.1, 0.0, 0.0)))
     return Robot.from_urdf(folder / "arms.urdf", srdf=folder / "arms.srdf", frames={"tool": tool})

@@ -11,7 +11,7 @@ from trajopt.retime import Retimed
 
 README = Path(__file__).parents[1] / "README.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
-WINDOWS = re.compile(r"^(render|view)\(.*$", re.MULTILINE)
+WINDOWS = re.compile(r"^(to\.)?(render|view)\(.*$", re.MULTILINE)
 
 
 def printed(blocks: list[str]) -> dict[str, object]:

@@ -1,20 +1,23 @@
 """Motion planning for robot arms by optimisation, with a proof of what was asked.
 
-The short way is here: a robot, a scene, a problem, `plan`. The steps that `plan` is made of are in
-`trajopt.planning`, `trajopt.transcription`, `trajopt.solvers`, `trajopt.retime` and `trajopt.verify`;
-what comes after in `trajopt.simulate`, `trajopt.view` and `trajopt.moveit`.
+The short way is here: a robot, a scene, a problem, `plan`; then `explain`, `simulate`, `view` and `render`
+take the result. The steps that `plan` is made of are in `trajopt.planning`, `trajopt.transcription`,
+`trajopt.solvers`, `trajopt.retime` and `trajopt.verify`. `trajopt.simulate` and `trajopt.view` are functions
+here and packages to import from.
 """
 
 from trajopt.benchmark import compare as compare
 from trajopt.benchmark import expected_status as expected_status
+from trajopt.cartesian import follow as follow
+from trajopt.cartesian import follows_curve as follows_curve
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
+from trajopt.explanation import explain as explain
+from trajopt.grasping import pick_and_place as pick_and_place
 from trajopt.kinematics import goal_configurations as goal_configurations
-from trajopt.model.frame_attachment import FrameAttachment as FrameAttachment
 from trajopt.model.load import load as load
 from trajopt.model.meshes.mesh_cover import MeshPolicy as MeshPolicy
-from trajopt.model.meshes.mesh_file import Mesh as Mesh
 from trajopt.model.meshes.mesh_file import load_mesh as load_mesh
 from trajopt.model.placement import Placement as Placement
 from trajopt.model.placement import placement as placement
@@ -44,7 +47,6 @@ from trajopt.model.shapes import Cylinder as Cylinder
 from trajopt.model.shapes import Plane as Plane
 from trajopt.model.shapes import Sphere as Sphere
 from trajopt.model.shapes import convex as convex
-from trajopt.model.tool_speed import ToolSpeed as ToolSpeed
 from trajopt.model.tool_speed import tool_speed as tool_speed
 from trajopt.model.trajectory import Path as Path
 from trajopt.model.trajectory import Trajectory as Trajectory
@@ -57,5 +59,10 @@ from trajopt.planning.result import Result as Result
 from trajopt.planning.result import Status as Status
 from trajopt.problem import Problem as Problem
 from trajopt.problem import named_problem as named_problem
+from trajopt.simulate import render as render
+from trajopt.simulate import simulate as simulate
+from trajopt.terms import Constraint as Constraint
+from trajopt.terms import Cost as Cost
 from trajopt.verify import Moment as Moment
 from trajopt.verify import examine as examine
+from trajopt.view import view as view

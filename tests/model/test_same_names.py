@@ -98,9 +98,7 @@ def test_a_tool_frame_with_the_name_of_a_link_is_refused(tmp_path: Path) -> None
     odd_arm(tmp_path)
     for name in ("tip", "world"):
         with pytest.raises(ModelError, match=name):
-            to.Robot.from_urdf(
-                tmp_path / "odd.urdf", frames={name: to.FrameAttachment("fore", to.placement())}
-            )
+            to.Robot.from_urdf(tmp_path / "odd.urdf", frames={name: ("fore", to.placement())})
 
 
 def test_a_state_of_a_link_is_refused(tmp_path: Path) -> None:

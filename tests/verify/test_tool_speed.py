@@ -13,6 +13,7 @@ from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, ProblemError
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
+from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify import Check, Evidence, VerifyOptions, verify
 from trajopt.verify.kernel.kinematics import Kinematics
@@ -37,7 +38,7 @@ def moving(model: ReducedModel, trajectory: Trajectory, frame: str) -> PointMoti
     return PointMotion(motion, frame, offset=np.array(OFFSET))
 
 
-def tool_checks(model: ReducedModel, trajectory: Trajectory, limited: to.ToolSpeed) -> list[Check]:
+def tool_checks(model: ReducedModel, trajectory: Trajectory, limited: ToolSpeed) -> list[Check]:
     certificate = verify(model, trajectory, goals=(), tool_speeds=(limited,))
     return [check for check in certificate.checks if "tool" in check.name]
 

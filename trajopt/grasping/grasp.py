@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial.transform import Rotation
 
 from trajopt.arrays import Floats, Value, floats, number, one_of
 from trajopt.errors import ShapeError
@@ -142,6 +141,8 @@ class Place(Value):
             Position [m] and rotation vector [rad] in the axes of `placement`, shape (6,): zero along
             axes that are free.
         """
+        from scipy.spatial.transform import Rotation
+
         asked = self.requirement(WORLD)
         between = (frame * self.placement).inverse() * placed
         off = np.concatenate((between.translation, Rotation.from_matrix(between.rotation).as_rotvec()))

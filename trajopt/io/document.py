@@ -10,7 +10,6 @@ from typing import cast
 
 from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import number_of, read_json
-from trajopt.io.yaml_files import read_yaml
 
 
 @dataclass(frozen=True)
@@ -125,6 +124,8 @@ def read_document(path: Path | str) -> Node:
     Raises:
         FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one mapping.
     """
+    from trajopt.io.yaml_files import read_yaml  # slow to import
+
     documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
     if len(documents) != 1 or not isinstance(documents[0], dict):
         raise FileFormatError(str(path), "must hold one mapping")

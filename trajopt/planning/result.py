@@ -35,6 +35,10 @@ class Plan:
     trajectory: Trajectory
     certificate: Certificate
 
+    def require(self) -> "Plan":
+        """Return this plan: what takes a result takes a plan as well."""
+        return self
+
 
 @dataclass(frozen=True)
 class Attempt:

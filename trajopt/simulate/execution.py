@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from trajopt.errors import ModelError
 from trajopt.model.description.groups import Group
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import ContactLog
@@ -51,10 +51,19 @@ def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
     return describe(reduced).spec
 
 
+@overload
+def simulate(motion: Planned, *, options: SimulationOptions | None = None) -> Rollout: ...
+@overload
 def simulate(
-    reduced: ReducedModel, trajectory: Trajectory, *, options: SimulationOptions | None = None
+    motion: ReducedModel, trajectory: Trajectory, *, options: SimulationOptions | None = None
+) -> Rollout: ...
+def simulate(
+    motion: Planned | ReducedModel,
+    trajectory: Trajectory | None = None,
+    *,
+    options: SimulationOptions | None = None,
 ) -> Rollout:
-    """Execute a trajectory in MuJoCo.
+    """Execute a plan in MuJoCo, or any trajectory of a reduced model.
 
     The robot starts in the trajectory's first position and velocity, follows it under a
     computed-torque controller whose motors give at most the group's effort limits (infinite ones
@@ -62,16 +71,19 @@ def simulate(
     so what goes wrong is torque limits, contacts, or jumps in the trajectory.
 
     Args:
-        reduced: Robot and scene; joints outside the group stand still.
-        trajectory: Of the group's joints, in any order.
+        motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
+            Joints outside the group stand still.
+        trajectory: Of the group's joints, in any order; the plan's own when None.
         options: Step, gains, settling time.
 
     Raises:
+        PlanningFailed: If the result has no plan.
         ProblemError: If it takes more than a million steps.
         ModelError: If the trajectory's joints are not the group's, or the robot has no masses.
     """
     from trajopt.simulate.plant import Plant  # MuJoCo takes a second to import
 
+    reduced, trajectory = model_and_trajectory("simulate", motion, trajectory)
     options = options or SimulationOptions()
     trajectory = in_group_order(reduced, trajectory)
     plant = Plant(reduced, options.dt)

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from pathlib import Path
 
-from trajopt.errors import ShapeError
-from trajopt.model.reduced import ReducedModel
+from trajopt.errors import ProblemError, ShapeError, shown
+from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.camera import CameraView
 from trajopt.simulate.rollout import Rollout, SequenceLog
@@ -19,9 +19,9 @@ class Layout(Enum):
 
 
 def render(
-    reduced: ReducedModel,
-    motion: Rollout | Trajectory | SequenceLog,
-    path: Path | str,
+    subject: Planned | Rollout | SequenceLog | ReducedModel,
+    motion: Rollout | Trajectory | SequenceLog | Path | str,
+    path: Path | str | None = None,
     *,
     width: int = 640,
     height: int = 480,
@@ -32,12 +32,13 @@ def render(
     highlight: Iterable[str] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Draw a motion into a PNG, GIF or MP4 file.
+    """Draw a motion into a PNG, GIF or MP4 file: `render(plan, "motion.gif")`.
 
     Args:
-        reduced: Robot and scene.
-        motion: A simulated or a planned motion; of a simulated sequence, `reduced` is its own.
-        path: The file; its suffix says the kind. MP4 needs the package imageio-ffmpeg.
+        subject: A plan, a result that has one, or a simulated motion; or a reduced model (robot and scene).
+        motion: The file; or the motion, simulated or planned, which a reduced model needs. Of a simulated
+            sequence the reduced model is its own.
+        path: The file, after a motion; its suffix says the kind. MP4 needs the package imageio-ffmpeg.
         width: Of one picture [pixels].
         height: Of one picture [pixels].
         fps: Pictures per second of GIF and MP4.
@@ -52,6 +53,8 @@ def render(
         The path.
 
     Raises:
+        PlanningFailed: If the result has no plan.
+        ProblemError: If the motion or the file is missing.
         FileFormatError: If the suffix is none of the three, or the folder does not exist.
         MissingExtra: If MP4 is asked for and imageio-ffmpeg is not installed.
         RenderingUnavailable: If no OpenGL works here; says what to install.
@@ -61,13 +64,13 @@ def render(
     from trajopt.simulate.film import WRITERS, check_path, write_strip  # MuJoCo takes a second to import
     from trajopt.simulate.studio import Studio, frame_times, moments_of, motion_of
 
-    file = Path(path)
+    reduced, drawn, file = _drawn(subject, motion, path)
     suffix = check_path(file)
     for name, value in (("width", width), ("height", height), ("fps", fps)):
         if value <= 0 or (suffix == ".mp4" and name != "fps" and value % 2):
             raise ShapeError(name, f"must be positive, and even for MP4; is {value}")
     still = suffix == ".png"
-    known = motion_of(reduced, motion)
+    known = motion_of(reduced, drawn)
     times = moments_of(known, moments) if still else frame_times(known, fps)
     report = progress or _silent
     studio = Studio(
@@ -89,6 +92,28 @@ def render(
             WRITERS[suffix](file, studio.pictures(times, report), fps)
     report(1.0)
     return file
+
+
+def _drawn(
+    subject: Planned | Rollout | SequenceLog | ReducedModel,
+    motion: Rollout | Trajectory | SequenceLog | Path | str,
+    path: Path | str | None,
+) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog, Path]:
+    """Return robot and scene, the motion and the file of a call of `render`."""
+    if isinstance(motion, Path | str):
+        if path is not None:
+            raise ProblemError(f"render: give a motion before the file {shown(path)}, not {shown(motion)}")
+        file = Path(motion)
+        if isinstance(subject, Rollout | SequenceLog):
+            return subject.reduced, subject, file
+        return *model_and_trajectory("render", subject, None), file
+    if path is None:
+        raise ProblemError("render: name the file")
+    if isinstance(subject, Rollout | SequenceLog):
+        raise ProblemError("render: a simulated motion needs no other beside it")
+    if isinstance(subject, ReducedModel):
+        return subject, motion, Path(path)
+    return model_and_trajectory("render", subject, None)[0], motion, Path(path)
 
 
 def _silent(_: float) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 from trajopt.arrays import Bools, Floats
 from trajopt.native import banded
 from trajopt.nlp import Linearisation, Loss, Rows
-from trajopt.solvers.step import REGULARISATION, Step, softened_rows
+from trajopt.solvers.softened import REGULARISATION, softened_rows
+from trajopt.solvers.step import Step
 
 NAME = "banded"
 """By which `Sqp.qp` names it."""

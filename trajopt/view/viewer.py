@@ -2,14 +2,14 @@
 
 import threading
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MissingExtra, ShapeError
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel
+from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.shapes import Plane, bounding_sphere
 from trajopt.model.trajectory import Trajectory
 from trajopt.query import Kinematics
@@ -30,14 +30,24 @@ TOOL_PATH_POINTS = 200
 """Points of the line that shows the path of the tool."""
 
 
+@overload
+def view(motion: Planned, *, port: int = 8080, host: str = "127.0.0.1") -> "Viewer": ...
+@overload
 def view(
-    reduced: ReducedModel, trajectory: Trajectory, *, port: int = 8080, host: str = "127.0.0.1"
+    motion: ReducedModel, trajectory: Trajectory, *, port: int = 8080, host: str = "127.0.0.1"
+) -> "Viewer": ...
+def view(
+    motion: Planned | ReducedModel,
+    trajectory: Trajectory | None = None,
+    *,
+    port: int = 8080,
+    host: str = "127.0.0.1",
 ) -> "Viewer":
-    """Serve a page that shows a motion; returns at once.
+    """Serve a page that shows a plan, or any trajectory of a reduced model; returns at once.
 
     Args:
-        reduced: The robot and its surroundings.
-        trajectory: The motion of the group's joints.
+        motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
+        trajectory: The motion of the group's joints; the plan's own when None.
         port: Port to serve on; the next free one if it is taken.
         host: Address to serve on; "0.0.0.0" lets other machines look too.
 
@@ -46,8 +56,10 @@ def view(
 
     Raises:
         MissingExtra: If viser is not installed.
+        PlanningFailed: If the result has no plan.
         ShapeError: If the trajectory moves other joints than the group's.
     """
+    reduced, trajectory = model_and_trajectory("view", motion, trajectory)
     try:
         from viser import ViserServer
     except ImportError as error:

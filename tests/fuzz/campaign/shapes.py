@@ -8,6 +8,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.arrays import Floats
+from trajopt.model.meshes.mesh_file import Mesh
 
 PARTS = 64
 """Points at most that stand for the surface of a body where it is looked for inside a mesh."""
@@ -44,10 +45,10 @@ class Body:
         return {"box": coal.Box, "sphere": coal.Sphere, "cylinder": coal.Cylinder}[self.kind](*self.sizes)
 
     @cached_property
-    def asked(self) -> to.Box | to.Sphere | to.Cylinder | to.Mesh:
+    def asked(self) -> to.Box | to.Sphere | to.Cylinder | Mesh:
         """The same for a scene."""
         if self.kind == "mesh":
-            return to.Mesh(self.vertices, self.faces)
+            return Mesh(self.vertices, self.faces)
         return {"box": to.Box, "sphere": to.Sphere, "cylinder": to.Cylinder}[self.kind](*self.sizes)
 
     @cached_property
