@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all campaign check docs bench bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -15,8 +15,23 @@ demo: $(STAMP)
 test: $(STAMP_DEV) check
 	$(BIN)/python -m pytest -n $(WORKERS) -m "not slow"
 
-test-all: $(STAMP_DEV) check
+test-all: $(STAMP_DEV) check sanitize
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+# The C++ tests of the native cores under the address and undefined-behaviour sanitizers.
+sanitize: $(STAMP_DEV)
+	$(MAKE) -C tests/native PYTHON=$(abspath $(BIN)/python)
+
+# A source distribution, and from it a wheel with an honest tag; dist/.
+wheel: $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check build wheel
+	rm -rf dist
+	$(BIN)/python -m build
+	$(BIN)/python packaging/glibc_tag.py dist/*.whl
+
+# The wheel in a fresh environment without a compiler, with the README's first plan.
+wheel-test: wheel
+	$(BIN)/python packaging/try_wheel.py dist/*.whl
 
 # Thousands of random problems, judged by code of its own; goes on where it was stopped (rows in out/campaign).
 # OPTIONS: those of tests/fuzz/campaign/__main__.py, such as --families mimic_chain --count 100.
