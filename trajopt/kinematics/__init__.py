@@ -7,10 +7,10 @@ Every function takes a reduced model: the robot in its scene with one group's jo
 from trajopt.kinematics.forward import Placements as Placements
 from trajopt.kinematics.forward import forward_kinematics as forward_kinematics
 from trajopt.kinematics.forward import frame_jacobian as frame_jacobian
+from trajopt.kinematics.forward import manipulability as manipulability
 from trajopt.kinematics.goal_configurations import goal_configurations as goal_configurations
 from trajopt.kinematics.inverse import InverseSolutions as InverseSolutions
 from trajopt.kinematics.inverse import inverse_kinematics as inverse_kinematics
-from trajopt.kinematics.manipulability import manipulability as manipulability
 from trajopt.kinematics.methods import INVERSE_METHODS as INVERSE_METHODS
 from trajopt.kinematics.methods import InverseMethod as InverseMethod
 from trajopt.kinematics.methods import LevenbergMarquardt as LevenbergMarquardt

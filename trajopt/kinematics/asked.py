@@ -1,4 +1,4 @@
-"""What functions of the room are asked with, checked: how many, which frame, which requirements."""
+"""Argument validation: counts, frames and requirements."""
 
 from collections.abc import Sequence
 from typing import cast

@@ -10,8 +10,7 @@ from trajopt.arrays import Bools, Floats, Value, readonly
 from trajopt.errors import FileFormatError, MissingExtra, ShapeError
 from trajopt.kinematics.asked import count_of, frame_of
 from trajopt.kinematics.clearance import clear, pair_margins
-from trajopt.kinematics.forward import moving_frame, stacked_jacobian
-from trajopt.kinematics.manipulability import manipulability
+from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
