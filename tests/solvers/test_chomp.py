@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from tests.solvers.plane import REACH, PlaneNlp, straight
 from trajopt.arrays import Floats
 from trajopt.solvers import Chomp, Iteration, SolverStatus, Stomp
-from trajopt.solvers.chomp import cost_gradient
+from trajopt.solvers.chomp import cost_gradient, obstacle_functional, obstacle_potential
 from trajopt.solvers.incumbent import improves
-from trajopt.solvers.obstacle_functional import obstacle_functional, obstacle_potential
 
 
 def bent(seed: int, size: float = 0.1) -> Floats:

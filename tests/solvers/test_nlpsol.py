@@ -9,7 +9,7 @@ import pytest
 from trajopt.arrays import Floats
 from trajopt.errors import SolverNotFound
 from trajopt.solvers.nlpsol import CasadiProgram, Nlpsol
-from trajopt.solvers.result import Iteration, SolverStatus
+from trajopt.solvers.solver import Iteration, SolverStatus
 
 PLUGINS = {
     "ipopt": Nlpsol("ipopt"),

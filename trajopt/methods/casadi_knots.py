@@ -13,7 +13,7 @@ from trajopt.nlp import Linearisation, Loss
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers.nlpsol import Nlpsol
-from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
+from trajopt.solvers.solver import Iteration, SolveResult, SolverStatus
 from trajopt.terms.residual import Constraint
 from trajopt.transcription import KnotsNlp, transcribe
 from trajopt.transcription.casadi.knots import by_stages, objection, plainly, requirement_objection

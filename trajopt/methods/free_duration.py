@@ -17,7 +17,7 @@ from trajopt.query import Counts
 from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import RetimeFailure
 from trajopt.solvers import SolveResult, Sqp
-from trajopt.solvers.trust_region import TrustRegion
+from trajopt.solvers.sqp import TrustRegion
 from trajopt.transcription.basis import SplineBasis, fitted
 from trajopt.transcription.bspline import Places, over_control_points
 from trajopt.transcription.free_duration import RESTING, FreeDurationNlp

@@ -11,8 +11,7 @@ import numpy as np
 from trajopt.arrays import Bools, Floats
 from trajopt.native import banded
 from trajopt.nlp import Linearisation, Loss, Rows
-from trajopt.solvers.softened import REGULARISATION, softened_rows
-from trajopt.solvers.step import Step
+from trajopt.solvers.step import REGULARISATION, Step, softened_rows
 
 NAME = "banded"
 """By which `Sqp.qp` names it."""

@@ -9,8 +9,7 @@ from trajopt.arrays import Bools, Floats, Ints
 from trajopt.errors import BackendFailed
 from trajopt.nlp import Linearisation, Loss, Rows
 from trajopt.solvers.qp import Qp, QpBackend, QpSolution, QpStatus, qp_backend
-from trajopt.solvers.softened import REGULARISATION, softened_rows
-from trajopt.solvers.step import Step
+from trajopt.solvers.step import REGULARISATION, Step, softened_rows
 
 
 def _matrix(rows: Rows, column: Ints, count: int) -> csc_matrix:

@@ -1,11 +1,13 @@
-"""The best point met so far, so that no solver returns worse than its first guess."""
+"""The best point so far, so that no solver returns worse than its seed; and the loop that improves it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.nlp import Linearisation, Nlp
+from trajopt.solvers.solver import Iteration, Progress, SolveResult, SolverStatus
 
 
 def improves(at: Linearisation, on: Linearisation) -> bool:
@@ -62,3 +64,52 @@ class Incumbent:
             self.offer(self.nlp.linearise(self.seed, self.best.sampling))
             if not self.refine():
                 return self.best
+
+
+Update = Callable[[Linearisation, Incumbent, bool], tuple[Linearisation, bool] | None]
+"""Makes the next point of the one at hand, and says whether it is another; it offers points to the incumbent,
+and is told whether the point was sampled more finely since the last call. None ends the search."""
+
+
+def improved(
+    nlp: Nlp,
+    x0: Floats,
+    update: Update,
+    max_iterations: int,
+    after_feasible: int,
+    progress: Progress | None,
+) -> SolveResult:
+    """Improve a seed step by step, and return the best point on samples fine enough.
+
+    Args:
+        nlp: The program.
+        x0: The seed, shape (N, n); clipped to the bounds.
+        update: Makes the steps.
+        max_iterations: Steps at most.
+        after_feasible: Steps after the constraints hold, which may still lower the cost.
+        progress: Called after every step.
+    """
+    incumbent = Incumbent(nlp, np.clip(x0, nlp.lower, nlp.upper))
+    at, log = incumbent.best, list[Iteration]()
+    status, spare = SolverStatus.MAX_ITERATIONS, after_feasible
+    for _ in range(max_iterations):
+        if not finite(at):
+            status = SolverStatus.NON_FINITE
+            break
+        refined = incumbent.best.feasible and incumbent.refine()
+        step = update(incumbent.best if refined else at, incumbent, refined)
+        if step is None:
+            status = SolverStatus.INFEASIBLE_STATIONARY
+            break
+        at, accepted = step
+        log.append(Iteration(at.cost, at.violation, accepted))
+        if progress is not None:
+            progress(log[-1])
+        if incumbent.best.feasible:
+            spare -= 1
+            if spare < 0 and not incumbent.refine():
+                break
+    best = incumbent.settle()
+    if best.feasible and finite(best):
+        status = SolverStatus.CONVERGED
+    return SolveResult(status, best.x, best, tuple(log))

@@ -8,8 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats
 from trajopt.errors import BackendFailed, SolverNotFound
-from trajopt.solvers.result import Iteration, SolverStatus
-from trajopt.solvers.solver import Progress
+from trajopt.solvers.solver import Iteration, Progress, SolverStatus
 
 QUIET: Mapping[str, Mapping[str, object]] = {
     "ipopt": {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"},

@@ -1,11 +1,108 @@
-"""Solver: what every solver of an `Nlp` offers."""
+"""What every solver of an `Nlp` offers, and what it returns."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol, runtime_checkable
 
-from trajopt.arrays import Floats
-from trajopt.nlp import Nlp
-from trajopt.solvers.result import Iteration, SolveResult
+from trajopt.arrays import Floats, Value
+from trajopt.nlp import Linearisation, Nlp
+
+
+class SolverStatus(Enum):
+    """How a solver ended."""
+
+    CONVERGED = "constraints hold and no step improves the cost enough"
+    MAX_ITERATIONS = "reached its limit of iterations"
+    INFEASIBLE_STATIONARY = "no step reduces the violation of constraints: a local minimum of it"
+    TRUST_REGION_COLLAPSED = "the trust region shrank to nothing before constraints held"
+    QP_FAILED = "the QP backend failed on every size of step"
+    NON_FINITE = "a residual or its derivative was not a finite number"
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One step of the log.
+
+    Attributes:
+        cost: Sum of costs at the current point after the step.
+        violation: L1 norm of the violations there.
+        accepted: Whether the step was taken.
+    """
+
+    cost: float
+    violation: float
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class SqpStep(Iteration):
+    """One step of sequential quadratic programming.
+
+    Attributes:
+        merit: Cost plus penalty weight times violation.
+        penalty: Penalty weight.
+        radius: Trust region radius, in units of the program's scale.
+        rows: Penalised rows of the QP.
+        backend: Name of the QP backend.
+        qp_iterations: Iterations that it used.
+    """
+
+    merit: float
+    penalty: float
+    radius: float
+    rows: int
+    backend: str
+    qp_iterations: int
+
+
+@dataclass(frozen=True, eq=False)
+class SolveResult(Value):
+    """What a solver returns.
+
+    Attributes:
+        status: How it ended.
+        x: Knots, shape (N, n).
+        at: Everything linearised there.
+        log: One entry a step.
+    """
+
+    status: SolverStatus
+    x: Floats
+    at: Linearisation
+    log: tuple[Iteration, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every constraint holds within its tolerance."""
+        return self.at.feasible
+
+    @property
+    def qp_solves(self) -> int:
+        """QPs solved."""
+        return len(self._steps)
+
+    @property
+    def qp_backends(self) -> tuple[str, ...]:
+        """Names of the QP backends that were used."""
+        return tuple(dict.fromkeys(step.backend for step in self._steps))
+
+    @property
+    def qp_iterations(self) -> int:
+        """Iterations of the QP backend in all."""
+        return sum(step.qp_iterations for step in self._steps)
+
+    @property
+    def _steps(self) -> tuple[SqpStep, ...]:
+        return tuple(step for step in self.log if isinstance(step, SqpStep))
+
+    def violations(self) -> dict[str, float]:
+        """Return the worst violation of each constraint by name."""
+        worst: dict[str, float] = {}
+        for block in self.at.constraints:
+            worst[block.name] = max(worst.get(block.name, 0.0), block.worst)
+        return worst
+
 
 Progress = Callable[[Iteration], None]
 """Called after every step."""

@@ -12,10 +12,8 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.nlp import Linearisation, Nlp
 from trajopt.solvers.choice import AUTO, step_solver
-from trajopt.solvers.result import SolveResult, SolverStatus, SqpStep
-from trajopt.solvers.solver import Progress
+from trajopt.solvers.solver import Progress, SolveResult, SolverStatus, SqpStep
 from trajopt.solvers.step import Step, StepProgram, StepSolver
-from trajopt.solvers.trust_region import TrustRegion
 
 WIDENED = 0.1
 """After a round, or on finer samples, the trust region is at least this wide."""
@@ -25,6 +23,46 @@ ACCURACY = 0.2
 """How well a step's QP is solved, as a share of the gain that is worth a step."""
 QP_FAILURES = 3
 """Failures of the QP backend that smaller steps are tried after."""
+
+
+@dataclass(frozen=True)
+class TrustRegion:
+    """A box around the current point, in units of the program's scale, and the rule that sizes it.
+
+    Attributes:
+        radius: Half the edge now.
+        smallest: Below this it has collapsed.
+        largest: It never grows beyond this.
+        accept: A step is taken when it brings at least this share of the predicted improvement.
+        good: The box grows when it brings at least this share.
+        grow: Factor on growth.
+        shrink: Factor on rejection.
+    """
+
+    radius: float = 1.0
+    smallest: float = 1e-4
+    largest: float = 1.0
+    accept: float = 0.1
+    good: float = 0.5
+    grow: float = 2.0
+    shrink: float = 0.3
+
+    def accepts(self, ratio: float) -> bool:
+        """Say whether a step with this ratio of actual to predicted improvement is taken."""
+        return ratio >= self.accept
+
+    def after(self, ratio: float) -> "TrustRegion":
+        """Return the region after a step with this ratio of actual to predicted improvement."""
+        if not self.accepts(ratio):
+            return replace(self, radius=self.radius * self.shrink)
+        if ratio >= self.good:
+            return replace(self, radius=min(self.radius * self.grow, self.largest))
+        return self
+
+    @property
+    def collapsed(self) -> bool:
+        """Whether no step worth taking is left."""
+        return self.radius < self.smallest
 
 
 def merit(at: Linearisation, penalty: float) -> float:

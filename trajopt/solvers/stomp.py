@@ -6,17 +6,16 @@ from what is published, and why, is in docs/decisions/chomp-and-stomp.md.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.nlp import Linearisation, Nlp
-from trajopt.solvers.incumbent import Incumbent, finite, improves
+from trajopt.solvers.incumbent import Incumbent, finite, improved, improves
 from trajopt.solvers.projection import LinearRows, into_bounds
-from trajopt.solvers.result import Iteration, SolveResult, SolverStatus
 from trajopt.solvers.smooth_metric import SmoothMetric, smooth_metric
-from trajopt.solvers.solver import Progress
+from trajopt.solvers.solver import Progress, SolveResult
 
 FINEST_TOLERANCE = 1e-4
 """Violations are counted in tolerances, of this size at least."""
@@ -58,58 +57,28 @@ class Stomp:
             The best point met, never worse than the first guess: feasible before infeasible, then by
             cost, or by violation where none was feasible.
         """
-        run = _Run(
-            self,
-            nlp,
-            smooth_metric(nlp.lower < nlp.upper, nlp.scale),
-            np.random.default_rng(self.seed),
-            Incumbent(nlp, np.clip(x0, nlp.lower, nlp.upper)),
-        )
-        return run.solve(progress)
+        metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
+        run = _Run(self, nlp, metric, np.random.default_rng(self.seed))
+        return improved(nlp, x0, run.update, self.max_iterations, self.after_feasible, progress)
 
 
 @dataclass(eq=False)
 class _Run:
-    """One call of the solver: where it is and what it remembers."""
+    """One call of the solver, and the best roll-outs of its last update."""
 
     options: Stomp
     nlp: Nlp
     metric: SmoothMetric
     rng: np.random.Generator
-    incumbent: Incumbent
-    log: list[Iteration] = field(default_factory=list[Iteration])
+    kept: Sequence[Linearisation] = ()
 
-    def solve(self, progress: Progress | None) -> SolveResult:
-        options, incumbent = self.options, self.incumbent
-        at, kept = incumbent.best, list[Linearisation]()
-        status, spare = SolverStatus.MAX_ITERATIONS, options.after_feasible
-        for _ in range(options.max_iterations):
-            if not finite(at):
-                status = SolverStatus.NON_FINITE
-                break
-            if incumbent.best.feasible and incumbent.refine():
-                at, kept = incumbent.best, []
-            at, kept, accepted = self._update(at, kept)
-            self.log.append(Iteration(at.cost, at.violation, accepted))
-            if progress is not None:
-                progress(self.log[-1])
-            if incumbent.best.feasible:
-                spare -= 1
-                if spare < 0 and not incumbent.refine():
-                    break
-        found = incumbent.settle()
-        if found.feasible and finite(found):
-            status = SolverStatus.CONVERGED
-        return SolveResult(status, found.x, found, tuple(self.log))
-
-    def _update(
-        self, at: Linearisation, kept: Sequence[Linearisation]
-    ) -> tuple[Linearisation, list[Linearisation], bool]:
+    def update(self, at: Linearisation, incumbent: Incumbent, refined: bool) -> tuple[Linearisation, bool]:
         """Draw roll-outs, and move to their average, weighted anew at every knot.
 
         Returns:
-            The point moved to, or the old one where that is no better; the best roll-outs; whether it moved.
+            The point moved to, or the old one where that is no better; whether it moved.
         """
+        kept, self.kept = () if refined else self.kept, ()
         options, rows = self.options, LinearRows.around(at, self.metric)
         drawn = [
             self._linearised(at, rows, options.noise * self.metric.draw(self.rng))
@@ -117,16 +86,17 @@ class _Run:
         ]
         paths = [path for path in (*kept, *drawn) if finite(path)]
         if not paths:
-            return at, [], False
+            return at, False
         costs = np.stack([knot_costs(path, options.cost_weight) for path in paths])
         changes = np.stack([path.x - at.x for path in paths])
         change = np.einsum("kt,ktn->tn", rollout_weights(costs, options.sensitivity), changes)
         moved = self._linearised(at, rows, self.metric.average(change))
         order = np.argsort(costs.sum(axis=1), kind="stable")[: options.kept]
+        self.kept = [paths[index] for index in order]
         for path in (*drawn, moved):
-            self.incumbent.offer(path)
+            incumbent.offer(path)
         accepted = improves(moved, at)
-        return moved if accepted else at, [paths[index] for index in order], accepted
+        return moved if accepted else at, accepted
 
     def _linearised(self, at: Linearisation, rows: LinearRows, change: Floats) -> Linearisation:
         """Evaluate a changed path, projected onto constraint rows and between bounds."""

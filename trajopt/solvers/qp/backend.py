@@ -1,18 +1,47 @@
 """The interface of all QP backends: setup once a pattern, update values, solve."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors import SolverError
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 UNBOUNDED = 1e20
 """What backends that know no infinity are given in its place."""
+VIOLATION = 1e-3
+"""Largest violation of rows and bounds that a solution may have."""
+RESIDUAL = 1e-2
+"""Largest residual of the optimality conditions that a solution may have."""
+USELESS = 1.0
+"""From this violation on an answer is none."""
+
+NATIVE: Mapping[str, tuple[str, str]] = {
+    "piqp": ("trajopt.solvers.qp.piqp", "Piqp"),
+    "osqp": ("trajopt.solvers.qp.osqp", "Osqp"),
+    "proxqp": ("trajopt.solvers.qp.proxqp", "Proxqp"),
+    "proxqp-dense": ("trajopt.solvers.qp.proxqp", "DenseProxqp"),
+}
+"""Module and class of the backends that are driven directly; their packages come with trajopt."""
+
+GENERAL: Mapping[str, str] = {
+    "clarabel": "clarabel",
+    "daqp": "daqp",
+    "highs": "highspy",
+    "qpalm": "qpalm",
+    "quadprog": "quadprog",
+    "scs": "scs",
+}
+"""Backends that are driven through qpsolvers, and the package of each; all in the extra `qp`."""
+
+BACKENDS = (*NATIVE, *GENERAL)
+"""Names of the backends that are known; any other that qpsolvers finds installed works too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,3 +146,46 @@ class QpBackend(Protocol):
 def finite(bound: Floats) -> Floats:
     """Return bounds with infinities replaced by `UNBOUNDED`."""
     return np.clip(bound, -UNBOUNDED, UNBOUNDED)
+
+
+@dataclass(eq=False)
+class Checked:
+    """A backend, and a second look at what it returns.
+
+    Attributes:
+        backend: Solves.
+    """
+
+    backend: QpBackend
+    _qp: Qp | None = field(default=None, init=False, repr=False)
+
+    def setup(self, qp: Qp) -> None:
+        """Take a program and analyse its pattern."""
+        self.backend.setup(qp)
+        self._qp = qp
+
+    def update(self, qp: Qp) -> None:
+        """Take new values of a program with the same pattern."""
+        self.backend.update(qp)
+        self._qp = qp
+
+    def solve(self) -> QpSolution:
+        """Solve; a solution that does not hold what it says is called inaccurate, or failed."""
+        if self._qp is None:
+            raise SolverError("solve before setup")
+        solution = self.backend.solve()
+        return replace(solution, status=judged(self._qp, solution))
+
+
+def judged(qp: Qp, solution: QpSolution) -> QpStatus:
+    """Return the status that a solution deserves: never better than its backend's own."""
+    if solution.status is QpStatus.FAILED or not np.isfinite(solution.x).all():
+        return QpStatus.FAILED
+    violation = qp.violation(solution.x)
+    if violation > USELESS:
+        return QpStatus.FAILED
+    stated = bool(np.isfinite(solution.row_multipliers).all())
+    good = violation <= VIOLATION and not (
+        stated and qp.residual(solution.x, solution.row_multipliers) > RESIDUAL
+    )
+    return solution.status if good else QpStatus.INACCURATE

@@ -10,8 +10,7 @@ from scipy.sparse import csc_matrix, eye, vstack
 
 from trajopt.arrays import Floats
 from trajopt.errors import BackendFailed, MissingExtra, SolverError, SolverNotFound
-from trajopt.solvers.qp import BACKENDS, GENERAL
-from trajopt.solvers.qp.backend import Qp, QpSolution, QpStatus
+from trajopt.solvers.qp.backend import BACKENDS, GENERAL, Qp, QpSolution, QpStatus
 
 OPTIONS: Mapping[str, Mapping[str, float]] = {
     "scs": {"eps_abs": 1e-6, "eps_rel": 1e-6},
