@@ -29,7 +29,7 @@ def test_a_motion_too_fast_for_the_motors_is_closed() -> None:
     fast = Trajectory(
         slow.joint_names, slow.times / 4.0, slow.positions, 4.0 * slow.velocities, 16.0 * slow.accelerations
     )
-    hurried = replace(result, timed=replace(result.timed, trajectory=fast))
+    hurried = replace(result, result=replace(result.result, trajectory=fast))
     done = execute(hurried, options=SimulationOptions(settling_time=0.0))
     assert done.rollouts[0].saturated
     assert done.errors[0].position > 1e-3

@@ -2,6 +2,7 @@
 
 import json
 from functools import cache
+from threading import Event
 
 import numpy as np
 import pytest
@@ -10,7 +11,6 @@ import trajopt as to
 from trajopt.cartesian import (
     Avoid,
     Begin,
-    Cause,
     Curve,
     Followed,
     FollowOptions,
@@ -21,6 +21,7 @@ from trajopt.cartesian import (
     polyline,
 )
 from trajopt.errors import FrameNotFound, PlanningFailed, ProblemError
+from trajopt.planning import Budget, Certainty, Status
 
 TCP = "panda_hand_tcp"
 TENTH = 1e-4
@@ -112,13 +113,13 @@ def test_a_blocked_line_says_where_and_by_what() -> None:
     assert not result.complete
     assert result.verified, "the part before the wall is a motion"
     assert result.stop is not None
-    assert result.stop.cause is Cause.COLLISION
+    assert result.stop.status is Status.COLLISION
     assert result.stop.pair is not None
     assert "wall" in result.stop.pair
     assert result.stop.pose == 0
     assert result.stop.at == pytest.approx(result.fraction * way.length)
     assert 0.1 < result.fraction < 0.6
-    assert "wall" in result.explain()
+    assert "wall" in result.reason
     assert tips(result)[-1] == pytest.approx(way.placement(result.stop.at).translation, abs=TENTH)
     assert result.require(0.1).trajectory.duration > 0.0
     with pytest.raises(PlanningFailed, match="wall"):
@@ -128,7 +129,7 @@ def test_a_blocked_line_says_where_and_by_what() -> None:
 def test_a_line_out_of_reach_says_so() -> None:
     result = followed(line(at(), at(0.9, 0.0, 0.0)))
     assert result.stop is not None
-    assert result.stop.cause in {Cause.OUT_OF_REACH, Cause.JOINT_LIMIT}
+    assert result.stop.status in {Status.OUT_OF_REACH, Status.JOINT_LIMIT}
     assert 0.2 < result.fraction < 0.9
     assert result.verified
 
@@ -141,9 +142,9 @@ def test_a_turn_ends_at_a_joint_limit() -> None:
     way = polyline((at(), half, turned))
     result = followed(way)
     assert result.stop is not None
-    assert result.stop.cause is Cause.JOINT_LIMIT
+    assert result.stop.status is Status.JOINT_LIMIT
     assert result.stop.joint == "panda_joint7"
-    assert "panda_joint7" in result.explain()
+    assert "panda_joint7" in result.reason
     assert result.stop.pose == 1
     assert result.verified
 
@@ -152,14 +153,14 @@ def test_the_start_must_be_on_the_curve() -> None:
     way = line(at(0.0, 0.0, 0.1), at(0.0, 0.2, 0.1))
     result = followed(way)
     assert result.stop is not None
-    assert result.stop.cause is Cause.START_OFF_CURVE
+    assert result.stop.status is Status.START_BREAKS_CONSTRAINT
     assert result.fraction == 0.0
     assert result.trajectory is None
     assert followed(way, options=FollowOptions(begin=Begin.ANY_BRANCH)).complete
     far = line(to.placement((3.0, 0, 0)), to.placement((3.0, 0, 1)))
     lost = followed(far, options=FollowOptions(begin=Begin.ANY_BRANCH))
     assert lost.stop is not None
-    assert lost.stop.cause is Cause.NO_START
+    assert lost.stop.status is Status.NO_INVERSE_KINEMATICS
 
 
 def test_bad_input_is_refused() -> None:
@@ -194,11 +195,11 @@ def test_a_blocked_line_is_left_no_farther_than_needed() -> None:
     assert measured.max() <= result.deviation + 1e-4
     assert points[-1] == pytest.approx(way.placement(way.length).translation, abs=TENTH)
     assert result.turn <= np.radians(0.1)
-    assert "ball" in result.explain()
+    assert "ball" in result.reason
     narrow = followed(way, ball, options=deviating(0.02))
     assert not narrow.complete
     assert narrow.stop is not None
-    assert narrow.stop.cause is Cause.COLLISION
+    assert narrow.stop.status is Status.COLLISION
     free = followed(way, options=deviating(0.15))
     assert free.around is None
     assert free.deviation <= TENTH
@@ -214,3 +215,76 @@ def test_part_of_a_curve_is_asked_for() -> None:
     around = followed(way, ball, until=0.8 * way.length, options=deviating(0.15))
     assert around.complete
     assert tips(around)[-1] == pytest.approx(way.placement(0.8 * way.length).translation, abs=TENTH)
+
+
+def straight(**more: object) -> Followed:
+    required = follows_curve(TCP, line(at(), at(0.1, 0.2, 0.0)))
+    return follow(to.Scene(panda()), required, start="ready", group="panda_arm", **more)  # type: ignore[arg-type]
+
+
+def test_a_unit_of_work_ends_it_at_once() -> None:
+    result = straight(budget=Budget(work=1))
+    assert result.status is Status.OUT_OF_WORK
+    assert not result.verified and result.fraction == 0.0 and result.trajectory is None
+    assert result.counts["forward_kinematics"] > 0 and "programs" not in result.counts
+    assert "OUT_OF_WORK" in str(result.explain())
+    with pytest.raises(PlanningFailed, match="OUT_OF_WORK"):
+        result.require()
+
+
+def test_work_bounds_the_program_too() -> None:
+    whole = straight()
+    work = whole.counts["forward_kinematics"]
+    assert whole.status is Status.SOLVED and whole.counts["programs"] == 1
+    again = straight(budget=Budget(work=work))
+    assert again.complete and again.counts == whole.counts
+    for share in (0.25, 0.5, 0.9):
+        less = straight(budget=Budget(work=int(share * work)))
+        assert less.status is Status.OUT_OF_WORK and not less.verified
+        assert int(share * work) < less.counts["forward_kinematics"] <= work
+
+
+def test_time_ends_it() -> None:
+    ticks = iter(range(10**9))
+    result = straight(budget=Budget(seconds=5.0, clock=lambda: float(next(ticks))))
+    assert result.status is Status.OUT_OF_TIME and result.result.stopped_by_clock
+
+
+def test_it_is_cancelled_before_and_in_every_stage() -> None:
+    cancel = Event()
+    cancel.set()
+    result = straight(cancel=cancel)
+    assert result.status is Status.CANCELLED and result.counts == {}
+    for stage in ("track", "optimise", "densify", "retime"):
+        cancel.clear()
+
+        def progress(name: str, _: object, *, last: str = stage) -> None:
+            if name == last:
+                cancel.set()
+
+        result = straight(cancel=cancel, progress=progress)
+        assert result.status is Status.CANCELLED, stage
+        assert not result.verified and result.counts["forward_kinematics"] > 0
+
+
+def test_progress_names_the_stages() -> None:
+    stages: list[str] = []
+    assert straight(progress=lambda name, _: stages.append(name)).complete
+    assert stages[0] == "start"
+    assert {"track", "optimise", "densify", "retime", "verify"} <= set(stages)
+
+
+@pytest.mark.parametrize(
+    "budget", [Budget(attempts=3), Budget(workers=2), Budget(work=10**6, improve=True)], ids=str
+)
+def test_what_does_not_apply_to_a_curve_is_refused(budget: Budget) -> None:
+    with pytest.raises(ProblemError, match="seconds and work only"):
+        straight(budget=budget)
+
+
+def test_the_explanation_has_parts() -> None:
+    complete, blocked = straight(), followed(line(at(), at(0.9, 0.0, 0.0)))
+    assert complete.explain().certainty is Certainty.PROVEN
+    assert blocked.explain().certainty is Certainty.EVIDENCE
+    assert blocked.explain().status is blocked.status
+    assert blocked.reason in str(blocked.explain())

@@ -12,7 +12,6 @@ from tests.verify.arms import link as link_xml
 from tests.verify.arms import robot
 from trajopt.cartesian import (
     Begin,
-    Cause,
     Curve,
     FollowOptions,
     follow,
@@ -24,6 +23,7 @@ from trajopt.cartesian import (
 )
 from trajopt.model.requirements import FramePlacement
 from trajopt.moveit.trajectory_files import read_trajectory, write_json
+from trajopt.planning import Status
 
 UR5_READY = {
     f"{name}_joint": value
@@ -99,7 +99,7 @@ def test_an_arm_of_six_joints() -> None:
     assert run(polyline((begin, there(0.1, 0.2, 0.1), there(0.2, -0.2, 0.1)))).complete
     far = run(line(begin, there(0.8, 0.0, 0.0)))
     assert far.stop is not None
-    assert far.stop.cause is Cause.OUT_OF_REACH
+    assert far.stop.status is Status.OUT_OF_REACH
     assert far.verified
     assert far.fraction == pytest.approx(0.49, abs=0.03)
     below = line(there(0.0, -0.2, 0.1), there(0.0, 0.3, 0.1))
@@ -118,7 +118,7 @@ def test_a_jump_between_branches_is_named(tmp_path: Path) -> None:
     way = polyline((to.placement(rpy=(0, 0.5, 0)), to.placement(), to.placement(rpy=(0.5, 0, 0))))
     result = follow(to.Scene(wrist), follows_curve("c", way), start={"middle": 0.5}, group="all")
     assert result.stop is not None
-    assert result.stop.cause is Cause.BRANCH_JUMP
+    assert result.stop.status is Status.BRANCH_JUMP
     assert result.stop.joint in {"first", "last"}
     assert result.stop.amount == pytest.approx(np.pi / 2.0, abs=0.05)
     assert result.stop.pose == 1

@@ -46,7 +46,7 @@ def test_a_line_that_is_blocked_says_by_what(arm: MoveGroupCommander, jumping: W
     trajectory, fraction = arm.compute_cartesian_path(line(arm, 0.35), 0.01)
     assert 0.0 < fraction < 1.0
     assert trajectory.joint_trajectory.points
-    assert "wall" in arm.get_last_followed().explain()
+    assert "wall" in arm.get_last_followed().reason
     assert arm.compute_cartesian_path(line(arm, 0.35), 0.01, avoid_collisions=False)[1] == 1.0
 
 

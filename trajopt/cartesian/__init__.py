@@ -10,13 +10,12 @@ from trajopt.cartesian.curves import spline as spline
 from trajopt.cartesian.execution import Executed as Executed
 from trajopt.cartesian.execution import execute as execute
 from trajopt.cartesian.files import read_poses as read_poses
+from trajopt.cartesian.following import Avoid as Avoid
+from trajopt.cartesian.following import Begin as Begin
+from trajopt.cartesian.following import FollowOptions as FollowOptions
 from trajopt.cartesian.following import follow as follow
-from trajopt.cartesian.options import Avoid as Avoid
-from trajopt.cartesian.options import Begin as Begin
-from trajopt.cartesian.options import FollowOptions as FollowOptions
-from trajopt.cartesian.result import Cause as Cause
 from trajopt.cartesian.result import Followed as Followed
-from trajopt.cartesian.result import Stop as Stop
+from trajopt.cartesian.result import StopReason as StopReason
 from trajopt.model.curve import Curve as Curve
 from trajopt.model.requirements import FollowsCurve as FollowsCurve
 from trajopt.model.requirements import follows_curve as follows_curve

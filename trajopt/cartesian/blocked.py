@@ -6,9 +6,10 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.cartesian.on_curve import OnCurve
-from trajopt.cartesian.result import Cause, Stop
+from trajopt.cartesian.result import StopReason
 from trajopt.cartesian.tracking import Track, track
 from trajopt.model.limits import LimitKind
+from trajopt.planning.status import Status
 from trajopt.transcription.knots import CLEARANCE_TOLERANCE
 from trajopt.transcription.margins import TaperedMargins, tapered_margins
 
@@ -34,7 +35,7 @@ class Clear:
     """
 
     until: float
-    stop: Stop | None
+    stop: StopReason | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,21 +109,21 @@ def _first_blocked(
     return _Blocked(sample, int(contacts.pair[worst]), float(contacts.distance[worst]), float(asked[worst]))
 
 
-def _collision(on_curve: OnCurve, s: float, blocked: _Blocked) -> Stop:
+def _collision(on_curve: OnCurve, s: float, blocked: _Blocked) -> StopReason:
     first, second = on_curve.reduced.owners(blocked.pair)
-    return stop(
+    return stop_reason(
         on_curve,
-        Cause.COLLISION,
+        Status.COLLISION,
         s,
         f"{first} comes within {blocked.distance * 1000.0:.1f} mm of {second}; "
-        f"{blocked.margin * 1000.0:.1f} mm are asked",
+        f"{blocked.margin * 1000.0:.1f} mm are required",
         pair=(first, second),
         amount=blocked.margin - blocked.distance,
     )
 
 
-def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> Stop | None:
-    """Say why a track ends before the curve does; None if it does not.
+def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> StopReason | None:
+    """Return why a track ends before the curve does; None if it does not.
 
     Args:
         on_curve: The curve and the arm.
@@ -146,7 +147,7 @@ def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> Stop
         side, limit = (LimitKind.UPPER, limits.upper) if over else (LimitKind.LOWER, limits.lower)
         text = f"{name} is at its {side.value} limit of {limit[joint]:.4f}{limits.because(name, side)}, "
         text += f"and the curve needs {at:.4f} and more"
-        return stop(on_curve, Cause.JOINT_LIMIT, s, text, joint=name, amount=float(limit[joint]))
+        return stop_reason(on_curve, Status.JOINT_LIMIT, s, text, joint=name, amount=float(limit[joint]))
     low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
     high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
     drawn = np.vstack((q[None], rng.uniform(low, high, (SEARCHES, len(low)))))
@@ -161,21 +162,21 @@ def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> Stop
             f"{name} would have to jump by {nearest[joint]:.3f}; "
             f"the smallest singular value of the Jacobian is {singular:.2g}"
         )
-        return stop(on_curve, Cause.BRANCH_JUMP, s, text, joint=name, amount=float(nearest[joint]))
+        return stop_reason(on_curve, Status.BRANCH_JUMP, s, text, joint=name, amount=float(nearest[joint]))
     text = f"no configuration holds the curve there; the smallest singular value is {singular:.2g}"
-    return stop(on_curve, Cause.OUT_OF_REACH, s, text)
+    return stop_reason(on_curve, Status.OUT_OF_REACH, s, text)
 
 
-def stop(
+def stop_reason(
     on_curve: OnCurve,
-    cause: Cause,
+    status: Status,
     s: float,
     message: str,
     *,
     joint: str | None = None,
     pair: tuple[str, str] | None = None,
     amount: float = 0.0,
-) -> Stop:
-    """State that following ends at a length along the curve."""
+) -> StopReason:
+    """Return that following ends at a length along the curve, and why."""
     pose = on_curve.required.curve.pose_before(s)
-    return Stop(cause=cause, at=s, pose=pose, message=message, joint=joint, pair=pair, amount=amount)
+    return StopReason(status=status, at=s, pose=pose, message=message, joint=joint, pair=pair, amount=amount)

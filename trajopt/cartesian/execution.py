@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 from trajopt.arrays import Floats
 from trajopt.cartesian.curves import line
-from trajopt.cartesian.following import follow
-from trajopt.cartesian.options import FollowOptions
+from trajopt.cartesian.following import FollowOptions, follow
 from trajopt.cartesian.result import Followed
 from trajopt.errors import ProblemError
 from trajopt.model.placement import Placement
@@ -60,7 +59,7 @@ def execute(
     """
     trajectory, required = followed.trajectory, followed.required
     if trajectory is None or not followed.verified:
-        raise ProblemError(f"there is no verified motion to execute: {followed.explain()}")
+        raise ProblemError(f"there is no verified motion to execute: {followed.reason}")
     reduced = followed.problem.reduced
     end = _seen(followed, trajectory(trajectory.duration))
     rollouts = [simulate(reduced, trajectory, options=options)]

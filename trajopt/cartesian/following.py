@@ -1,33 +1,90 @@
 """follow(...): from a curve to a timed, judged motion along it, as far as it goes, and why not farther."""
 
-import time
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
+from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import Floats, one_of, readonly
-from trajopt.cartesian.blocked import stop
-from trajopt.cartesian.dense import densified
-from trajopt.cartesian.deviate import SIDES, detours
+from trajopt.arrays import Floats, number, one_of, readonly
+from trajopt.cartesian.blocked import stop_reason
 from trajopt.cartesian.on_curve import OnCurve
-from trajopt.cartesian.options import Avoid, Begin, FollowOptions
-from trajopt.cartesian.result import Cause, Followed, Stop
-from trajopt.cartesian.search import LEAST, Found, Search, beginning
-from trajopt.cartesian.starts import beginnings
+from trajopt.cartesian.program import detours
+from trajopt.cartesian.result import Followed, StopReason
+from trajopt.cartesian.search import LEAST, Found, Search, beginning, beginnings
 from trajopt.cartesian.timing import timed_along
-from trajopt.cartesian.tracking import Track
+from trajopt.cartesian.tracking import Track, densified
+from trajopt.errors import ProblemError
 from trajopt.infeasibility import reasons
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
+from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Path
-from trajopt.planning.judgement import judge
+from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
+from trajopt.planning.plan import NO_BOUNDS
+from trajopt.planning.result import Result
+from trajopt.planning.search import ENDED
+from trajopt.planning.status import Status
+from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
-from trajopt.retime import Retimed, RetimeFailure
-from trajopt.verify import Certificate, Judge, Moment
+from trajopt.retime import RetimeFailure
+from trajopt.verify import Judge, Moment
+
+
+class Avoid(Enum):
+    """What to do where the curve is blocked."""
+
+    STOP = "follow the curve as far as it goes"
+    DEVIATE = "leave the curve inside a tube around it, no farther than needed"
+
+
+class Begin(Enum):
+    """Which configuration the motion begins in."""
+
+    AT_START = "the start, which must be at the beginning of the curve"
+    ANY_BRANCH = "any that is at the beginning of the curve: the one that gets farthest"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowOptions:
+    """Options of `follow`.
+
+    Attributes:
+        begin: Which configuration the motion begins in.
+        avoid: What to do where the curve is blocked.
+        tube: With `Avoid.DEVIATE`, how far the frame may leave the curve [m].
+        velocity_scaling: Factor in (0, 1] on the velocity limits.
+        acceleration_scaling: Factor in (0, 1] on the acceleration limits.
+        tool_speed: Largest speeds of tools, steady if they say so.
+        branches: With `Begin.ANY_BRANCH`, most configurations at the beginning that are tried.
+    """
+
+    begin: Begin = Begin.AT_START
+    avoid: Avoid = Avoid.STOP
+    tube: float = 0.0
+    velocity_scaling: float = 1.0
+    acceleration_scaling: float = 1.0
+    tool_speed: tuple[ToolSpeed, ...] = ()
+    branches: int = 16
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant.
+
+        Raises:
+            ProblemError: If a tube is missing, or given though nothing may deviate, or there are no branches.
+        """
+        radius = number("tube", self.tube)
+        if (self.avoid is Avoid.DEVIATE) != (radius > 0.0):
+            raise ProblemError(
+                f"a tube of {radius:g} m with {self.avoid}: Avoid.DEVIATE needs the radius of the tube "
+                "that it may use, Avoid.STOP has none"
+            )
+        if self.branches < 1:
+            raise ProblemError(f"branches must be at least 1, is {self.branches}")
+
 
 DEFAULT_OPTIONS = FollowOptions()
 """What `follow` does unless told otherwise."""
@@ -48,6 +105,9 @@ def follow(
     group: str = "",
     options: FollowOptions = DEFAULT_OPTIONS,
     rng: np.random.Generator | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
 ) -> Followed:
     """Follow a curve with a frame, as far as it goes, and say why not farther.
 
@@ -63,15 +123,20 @@ def follow(
         options: Where it may begin, what to do where it is blocked, speeds.
         rng: Draws postures and starts of searches; a fixed seed when None, so that the answer is the same
             every time.
+        budget: Time and work that it may use; a curve is followed in one attempt, so `attempts`, `workers`
+            and `improve` do not apply.
+        cancel: Set it from another thread to stop.
+        progress: Called at every stage and every step of the solver.
 
     Returns:
         How far the curve is followed, why not farther, and the motion with its certificate.
 
     Raises:
-        ProblemError: If the curve cannot be asked of this robot.
+        ProblemError: If the curve does not suit this robot, or the budget has what does not apply.
         NameNotFound: If a frame, group or state is unknown.
     """
     required, options = one_of("required", required, FollowsCurve), one_of("options", options, FollowOptions)
+    tracker = _tracker(budget, cancel, progress)
     problem = Problem(
         scene=one_of("scene", scene, Scene),
         group=group,
@@ -82,43 +147,55 @@ def follow(
         tool_speed=options.tool_speed,
         name="curve",
     )
-    return _Following(problem, required, options, rng or np.random.default_rng(0)).run()
+    return _Following(problem, required, options, rng or np.random.default_rng(0), tracker).run()
+
+
+def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) -> BudgetTracker:
+    one_of("budget", budget, Budget)
+    if budget.attempts is not None or budget.workers > 1 or budget.improve:
+        raise ProblemError("a curve is followed in one attempt: its budget takes seconds and work only")
+    return BudgetTracker(budget, None if cancel is None else one_of("cancel", cancel, Event), progress)
 
 
 @dataclass(eq=False)
 class _Following:
-    """One curve that is followed: what has been done so far."""
+    """One curve that is followed."""
 
     problem: Problem
     required: FollowsCurve
     options: FollowOptions
     rng: np.random.Generator
-    counts: Counts = field(default_factory=Counts)
-    seconds: dict[str, float] = field(default_factory=dict[str, float])
-    programs: int = 0
+    tracker: BudgetTracker
 
     @cached_property
     def on_curve(self) -> OnCurve:
         """The curve and the arm."""
         reduced = self.problem.reduced
-        return OnCurve(reduced, self.required, Query(reduced, self.counts))
+        return OnCurve(reduced, self.required, Query(reduced, Counts()), self.tracker)
 
     def run(self) -> Followed:
+        """Follow the curve until the budget ends."""
+        try:
+            return self._run()
+        except Stopped as ended:
+            words = f"after {self.tracker.work} configurations, in {self.tracker.used:.3g} s"
+            result = self._nothing(stop_reason(self.on_curve, ENDED[ended.stop], 0.0, words))
+            return replace(result, result=replace(result.result, stopped=ended.stop))
+
+    def _run(self) -> Followed:
         """Choose where to begin, find the way that gets farthest, time it and have it judged."""
-        with self._stage("start"):
+        with self.on_curve.stage("start"):
             starts, refusal = self._starts()
         if refusal is not None:
             return self._nothing(refusal)
         search = Search(self.problem, self.on_curve, self.rng)
-        with self._stage("track"):
+        with self.on_curve.stage("track"):
             found = search.tracked(starts)
         if found.stop is not None and self.on_curve.spare:
-            with self._stage("look ahead"):
+            with self.on_curve.stage("look ahead"):
                 found = search.looking_ahead(starts, found)
         if self.on_curve.spare:
-            with self._stage("program"):
-                found = search.as_program(found)
-                self.programs += 1
+            found = search.as_program(found)
         if found.stop is not None and self.options.avoid is Avoid.DEVIATE:
             around = self._around(starts, found.stop)
             if around is not None:
@@ -127,24 +204,25 @@ class _Following:
             return self._nothing(found.stop)
         return self._motion(found)
 
-    def _starts(self) -> tuple[Floats, Stop | None]:
+    def _starts(self) -> tuple[Floats, StopReason | None]:
         """Return configurations to begin in, shape (b, n), or why there is none."""
         reduced, on_curve = self.problem.reduced, self.on_curve
         nothing = np.empty((0, len(reduced.joint_names)))
         if self.options.begin is Begin.ANY_BRANCH:
-            found = beginnings(on_curve, most=self.options.branches, rng=self.rng, counts=self.counts)
-            if len(found) == 0:
-                return nothing, stop(on_curve, Cause.NO_START, 0.0, "none of the configurations tried")
-            return found, None
+            found = beginnings(on_curve, most=self.options.branches, rng=self.rng)
+            if len(found):
+                return found, None
+            words = "for the beginning of the curve"
+            return nothing, stop_reason(on_curve, Status.NO_INVERSE_KINEMATICS, 0.0, words)
         seen = Judge(reduced).examine(reduced.start_positions, moment=Moment.START)
         if seen.out_of_limits:
-            text = reasons.out_of_limits(seen)
-            return nothing, stop(on_curve, Cause.START_OUT_OF_LIMITS, 0.0, text)
+            words = reasons.out_of_limits(seen)
+            return nothing, stop_reason(on_curve, Status.START_OUT_OF_LIMITS, 0.0, words)
         if seen.collisions:
             worst = seen.collisions[0]
-            return nothing, stop(
+            return nothing, stop_reason(
                 on_curve,
-                Cause.START_IN_COLLISION,
+                Status.START_IN_COLLISION,
                 0.0,
                 reasons.collisions(seen),
                 pair=(worst.first, worst.second),
@@ -154,98 +232,61 @@ class _Following:
         position, turn = on_curve.off(start, np.zeros(1))
         allowed = self.required.position_tolerance, self.required.rotation_tolerance
         if position[0] > START_SHARE * allowed[0] or turn[0] > START_SHARE * allowed[1]:
-            text = f"{self.required.frame} is {position[0]:.4g} m and {turn[0]:.4g} rad away from it"
-            return nothing, stop(on_curve, Cause.START_OFF_CURVE, 0.0, text)
+            words = (
+                f"{self.required.frame} is {position[0]:.4g} m and {turn[0]:.4g} rad away from the "
+                "beginning of the curve: move there first, or begin with Begin.ANY_BRANCH"
+            )
+            return nothing, stop_reason(on_curve, Status.START_BREAKS_CONSTRAINT, 0.0, words)
         return start, None
 
     def _motion(self, found: Found) -> Followed:
         """Time a way and have the motion judged."""
         way, why = found.way, found.stop
-        got = self.required if why is None else replace(self.required, until=way.reached)
-        problem = replace(beginning(self.problem, way), goal=got, constraints=(got,))
-        on_curve = OnCurve(problem.reduced, got, self.on_curve.query)
-        path, timed, certificate = self._timed(problem, on_curve, way)
-        if isinstance(timed, RetimeFailure):
-            failed = stop(on_curve, Cause.NO_TIMING, timed.place * got.until, timed.reason, joint=timed.joint)
-            return self._result(problem, 0.0, failed, path=path)
-        assert certificate is not None
-        if not certificate.verified:
-            why = stop(on_curve, Cause.NOT_VERIFIED, 0.0, reasons.not_verified(certificate))
-        fraction = got.until / self.required.until if certificate.verified else 0.0
-        return self._result(problem, fraction, why, path=path, timed=timed, certificate=certificate)
+        part = self.required if why is None else replace(self.required, until=way.reached)
+        problem = replace(beginning(self.problem, way), goal=part, constraints=(part,))
+        on_curve = self.on_curve.along(part, problem.reduced)
+        result = self._judged(problem, on_curve, way)
+        if isinstance(result, StopReason):
+            return self._nothing(result, problem)
+        if not result.verified:
+            why = stop_reason(on_curve, Status.NOT_VERIFIED, 0.0, result.message)
+        return self._followed(result, part.until / self.required.until if result.verified else 0.0, why)
 
-    def _timed(
-        self, problem: Problem, on_curve: OnCurve, way: Track
-    ) -> tuple[Path, Retimed | RetimeFailure, Certificate | None]:
+    def _judged(self, problem: Problem, on_curve: OnCurve, way: Track) -> Result | StopReason:
         """Lay knots along a way, time them and have the motion judged; more tightly if it is refused."""
-        tries: list[tuple[Path, Retimed, Certificate]] = []
+        workspace, result = Workspace(problem, self.tracker), None
         for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
-            with self._stage("densify"):
+            with on_curve.stage("densify"):
                 dense = densified(on_curve, way, tolerance=chord * on_curve.allowed)
             path = Path(problem.reduced.joint_names, readonly(dense.positions))
-            with self._stage("retime"):
-                found = timed_along(problem, on_curve, path, tolerance=rounding * on_curve.allowed)
-            if isinstance(found, RetimeFailure):
-                return path, found, None
-            with self._stage("verify"):
-                certificate = judge(problem, found.trajectory)
-            tries.append((path, found, certificate))
-            if certificate.verified:
+            with on_curve.stage("retime"):
+                timed = timed_along(problem, on_curve, path, tolerance=rounding * on_curve.allowed)
+            if isinstance(timed, RetimeFailure):
+                at = timed.place * on_curve.required.until
+                return stop_reason(on_curve, Status.NO_TIMING, at, timed.reason, joint=timed.joint)
+            result = workspace.judged(TimedMotion(path, timed.trajectory, timed))
+            if result.verified:
                 break
-        return tries[-1]
+        assert result is not None
+        return result
 
-    def _around(self, starts: Floats, why: Stop) -> Followed | None:
+    def _around(self, starts: Floats, why: StopReason) -> Followed | None:
         """Go around what blocks the curve, inside the tube; None if no way is found and proven."""
         tube = self.options.tube
-        with self._stage("deviate"):
-            found = detours(self.problem, self.on_curve, starts, tube)
-            self.programs += SIDES + 1
         wide = replace(self.required, position_tolerance=tube)
-        for detour in found:
+        for detour in detours(self.problem, self.on_curve, starts, tube):
             problem = replace(beginning(self.problem, detour.way), constraints=(wide,))
-            on_detour = OnCurve(problem.reduced, detour.required, self.on_curve.query)
-            path, timed, certificate = self._timed(problem, on_detour, detour.way)
-            if isinstance(timed, Retimed) and certificate is not None and certificate.verified:
-                return self._result(
-                    problem, 1.0, None, path=path, timed=timed, certificate=certificate, around=why
-                )
+            on_detour = self.on_curve.along(detour.required, problem.reduced)
+            result = self._judged(problem, on_detour, detour.way)
+            if isinstance(result, Result) and result.verified:
+                return self._followed(result, 1.0, None, around=why)
         return None
 
-    def _nothing(self, why: Stop) -> Followed:
-        return self._result(self.problem, 0.0, why)
+    def _nothing(self, why: StopReason, problem: Problem | None = None) -> Followed:
+        workspace = Workspace(problem or self.problem, self.tracker)
+        return self._followed(workspace.result(why.status, why.message), 0.0, why)
 
-    def _result(
-        self,
-        problem: Problem,
-        fraction: float,
-        why: Stop | None,
-        *,
-        path: Path | None = None,
-        timed: Retimed | None = None,
-        certificate: Certificate | None = None,
-        around: Stop | None = None,
+    def _followed(
+        self, result: Result, fraction: float, why: StopReason | None, *, around: StopReason | None = None
     ) -> Followed:
-        counts = self.counts
-        return Followed(
-            problem=problem,
-            required=self.required,
-            fraction=fraction,
-            stop=why,
-            around=around,
-            path=path,
-            timed=timed,
-            certificate=certificate,
-            counts={
-                "programs": self.programs,
-                "distance_calls": counts.distances,
-                "forward_kinematics": counts.forward_kinematics,
-                "judge_distance_calls": 0 if certificate is None else certificate.counts.distances,
-            },
-            cpu_seconds=dict(self.seconds),
-        )
-
-    @contextmanager
-    def _stage(self, name: str) -> Generator[None]:
-        begin = time.process_time()
-        yield
-        self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
+        return Followed(required=self.required, fraction=fraction, stop=why, around=around, result=result)

@@ -1,5 +1,7 @@
 """Configurations that hold a frame at places of a curve: Newton's method on many at once."""
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +10,7 @@ from trajopt.arrays import Bools, Floats
 from trajopt.model.curve import TURN_LENGTH
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FollowsCurve
+from trajopt.planning.budget import Budget, BudgetTracker
 from trajopt.query import Query
 from trajopt.terms.follows_curve import CurveError
 from trajopt.terms.frames import relative_frame
@@ -50,18 +53,45 @@ class OnCurve:
         reduced: The robot and its surroundings.
         required: The curve and what follows it.
         query: Evaluates the kinematics.
+        tracker: Ends the work when the budget is used up; without a bound when None.
         limits: Position limits that are kept.
     """
 
-    def __init__(self, reduced: ReducedModel, required: FollowsCurve, query: Query) -> None:
-        """Take the term that tells the error."""
+    def __init__(
+        self,
+        reduced: ReducedModel,
+        required: FollowsCurve,
+        query: Query,
+        tracker: BudgetTracker | None = None,
+    ) -> None:
+        """Build the residual of the curve."""
         self.reduced, self.required, self.query = reduced, required, query
+        self.tracker = tracker or BudgetTracker(Budget())
         self.limits = reduced.limits
         self._term = CurveError(reduced, required)
 
+    def along(self, required: FollowsCurve, reduced: ReducedModel | None = None) -> "OnCurve":
+        """Return the same for another curve, within the same budget."""
+        return OnCurve(reduced or self.reduced, required, self.query, self.tracker)
+
+    @contextmanager
+    def stage(self, name: str) -> Generator[None]:
+        """Time a stage, and count the work of the query in it.
+
+        Raises:
+            Stopped: If the budget is used up.
+        """
+        with self.tracker.stage(name):
+            try:
+                yield
+            finally:
+                counts = self.query.counts
+                self.tracker.count_work(counts)
+                counts.forward_kinematics = counts.bounds = counts.distances = 0
+
     def without_limits(self) -> "OnCurve":
         """Return the same with joints that go beyond their position limits."""
-        free = OnCurve(self.reduced, self.required, self.query)
+        free = self.along(self.required)
         boundless = np.full(len(self.limits.joint_names), np.inf)
         free.limits = replace(self.limits, lower=-boundless, upper=boundless)
         return free
@@ -124,7 +154,12 @@ class OnCurve:
         return np.asarray(np.maximum(far, turned * self.turn_length), dtype=np.float64)
 
     def __call__(self, positions: Floats, s: Floats) -> Corrected:
-        """Move configurations (S, n) on to places (S,) of the curve."""
+        """Move configurations (S, n) on to places (S,) of the curve.
+
+        Raises:
+            Stopped: If the budget is used up.
+        """
+        self.tracker.check(self.query.counts)
         limits = self.limits
         q = np.clip(positions, limits.lower, limits.upper)
         miss = np.full(len(q), np.inf)

@@ -1,50 +1,34 @@
-"""What following a curve returns: how far it got, why it stopped, and the motion with its certificate."""
+"""Result of following a curve: how far, why not farther, and the motion with its certificate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum
 
 from trajopt.errors import PlanningFailed
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.planning.result import Plan
+from trajopt.planning.result import Plan, Result
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.summary import Summary
 from trajopt.problem import Problem
 from trajopt.retime import Retimed
 from trajopt.verify import Certificate
 
 
-class Cause(Enum):
-    """Why a curve is not followed to its end; each value says what to try."""
-
-    START_OFF_CURVE = "the start is not at the beginning of the curve: move there first, or begin anywhere"
-    START_IN_COLLISION = "the start is in collision: move it, or allow that contact"
-    START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
-    NO_START = "no configuration reaches the beginning of the curve: move the curve"
-    COLLISION = "the arm comes too near something: move it, free the spin, or allow a deviation"
-    JOINT_LIMIT = "a joint is at its limit: begin in another branch, free the spin, or move the curve"
-    OUT_OF_REACH = "the arm is stretched or folded as far as it goes: move the curve"
-    BRANCH_JUMP = (
-        "the curve goes on in another branch only, and a joint would have to jump there: begin in that branch"
-    )
-    NO_TIMING = "no speed along the path keeps the limits: a joint cannot hold its load there"
-    NOT_VERIFIED = "the judge refused the timed motion"
-
-
 @dataclass(frozen=True, kw_only=True)
-class Stop:
+class StopReason:
     """Where and why following ended before the end of the curve.
 
     Attributes:
-        cause: The kind of reason.
+        status: The kind of reason.
         at: How far along the curve [m].
         pose: Number, from 0, of the last pose that was reached, of those the curve was made from.
         message: The particulars: which joint and limit, which pair, which jump.
-        joint: The joint at its limit, or the one that would jump; none for other causes.
-        pair: The two links or objects that come too near each other; none for other causes.
+        joint: The joint at its limit, or the one that would jump; none for other reasons.
+        pair: The two links or objects that come too near each other; none for other reasons.
         amount: What is missing: clearance [m], the limit [rad | m], the jump [rad | m]; 0 where unknown.
     """
 
-    cause: Cause
+    status: Status
     at: float
     pose: int
     message: str
@@ -58,39 +42,66 @@ class Followed:
     """How far a curve is followed, and the motion.
 
     Attributes:
-        problem: The motion as a problem: its start, its end, and the curve up to where it got. It goes with
-            the motion to `simulate`, `view` and `store`.
-        required: The whole curve, as it was asked for.
-        fraction: Part of what was asked for that is followed; judged where there is a verified motion.
+        required: The whole curve, as it was required.
+        fraction: Part of the required length that is followed; judged where there is a verified motion.
         stop: Why not more; None if the whole curve is followed.
-        around: What was gone around inside the tube, where the curve is blocked; None if nothing was.
-        path: Knots of the joints; None if not even the beginning could be done.
-        timed: The motion.
-        certificate: The judge's verdict on it.
-        counts: Exact numbers of the work done.
-        cpu_seconds: Process time of each stage [s].
+        around: What the motion detours around inside the tube, where the curve is blocked; None for nothing.
+        result: The motion over the part that is followed, as any planned motion.
     """
 
-    problem: Problem
     required: FollowsCurve
     fraction: float
-    stop: Stop | None
-    around: Stop | None
-    path: Path | None
-    timed: Retimed | None
-    certificate: Certificate | None
-    counts: Mapping[str, int]
-    cpu_seconds: Mapping[str, float]
+    stop: StopReason | None
+    around: StopReason | None
+    result: Result
+
+    @property
+    def status(self) -> Status:
+        """How following ended: SOLVED if the whole curve is followed."""
+        return self.result.status if self.stop is None else self.stop.status
+
+    @property
+    def problem(self) -> Problem:
+        """The motion as a problem: its start, its end, and the curve as far as it is followed.
+
+        It goes with the motion to `simulate`, `view` and files.
+        """
+        return self.result.problem
+
+    @property
+    def path(self) -> Path | None:
+        """Knots of the joints; None if not even the beginning could be followed."""
+        return self.result.path
+
+    @property
+    def timed(self) -> Retimed | None:
+        """The motion as retiming returned it, if there is any."""
+        return self.result.timed
+
+    @property
+    def certificate(self) -> Certificate | None:
+        """The judge's verdict on the motion, if there is any."""
+        return self.result.certificate
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Exact numbers of the work done."""
+        return self.result.counts
+
+    @property
+    def cpu_seconds(self) -> Mapping[str, float]:
+        """Process time of each stage [s]."""
+        return self.result.cpu_seconds
 
     @property
     def trajectory(self) -> Trajectory | None:
         """The motion over the part that is followed, if there is any."""
-        return None if self.timed is None else self.timed.trajectory
+        return self.result.trajectory
 
     @property
     def verified(self) -> bool:
         """Whether the motion over the part that is followed is proven."""
-        return self.certificate is not None and self.certificate.verified
+        return self.result.verified
 
     @property
     def complete(self) -> bool:
@@ -129,11 +140,12 @@ class Followed:
             or not self.verified
             or self.fraction < fraction
         ):
-            raise PlanningFailed(self.explain(), self)
+            raise PlanningFailed(self.reason, self)
         return Plan(self.problem, self.path, self.trajectory, self.certificate)
 
-    def explain(self) -> str:
-        """Say how far the curve is followed and why not farther, in a sentence or two."""
+    @property
+    def reason(self) -> str:
+        """How far the curve is followed and why not farther, in a sentence or two."""
         got = f"{self.fraction:.2%} of {self.required.curve.length:.4g} m followed"
         if self.verified:
             turn = f" and {self.turn:.3g} rad" if self.turn > 0.0 else ""
@@ -143,7 +155,17 @@ class Followed:
         if self.stop is None:
             return got
         after = f"after pose {self.stop.pose}, {self.stop.at:.4f} m along the curve"
-        return f"{got}. {self.stop.cause.name} {after}: {self.stop.cause.value} ({self.stop.message})"
+        return f"{got}. {self.stop.status.name} {after}: {self.stop.status.value} ({self.stop.message})"
+
+    def explain(self) -> Summary:
+        """Return how far the curve is followed, why not farther, and how that is known: print it."""
+        if self.complete:
+            certainty, grounds = Certainty.PROVEN, "the judge verified the motion along the whole curve"
+        else:
+            certainty = Certainty.EVIDENCE
+            grounds = "the search found no motion that gets farther"
+            grounds += "; the judge verified the motion so far" if self.verified else ""
+        return Summary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold; `store.read_trajectory` reads the motion back."""
@@ -152,13 +174,14 @@ class Followed:
         if trajectory is not None:
             motion = trajectory.as_dict()
         return {
+            "status": self.status.name,
             "verified": self.verified,
             "complete": self.complete,
             "fraction": self.fraction,
-            "message": self.explain(),
+            "message": self.reason,
             "stop": stop
             and {
-                "cause": stop.cause.name,
+                "cause": stop.status.name,
                 "at": stop.at,
                 "pose": stop.pose,
                 "joint": stop.joint,

@@ -6,12 +6,13 @@ import numpy as np
 
 from trajopt.arrays import Floats, readonly
 from trajopt.cartesian.blocked import clear_part, start_margins, untracked
-from trajopt.cartesian.dense import resampled
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.program import knot_stations, on_the_curve
-from trajopt.cartesian.result import Stop
+from trajopt.cartesian.result import StopReason
 from trajopt.cartesian.self_motion import SelfMotions
-from trajopt.cartesian.tracking import FARTHEST, Track, stations_of, track
+from trajopt.cartesian.tracking import FARTHEST, Track, resampled, stations_of, track
+from trajopt.kinematics.goal_candidates import goal_candidates
+from trajopt.model.requirements import Requirement, axis_alignment, frame_placement
 from trajopt.problem import Problem
 
 LEAST = 1e-4
@@ -32,7 +33,7 @@ class Found:
     """
 
     way: Track
-    stop: Stop | None
+    stop: StopReason | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,12 +113,14 @@ class Search:
         if way.reached < LEAST * required.until:
             return found
         part = replace(required, until=way.reached)
-        on_part = OnCurve(self.on_curve.reduced, part, self.on_curve.query)
+        on_part = self.on_curve.along(part)
         problem = replace(beginning(self.problem, way), goal=part)
-        guess = resampled(on_part, way, knot_stations(part))
-        solved = on_the_curve(problem, part, guess)
-        planned = _continuous(on_part, Track(guess.stations, solved.x))
-        clear = clear_part(on_part, planned)
+        with on_part.stage("track"):
+            seed = resampled(on_part, way, knot_stations(part))
+        solved = on_the_curve(problem, part, seed, on_part.tracker)
+        with on_part.stage("track"):
+            planned = _continuous(on_part, Track(seed.stations, solved.x))
+            clear = clear_part(on_part, planned)
         if clear.stop is not None or planned.reached < way.reached:
             return found
         return Found(planned, found.stop)
@@ -143,3 +146,54 @@ def _continuous(on_curve: OnCurve, planned: Track) -> Track:
     good[0] = True
     kept = len(good) if good.all() else int(np.argmin(good))
     return Track(stations[:kept], dense.positions[:kept])
+
+
+CONE = 1e-4
+"""How well the axis of a free spin is aligned before Newton's method takes over [rad]."""
+
+
+def beginnings(on_curve: OnCurve, *, most: int, rng: np.random.Generator) -> Floats:
+    """Search clear configurations at the beginning of the curve, nearest to the start first, shape (b, n).
+
+    Args:
+        on_curve: The curve and the arm.
+        most: How many at most.
+        rng: Draws the starts of the search.
+    """
+    counts = on_curve.query.counts
+    found = goal_candidates(
+        on_curve.reduced,
+        _at_beginning(on_curve),
+        rng=rng,
+        counts=counts,
+        check=lambda: on_curve.tracker.check(counts),
+    )
+    if not found.free:
+        return np.empty((0, len(on_curve.reduced.joint_names)))
+    drawn = np.array(found.free[:most])
+    exact = on_curve(drawn, np.zeros(len(drawn)))
+    return exact.positions[exact.held]
+
+
+def _at_beginning(on_curve: OnCurve) -> tuple[Requirement, ...]:
+    """What must hold there, in requirements that the search knows well."""
+    need = on_curve.required
+    place = need.curve.placement(0.0)
+    turned = need.rotation_tolerance if need.spin is None else np.inf
+    placed = frame_placement(
+        need.frame,
+        place,
+        reference=need.reference,
+        offset=need.offset,
+        position_tolerance=need.position_tolerance,
+        rotation_tolerance=turned,
+    )
+    if need.spin is None or np.isinf(need.rotation_tolerance):
+        return (placed,)
+    direction = place.rotation @ need.spin
+    return (
+        placed,
+        axis_alignment(
+            need.frame, axis=need.spin, direction=direction, reference=need.reference, tolerance=CONE
+        ),
+    )
