@@ -22,7 +22,7 @@ SEARCHES = 96
 ZOOMS = 7
 """Halvings that tell where between two stations a body comes too near."""
 CAUTIOUS = 0.1
-"""Speed of the tool with which the duration is guessed, for windows of contact that is meant [m/s]."""
+"""Speed of the tool that the duration is estimated with, for time windows of intended contact [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +64,8 @@ def clear_part(on_curve: OnCurve, found: Track) -> Clear:
     low, high = 0.0, 1.0
     for _ in range(ZOOMS):
         share = (low + high) / 2.0
-        guess = (1.0 - share) * q[after - 1] + share * q[after]
-        there = on_curve(guess[None], np.array((s[after - 1] + share * (s[after] - s[after - 1]),)))
+        estimate = (1.0 - share) * q[after - 1] + share * q[after]
+        there = on_curve(estimate[None], np.array((s[after - 1] + share * (s[after] - s[after - 1]),)))
         hit = _first_blocked(on_curve, there.positions, np.array((after - 1 + share,)), margin)
         low, high = (share, high) if hit is None else (low, share)
         blocked = hit or blocked

@@ -1,6 +1,6 @@
 """Tracking a curve from a configuration at its beginning: step by step, without jumps, branches side by side.
 
-Where the curve leaves the joints a choice they drift towards a posture; what is found is the first guess of
+Where the curve leaves the joints a choice they drift towards a posture; the result is the seed of
 the program that plans the whole line at once (`trajopt.cartesian.program`).
 """
 
@@ -84,8 +84,8 @@ def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> l
         if len(going) == 0:
             break
         now = q[going]
-        guess = now + _drift(on_curve, now, s, after - s, pull[going])
-        ended = on_curve(guess, np.full(len(going), after))
+        estimate = now + _drift(on_curve, now, s, after - s, pull[going])
+        ended = on_curve(estimate, np.full(len(going), after))
         smooth = ended.held & (np.abs(ended.positions - now).max(axis=1) <= FARTHEST)
         for row, branch in enumerate(map(int, going)):
             if smooth[row]:
@@ -149,7 +149,7 @@ def densified(on_curve: OnCurve, found: Track, *, tolerance: float) -> Track:
         middle = (s[left] + s[left + 1]) / 2.0
         straight = (q[left] + q[left + 1]) / 2.0
         value, _ = on_curve.errors(straight, middle)
-        exact = on_curve(_guess(s, q, middle), middle)
+        exact = on_curve(_interpolated(s, q, middle), middle)
         apart = np.abs(exact.positions - straight).max(axis=1)
         coarse = ((np.linalg.norm(value, axis=1) > tolerance) | (apart > APART)) & exact.held
         places = left[coarse] + 1
@@ -161,7 +161,7 @@ def densified(on_curve: OnCurve, found: Track, *, tolerance: float) -> Track:
     return Track(s, q)
 
 
-def _guess(s: Floats, q: Floats, places: Floats) -> Floats:
+def _interpolated(s: Floats, q: Floats, places: Floats) -> Floats:
     """Interpolate configurations smoothly, without overshooting."""
     from scipy.interpolate import PchipInterpolator
 
@@ -170,6 +170,8 @@ def _guess(s: Floats, q: Floats, places: Floats) -> Floats:
 
 def resampled(on_curve: OnCurve, found: Track, stations: Floats) -> Track:
     """Return the track with its configurations at other stations, on the curve."""
-    guess = np.concatenate((found.positions[:1], _guess(found.stations, found.positions, stations[1:])))
-    moved = on_curve(guess[1:], stations[1:]).positions
-    return Track(stations, np.concatenate((guess[:1], moved)))
+    estimate = np.concatenate(
+        (found.positions[:1], _interpolated(found.stations, found.positions, stations[1:]))
+    )
+    moved = on_curve(estimate[1:], stations[1:]).positions
+    return Track(stations, np.concatenate((estimate[:1], moved)))

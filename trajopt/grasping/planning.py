@@ -60,7 +60,7 @@ def pick_and_place(
         constraints: What must hold while the object is in the hand, such as that it stays upright.
         options: Speeds, tolerances, times.
         rng: Draws starts of the search; a fixed seed when None, so that the answer is the same every time.
-        budget: Time and work for the whole sequence; its `tries` are the seeds of each motion, 16 when None.
+        budget: Time and work for the whole sequence; its `attempts` are for each motion, 16 when None.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and every step of the solver.
 
