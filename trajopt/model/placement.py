@@ -82,6 +82,13 @@ class Placement(Value):
         """Hash the entries."""
         return hash((self.rotation.tobytes(), self.translation.tobytes()))
 
+    def __str__(self) -> str:
+        """Say the position in metres and, unless it is none, the rotation in degrees."""
+        xyz = ", ".join(f"{value + 0.0:.4g}" for value in self.translation.round(4).tolist())
+        rpy = [f"{value + 0.0:.4g}" for value in np.rad2deg(self.rpy).round(2).tolist()]
+        turned = "" if rpy == ["0", "0", "0"] else f" turned by rpy ({', '.join(rpy)}) deg"
+        return f"({xyz}) m{turned}"
+
     def __repr__(self) -> str:
         """Show position and roll-pitch-yaw."""
         x, y, z = (round(float(value), 6) + 0.0 for value in self.translation)

@@ -9,7 +9,14 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, readonly
 from trajopt.errors import ProblemError, ShapeError
 from trajopt.model.placement import Placement, PlacementLike, as_placement
-from trajopt.model.requirements.requirement import DEGREES, MILLIMETRES, WORLD, Relaxation, Requirement
+from trajopt.model.requirements.requirement import (
+    DEGREES,
+    MILLIMETRES,
+    WORLD,
+    Relaxation,
+    Requirement,
+    ShownUnit,
+)
 
 POSITION_TOLERANCE = 1e-4
 """Default tolerance of a goal position, per axis [m]."""
@@ -74,12 +81,42 @@ class FramePlacement(Requirement):
             )
         return tuple(found)
 
+    def __str__(self) -> str:
+        """Say it in millimetres and degrees."""
+        within = [
+            bound
+            for bound in (
+                _within(self.position_tolerance, MILLIMETRES),
+                _within(self.rotation_tolerance, DEGREES),
+            )
+            if bound
+        ]
+        free = [
+            f"free {how} {', '.join(axis for axis, size in zip('xyz', sizes, strict=True) if np.isinf(size))}"
+            for how, sizes in (("along", self.position_tolerance), ("about", self.rotation_tolerance))
+            if np.isinf(sizes).any()
+        ]
+        seen = "" if self.reference == WORLD else f" from {self.reference}"
+        return ", ".join((f"{self.frame} at {self.placement}{seen}", f"within {' and '.join(within)}", *free))
+
     def __repr__(self) -> str:
         """Show frame, placement, reference and tolerances."""
         return (
             f"FramePlacement({self.frame!r} at {self.placement} in {self.reference!r}, within "
             f"{self.position_tolerance.tolist()} m and {self.rotation_tolerance.tolist()} rad)"
         )
+
+
+def _within(tolerance: Floats, unit: ShownUnit) -> str:
+    """Return a tolerance in words: one number where all axes have the same; empty where all are free."""
+    sizes = {
+        axis: f"{size / unit.size:.3g}"
+        for axis, size in zip("xyz", tolerance, strict=True)
+        if np.isfinite(size)
+    }
+    if len(set(sizes.values())) == 1:
+        return f"{next(iter(sizes.values()))} {unit.name}"
+    return f"{', '.join(f'{axis} {size}' for axis, size in sizes.items())} {unit.name}" if sizes else ""
 
 
 def frame_placement(
