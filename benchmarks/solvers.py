@@ -10,10 +10,10 @@ from pathlib import Path
 
 import trajopt as to
 from benchmarks.page import write_section
-from trajopt.benchmark import Allowance, Question, Run, installed_questions, runs
-from trajopt.benchmark.comparison_files import file_questions
+from trajopt.benchmark import Allowance, Definition, Run, installed_definitions, runs
 from trajopt.benchmark.comparison_page import page as page_of
 from trajopt.benchmark.comparison_table import markdown
+from trajopt.benchmark.folders import file_definitions
 from trajopt.cli.compare import read_runs
 from trajopt.methods import METHODS, method_named
 from trajopt.moveit.trajectory_files import write_json, write_text
@@ -35,15 +35,15 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("benchmarks/results/solvers.json"))
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     given = parser.parse_args()
-    questions: list[Question] = []
+    definitions: list[Definition] = []
     found: list[Run] = []
     for name in given.solver or METHODS:
         kept = given.runs / f"{name}.json"
         if not kept.is_file():
-            if not questions:
-                files = file_questions(given.data / "panda", to.load("panda"), limit=given.limit)
-                questions = [*installed_questions(), *files]
-            mine = list(runs(questions, [method_named(name)], ALLOWANCE))
+            if not definitions:
+                files = file_definitions(given.data / "panda", to.load("panda"), limit=given.limit)
+                definitions = [*installed_definitions(), *files]
+            mine = list(runs(definitions, [method_named(name)], ALLOWANCE))
             given.runs.mkdir(parents=True, exist_ok=True)
             write_json(kept, {"results": [run.as_dict() for run in mine]})
         found.extend(read_runs(kept))

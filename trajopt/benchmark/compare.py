@@ -2,16 +2,19 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
 from trajopt.arrays import one_of, sequence
-from trajopt.benchmark.planned import Allowance, planned
-from trajopt.benchmark.question import Question, given_questions
+from trajopt.benchmark.definition import Definition, definitions_of
 from trajopt.benchmark.run import Moment, Run, points
 from trajopt.errors import MissingExtra
 from trajopt.methods import Method, method_named
+from trajopt.planning import Progress
+from trajopt.planning.budget import Budget
+from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
 from trajopt.problem import Problem
 from trajopt.query import Query
@@ -19,6 +22,19 @@ from trajopt.solvers import Iteration
 
 TIP_SAMPLES = 60
 """Places along a motion at which the tip is noted."""
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """What every method may use on every problem.
+
+    Attributes:
+        attempts: First guesses at most.
+        cpu_seconds: Process time at most [s].
+    """
+
+    attempts: int = 8
+    cpu_seconds: float = 30.0
 
 
 def compare(
@@ -45,11 +61,11 @@ def compare(
         method_named(item) if isinstance(item, str) else one_of("method", item, Method)
         for item in sequence("methods", methods)
     ]
-    return tuple(runs(given_questions(problems), chosen, Allowance(attempts, cpu_seconds)))
+    return tuple(runs(definitions_of(problems), chosen, Allowance(attempts, cpu_seconds)))
 
 
 def runs(
-    questions: Sequence[Question],
+    problems: Sequence[Definition],
     methods: Sequence[Method],
     allowance: Allowance,
     *,
@@ -58,7 +74,7 @@ def runs(
     """Yield every run, problem by problem.
 
     Args:
-        questions: The problems.
+        problems: The problems.
         methods: The methods.
         allowance: What each may use on each.
         skipped: Told of methods whose packages are missing, which are then left out; None to raise.
@@ -67,12 +83,18 @@ def runs(
         MissingExtra: If what a method runs on is not installed, and nobody is to be told.
     """
     ready: list[Method] | None = None
-    for question in questions:
-        problem = question.make()
+    for definition in problems:
+        problem = definition.problem()
         if ready is None:
             ready = [method for method in methods if _works(problem, method, skipped)]
         for method in ready:
-            yield run(question, problem, method, allowance)
+            yield run(definition, problem, method, allowance)
+
+
+def planned(problem: Problem, method: Method, allowance: Allowance, progress: Progress) -> Result:
+    """Plan within an allowance; always with the same random numbers, so with the same first guesses."""
+    budget = Budget(attempts=allowance.attempts, seconds=allowance.cpu_seconds, clock=time.process_time)
+    return plan(problem, method=method, budget=budget, progress=progress)
 
 
 def _works(problem: Problem, method: Method, skipped: Callable[[Method, MissingExtra], None] | None) -> bool:
@@ -87,7 +109,7 @@ def _works(problem: Problem, method: Method, skipped: Callable[[Method, MissingE
     return True
 
 
-def run(question: Question, problem: Problem, method: Method, allowance: Allowance) -> Run:
+def run(definition: Definition, problem: Problem, method: Method, allowance: Allowance) -> Run:
     """Plan one problem with one method."""
     history: list[Moment] = []
     attempt, fresh, begin = 0, False, time.process_time()
@@ -105,9 +127,9 @@ def run(question: Question, problem: Problem, method: Method, allowance: Allowan
     trajectory, certificate, path = result.trajectory, result.certificate, result.path
     clearance = None if certificate is None else certificate.clearance
     return Run(
-        problem=question.name,
+        problem=definition.name,
         solver=method.name,
-        expected=question.expected,
+        expected=definition.expected,
         status=result.status,
         message=result.message,
         attempts=result.counts.get("attempts", 0),

@@ -1,18 +1,29 @@
-"""Definition: an installed function that makes a problem, and how planning it is expected to end."""
+"""Definition: a function that makes a problem, by name, and how planning it is expected to end."""
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
 
 import numpy as np
 
-from trajopt.errors import ProblemError
+from trajopt.arrays import one_of, sequence
+from trajopt.errors import ProblemError, ProblemNotFound
 from trajopt.planning.result import Status
 from trajopt.problem import Problem
 
 GROUP = "trajopt.problems"
 """The entry-point group that names problems, so any package can add some."""
+
+STANDARD = (
+    "past_pillar_panda",
+    "cup_past_pillar",
+    "bookshelf_panda",
+    "level_tray_ur5",
+    "narrow_mouth_xarm7",
+    "planar_fold",
+)
+"""Installed problems that are taken where none is named: few, short, of all arms."""
 
 _EXPECTED = "expected_status"
 """Attribute that a function which makes a problem without a solution carries."""
@@ -45,7 +56,7 @@ class Definition:
     """A function that makes a problem, known by name.
 
     Attributes:
-        name: Its name among the installed problems.
+        name: Its name, among the installed problems or in a comparison.
         make: The function; with an argument `rng` it makes random instances too.
     """
 
@@ -86,3 +97,44 @@ def definitions() -> tuple[Definition, ...]:
 
     installed = {entry.name: entry for entry in entry_points(group=GROUP)}
     return tuple(Definition(name, installed[name].load()) for name in sorted(installed))
+
+
+def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
+    """Return installed problems.
+
+    Args:
+        names: Which, in this order; all when empty.
+
+    Raises:
+        ProblemNotFound: If there is none of a name.
+    """
+    known = {item.name: item for item in definitions()}
+    for name in names:
+        if name not in known:
+            raise ProblemNotFound("installed problem", name, known)
+    return tuple(known[name] for name in names or known)
+
+
+def definitions_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) -> tuple[Definition, ...]:
+    """Return problems as definitions.
+
+    Args:
+        problems: By name; or in a row, each a problem (known by its own name) or an installed one's name.
+
+    Raises:
+        ProblemNotFound: If there is no installed problem of a name.
+    """
+
+    def fixed(name: str, problem: Problem) -> Definition:
+        return Definition(name, lambda: problem)
+
+    if isinstance(problems, Mapping):
+        return tuple(fixed(name, problem) for name, problem in problems.items())
+    listed: list[Definition] = []
+    for item in sequence("problems", problems):
+        if isinstance(item, str):
+            listed.extend(installed_definitions((item,)))
+        else:
+            problem = one_of("problem", item, Problem)
+            listed.append(fixed(problem.name, problem))
+    return tuple(listed)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from trajopt.benchmark.definition import Definition
 from trajopt.errors import FileFormatError, NameNotFound
 from trajopt.model.robot import Robot
 from trajopt.moveit import read_request, read_scene
@@ -17,6 +18,7 @@ from trajopt.planning.plan import NO_BOUNDS, plan
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import UNASKABLE, Status
+from trajopt.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,27 @@ def find_instances(folder: Path, sets: Sequence[str] = (), *, limit: int | None 
     if not found:
         raise FileFormatError(str(folder), "holds no <set>/sceneNNNN.yaml")
     return found
+
+
+def file_definitions(folder: Path, robot: Robot, *, limit: int | None = None) -> tuple[Definition, ...]:
+    """Return the MoveIt problems of a folder, named by set and number; files are read when their turn comes.
+
+    Args:
+        folder: Laid out as <set>/sceneNNNN.yaml, requestNNNN.yaml.
+        robot: The robot they are for.
+        limit: How many of each set at most.
+
+    Raises:
+        FileFormatError: If the folder holds no problem.
+    """
+
+    def maker(scene: Path, request: Path) -> Callable[[], Problem]:
+        return lambda: read_request(request, read_scene(scene, robot)).problem()
+
+    return tuple(
+        Definition(f"{item.set_name}/{item.index}", maker(item.scene, item.request))
+        for item in find_instances(folder, limit=limit)
+    )
 
 
 def run_instance(robot: Robot, instance: Instance, budget: Budget = NO_BOUNDS) -> Record:

@@ -1,10 +1,11 @@
 """Summary: what each method did over all problems, side by side."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.arrays import Floats
 from trajopt.benchmark.run import Run
 
 INSTALLED = "installed"
@@ -99,3 +100,28 @@ def _ratio(
 
 def _median(values: Sequence[float]) -> float | None:
     return float(np.median(values)) if values else None
+
+
+def performance_profile(runs: Sequence[Run]) -> Mapping[str, Floats]:
+    """Return for each method the ratios of its CPU time to the best one's, ascending.
+
+    The profile rises by one over the number of problems at each ratio; what a method does not solve is no
+    ratio at all. Only problems that have a solution count, whether or not any method finds it.
+
+    Source: Dolan and More, Benchmarking optimization software with performance profiles, 2002.
+
+    Returns:
+        Method -> ratios, shape (number of problems,), inf where it found no verified motion.
+    """
+    asked = [run for run in runs if run.askable and run.expected.name == "SOLVED"]
+    problems = list(dict.fromkeys(run.problem for run in asked))
+    best: dict[str, float] = {}
+    for run in asked:
+        if run.verified:
+            best[run.problem] = min(run.cpu_seconds, best.get(run.problem, np.inf))
+    profile: dict[str, Floats] = {}
+    for solver in dict.fromkeys(run.solver for run in asked):
+        times = {run.problem: run.cpu_seconds for run in asked if run.solver == solver and run.verified}
+        ratios = [times[name] / best[name] if name in times else np.inf for name in problems]
+        profile[solver] = np.sort(np.array(ratios))
+    return profile

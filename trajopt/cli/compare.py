@@ -9,8 +9,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from trajopt.benchmark import STANDARD, Allowance, Question, Run, installed_questions, runs
-from trajopt.benchmark.comparison_files import file_questions
+from trajopt.benchmark import STANDARD, Allowance, Definition, Run, installed_definitions, runs
 from trajopt.benchmark.comparison_page import page
 from trajopt.benchmark.comparison_table import (
     LEGEND,
@@ -20,6 +19,7 @@ from trajopt.benchmark.comparison_table import (
     run_cells,
     summary_cells,
 )
+from trajopt.benchmark.folders import file_definitions
 from trajopt.benchmark.summary import summaries
 from trajopt.cli.options import RobotSource
 from trajopt.errors import FileFormatError, MissingExtra
@@ -75,8 +75,8 @@ def compare(
     """
     found = [run for path in results or () for run in read_runs(path)]
     methods = [method_named(name) for name in solver or method_names()]
-    questions = [] if results and not (problem or data) else _questions(problem, data, robot, limit)
-    found.extend(_planned(questions, methods, Allowance(attempts, cpu_seconds)))
+    definitions = [] if results and not (problem or data) else _definitions(problem, data, robot, limit)
+    found.extend(_planned(definitions, methods, Allowance(attempts, cpu_seconds)))
     if json_file is not None:
         write_json(json_file, {"results": [run.as_dict() for run in found]})
     if html_file is not None:
@@ -102,27 +102,27 @@ def read_runs(path: Path) -> tuple[Run, ...]:
         raise FileFormatError(str(path), f"holds no runs of a comparison ({error})") from error
 
 
-def _questions(
+def _definitions(
     problem: Sequence[str] | None, data: Path | None, robot: str, limit: int | None
-) -> list[Question]:
-    found: list[Question] = []
+) -> list[Definition]:
+    found: list[Definition] = []
     if problem or data is None:
         names = STANDARD if not problem else () if "all" in problem else problem
-        found.extend(installed_questions(names))
+        found.extend(installed_definitions(names))
     if data is not None:
-        found.extend(file_questions(data, RobotSource(robot).load(), limit=limit))
+        found.extend(file_definitions(data, RobotSource(robot).load(), limit=limit))
     return found
 
 
-def _planned(questions: Sequence[Question], methods: Sequence[Method], allowance: Allowance) -> list[Run]:
+def _planned(definitions: Sequence[Definition], methods: Sequence[Method], allowance: Allowance) -> list[Run]:
     console, found = Console(stderr=True), list[Run]()
 
     def skipped(method: Method, error: MissingExtra) -> None:
         console.print(f"left out {method.name}: {error}", style="yellow")
 
     with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("planning", total=len(questions) * len(methods))
-        for run in runs(questions, methods, allowance, skipped=skipped):
+        task = bar.add_task("planning", total=len(definitions) * len(methods))
+        for run in runs(definitions, methods, allowance, skipped=skipped):
             found.append(run)
             bar.update(task, advance=1, description=f"{run.problem}, {run.solver}")
     return found

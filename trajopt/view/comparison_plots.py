@@ -12,7 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.benchmark import Run
-from trajopt.benchmark.profile import performance_profile
+from trajopt.benchmark.summary import performance_profile
 from trajopt.view.palette import LINES, hexadecimal
 
 if TYPE_CHECKING:

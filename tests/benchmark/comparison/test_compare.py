@@ -10,10 +10,10 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.test_plan import GOAL, START
 from trajopt.arrays import Floats
-from trajopt.benchmark import Allowance, Run, installed_questions, runs
+from trajopt.benchmark import Allowance, Run, installed_definitions, runs
 from trajopt.benchmark.compare import run
-from trajopt.benchmark.comparison_files import file_questions
-from trajopt.benchmark.question import given_questions
+from trajopt.benchmark.definition import definitions_of
+from trajopt.benchmark.folders import file_definitions
 from trajopt.errors import FileFormatError, MissingExtra, ProblemNotFound, SolverNotFound
 from trajopt.methods import Knots, Program
 from trajopt.model.trajectory import Trajectory
@@ -100,10 +100,10 @@ class NotInstalled:
 
 def test_a_method_that_is_not_installed_is_named_and_left_out(problem: to.Problem) -> None:
     told: list[str] = []
-    questions = given_questions([problem])
+    definitions = definitions_of([problem])
     done = list(
         runs(
-            questions, [NotInstalled(), Knots(Chomp())], Allowance(1),
+            definitions, [NotInstalled(), Knots(Chomp())], Allowance(1),
             skipped=lambda method, error: told.append(f"{method.name}: {error}"),
         )
     )  # fmt: skip
@@ -117,13 +117,13 @@ def test_of_a_goal_set_any_goal_will_do(problem: to.Problem) -> None:
     blocked = to.joint_positions({**GOAL, "pan": 0.0})
     either = to.any_of({"blocked": blocked, "free": to.joint_positions(GOAL)})
     asked = to.Problem(scene=problem.scene, start=START, goal=either)
-    (question,) = given_questions({"either": asked})
-    assert run(question, asked, Knots(), Allowance()).verified
+    (definition,) = definitions_of({"either": asked})
+    assert run(definition, asked, Knots(), Allowance()).verified
 
 
 def test_names() -> None:
-    assert [item.name for item in installed_questions(["planar_fold"])] == ["planar_fold"]
-    assert len(installed_questions()) > 60
+    assert [item.name for item in installed_definitions(["planar_fold"])] == ["planar_fold"]
+    assert len(installed_definitions()) > 60
     with pytest.raises(ProblemNotFound, match="planar_fold"):
         to.compare(["planar_fould"], ["sqp"])
     with pytest.raises(SolverNotFound, match="chomp"):
@@ -132,4 +132,4 @@ def test_names() -> None:
 
 def test_files_that_are_not_there(problem: to.Problem, tmp_path_factory: pytest.TempPathFactory) -> None:
     with pytest.raises(FileFormatError):
-        file_questions(tmp_path_factory.mktemp("empty"), problem.scene.robot)
+        file_definitions(tmp_path_factory.mktemp("empty"), problem.scene.robot)

@@ -5,8 +5,7 @@ import pytest
 
 from tests.benchmark.comparison.runs_for_tests import ALL, FAILED, FAST
 from trajopt.benchmark.comparison_table import RUN_HEAD, SUMMARY_HEAD, markdown, run_cells, summary_cells
-from trajopt.benchmark.profile import performance_profile
-from trajopt.benchmark.summary import summaries
+from trajopt.benchmark.summary import performance_profile, summaries
 
 
 def test_summaries() -> None:
