@@ -20,11 +20,10 @@ from trajopt.commander.moveit_msgs.msg import (
 )
 from trajopt.commander.outcome import Outcome, code_of
 from trajopt.commander.planning import problem_of, solved
-from trajopt.commander.retiming import ALGORITHMS, retimed
 from trajopt.commander.robot_states import link_names, state_positions
 from trajopt.commander.settings import PIPELINE
 from trajopt.commander.targets import goal_constraints
-from trajopt.commander.trajectories import trajectory_message, trajectory_of
+from trajopt.commander.trajectories import ALGORITHMS, retimed, trajectory_message, trajectory_of
 from trajopt.errors import ObjectNotFound, SolverNotFound
 from trajopt.model.reduced import reduce_model
 from trajopt.model.scene import Scene

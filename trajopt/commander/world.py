@@ -9,8 +9,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.commander.exception import MoveItCommanderException, as_moveit
-from trajopt.commander.execution import Execution
-from trajopt.commander.executor import Executor
+from trajopt.commander.execution import Execution, Executor
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.commander.outcome import Outcome
 from trajopt.commander.simulated_executor import SimulatedExecutor
