@@ -50,7 +50,7 @@ def test_a_rod_holds_a_load_by_hand(tmp_path: Path) -> None:
     model = reduced(scene, [0.0, 0.0])
     assert [(item.name, item.mass) for item in payloads(model)] == [("load", 3.0)]
     expected = 9.81 * np.array((0.25 + 0.75 + 1.01 * 0.0 + 3.01 * 1.0, 0.25 + 3.01 * 0.5))
-    motion = Motion.standing(np.zeros(2), Query(model))
+    motion = Motion.single(np.zeros(2), Query(model))
     found = GravityShare(model, np.arange(2)).linearise(motion).value * 500.0
     assert found == pytest.approx(expected, abs=1e-9)
     rise = quintic(model, [[0.0, 0.0], [1.2, 0.0]], 1.0)

@@ -193,6 +193,7 @@ KNOWN: dict[Any, Any] = {
     to.solvers.Solver: to.solvers.Sqp,
     BaseContext: lambda: get_context("spawn"),
     np.random.Generator: lambda: np.random.default_rng(1),
+    Expression: lambda: Expression("first", first_joint),
 }
 """What is no plain data, and Robot, Trajectory and the reduced model, whose fields depend on each other."""
 

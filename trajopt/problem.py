@@ -1,6 +1,6 @@
 """Problem: what a motion must achieve, frozen; it says what it is when printed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -19,8 +19,8 @@ from trajopt.model.tool_speed import ToolSpeed
 from trajopt.terms.residual import END, WHOLE, Constraint, Cost
 from trajopt.terms.smoothness import Acceleration, Velocity
 
-Asked = Requirement | Constraint
-"""What can be asked of a motion on the way: plain data, or a residual of your own with bounds."""
+PathConstraint = Requirement | Constraint
+"""What must hold on the way: a requirement, which is plain data, or a residual with bounds."""
 DEFAULT_KNOTS = 24
 """Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
 MOST_KNOTS = 2000
@@ -62,7 +62,7 @@ class Problem(Value):
     start: str | Mapping[str, float] | Floats
     goal: Requirement | Sequence[Requirement] | GoalSet
     group: str = ""
-    constraints: Sequence[Asked | During[Asked]] = ()
+    constraints: Sequence[PathConstraint | During[PathConstraint]] = ()
     waypoints: (
         Sequence[Requirement | Sequence[Requirement]] | Mapping[str, Requirement | Sequence[Requirement]]
     ) = ()
@@ -73,9 +73,13 @@ class Problem(Value):
     tool_speed: ToolSpeed | Sequence[ToolSpeed] = ()
     start_velocity: Mapping[str, float] = field(default_factory=dict[str, float])
     name: str = "problem"
+    _start: Floats = field(init=False, repr=False)
+    _goals: tuple[Requirement, ...] = field(init=False, repr=False)
+    _waypoints: Mapping[str, tuple[Requirement, ...]] = field(init=False, repr=False)
+    _tool_speeds: tuple[ToolSpeed, ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Check names and numbers, so that no solver meets a malformed problem."""
+        """Keep each field in one form, its exact type under an underscore, and check names and numbers."""
         robot = self.scene.robot
         object.__setattr__(self, "group", one_of("group", self.group, str) or _only_group(robot))
         if not robot.group(self.group).joints:
@@ -84,30 +88,33 @@ class Problem(Value):
             start = floats("start", self.start, (len(robot.joint_names),))
         else:
             start = robot.positions(self.start)
-        object.__setattr__(self, "start", robot.followed(start, checked=robot.mimics))
+        start = robot.followed(start, checked=robot.mimics)
         if isinstance(self.goal, GoalSet):
-            goals = tuple(chain(*self.goal.alternatives.values()))
+            goal, goals = self.goal, tuple(chain(*self.goal.alternatives.values()))
         else:
-            goals = _several("goal", self.goal)
-            object.__setattr__(self, "goal", goals)
+            goal = goals = _several("goal", self.goal)
         constraints = tuple(sequence("constraints", self.constraints))
-        object.__setattr__(self, "constraints", constraints)
         _check_kinds(goals, constraints, self.knots)
         waypoints = _named(self.waypoints)
         _check_waypoints(waypoints, self.knots)
-        object.__setattr__(self, "waypoints", waypoints)
         costs = default_costs() if self.costs is None else tuple(sequence("costs", self.costs))
-        object.__setattr__(self, "costs", costs)
+        tools = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else tuple(self.tool_speed)
+        names = ("start", "_start", "goal", "_goals", "constraints", "costs")
+        values = (start, start, goal, goals, constraints, costs)
+        names += ("waypoints", "_waypoints", "tool_speed", "_tool_speeds")
+        for name, value in zip(names, (*values, waypoints, waypoints, tools, tools), strict=True):
+            object.__setattr__(self, name, value)
+        self._check_contents((*goals, *chain(*waypoints.values()), *constraints))
+
+    def _check_contents(self, required: Iterable[PathConstraint | During[PathConstraint]]) -> None:
         for label in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(label, getattr(self, label)) <= 1.0:
                 raise ProblemError(f"{label} must lie in (0, 1], is {getattr(self, label)}")
-        tools = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else tuple(self.tool_speed)
-        object.__setattr__(self, "tool_speed", tools)
-        for requirement in (*goals, *chain(*waypoints.values()), *self.constraints):
-            self._check_names(requirement)
+        for item in required:
+            self._check_names(item)
         for part in self.partial:
             self.span(part)
-        for tool in tools:
+        for tool in self._tool_speeds:
             self.scene.holder(tool.frame)
         if self.start_velocity:
             _ = self.start_velocities  # names and sizes are checked there
@@ -135,8 +142,7 @@ class Problem(Value):
     @property
     def start_positions(self) -> Floats:
         """Positions of all joints at the start, shape (number of joints,) [rad | m]."""
-        assert not isinstance(self.start, str | Mapping)
-        return self.start
+        return self._start
 
     @property
     def goals(self) -> tuple[Requirement, ...]:
@@ -147,8 +153,7 @@ class Problem(Value):
         """
         if isinstance(self.goal, GoalSet):
             raise ProblemError(f"the goal is {self.goal}: ask one of the problem's alternatives")
-        assert not isinstance(self.goal, Requirement)
-        return tuple(self.goal)
+        return self._goals
 
     @cached_property
     def alternatives(self) -> Mapping[str, "Problem"]:
@@ -160,29 +165,24 @@ class Problem(Value):
     @property
     def tool_speeds(self) -> tuple[ToolSpeed, ...]:
         """Largest speeds of tools."""
-        assert not isinstance(self.tool_speed, ToolSpeed)
-        return tuple(self.tool_speed)
+        return self._tool_speeds
 
     @property
     def waypoint_requirements(self) -> tuple[tuple[Requirement, ...], ...]:
         """What must hold at each waypoint, in order."""
-        assert isinstance(self.waypoints, Mapping)
-        return tuple(
-            (item,) if isinstance(item, Requirement) else tuple(item) for item in self.waypoints.values()
-        )
+        return tuple(self._waypoints.values())
 
     @property
     def waypoint_names(self) -> tuple[str, ...]:
         """The names of the waypoints, in order."""
-        assert isinstance(self.waypoints, Mapping)
-        return tuple(self.waypoints)
+        return tuple(self._waypoints)
 
     @property
-    def partial(self) -> tuple[During[Asked], ...]:
+    def partial(self) -> tuple[During[PathConstraint], ...]:
         """What must hold on a part of the motion only."""
         return tuple(item for item in self.constraints if isinstance(item, During))
 
-    def span(self, part: During[Asked]) -> tuple[int, int]:
+    def span(self, part: During[PathConstraint]) -> tuple[int, int]:
         """Return the first and the last stop of a part: 0 is the start, then the waypoints, then the end.
 
         Raises:
@@ -194,7 +194,7 @@ class Problem(Value):
             if name is not None and name not in names:
                 raise WaypointNotFound("waypoint", name, names)
         first = 0 if part.after is None else 1 + names.index(part.after)
-        last = len(names) + 1 if part.until is None else 1 + names.index(part.until)
+        last = self.last_stop if part.until is None else 1 + names.index(part.until)
         if first >= last:
             raise ProblemError(f"{part}: ends before it begins")
         return first, last
@@ -223,8 +223,19 @@ class Problem(Value):
         return readonly(velocities)
 
     @property
-    def own_constraints(self) -> tuple[Constraint, ...]:
-        """What must hold and is code: the judge can sample it, not prove it."""
+    def last_stop(self) -> int:
+        """The number of the end among the stops: 0 is the start, then the waypoints."""
+        return 1 + len(self._waypoints)
+
+    @property
+    def all_requirements(self) -> tuple[Requirement, ...]:
+        """Path constraints, goals and waypoints, as far as they are plain data."""
+        partial = (item.required for item in self.partial if isinstance(item.required, Requirement))
+        return (*self.requirements, *partial, *self.goals, *chain(*self.waypoint_requirements))
+
+    @property
+    def residual_constraints(self) -> tuple[Constraint, ...]:
+        """What must hold all the way and is code, so that the judge samples it."""
         return tuple(item for item in self.constraints if isinstance(item, Constraint))
 
     @property
@@ -232,7 +243,7 @@ class Problem(Value):
         """What must hold all the way and is plain data, so that the judge can prove it."""
         return tuple(item for item in self.constraints if isinstance(item, Requirement))
 
-    def _check_names(self, item: Asked | During[Asked]) -> None:
+    def _check_names(self, item: PathConstraint | During[PathConstraint]) -> None:
         if isinstance(item, During):
             self._check_names(item.required)
         if isinstance(item, Requirement):
@@ -241,7 +252,7 @@ class Problem(Value):
                 self.scene.holder(frame)
 
     def __repr__(self) -> str:
-        """Say in a few lines what is asked."""
+        """Show the problem in a few lines."""
         objects = ", ".join(self.scene.objects) or "nothing"
         ends = (self.goal,) if isinstance(self.goal, GoalSet) else self.goals
         moving = ", ".join(f"{joint} at {speed:g}" for joint, speed in self.start_velocity.items() if speed)
@@ -264,11 +275,9 @@ class Problem(Value):
             "  at least     "
             + " + ".join(f"{cost.weight:g} x {cost.residual.name}" for cost in self.costs or ()),
         ]
-        if min(self.velocity_scaling, self.acceleration_scaling) < 1.0:
-            lines.append(
-                f"  no faster    {self.velocity_scaling:g} of velocity, "
-                f"{self.acceleration_scaling:g} of acceleration limits"
-            )
+        velocity, acceleration = self.velocity_scaling, self.acceleration_scaling
+        if min(velocity, acceleration) < 1.0:
+            lines.append(f"  no faster    {velocity:g} of velocity, {acceleration:g} of acceleration limits")
         return "\n".join(lines)
 
 
@@ -289,11 +298,11 @@ def _named(
     return {name: _several(f"waypoint {name!r}", item) for name, item in waypoints.items()}
 
 
-def _several(name: str, asked: Requirement | Sequence[Requirement]) -> tuple[Requirement, ...]:
-    return (asked,) if isinstance(asked, Requirement) else tuple(sequence(name, asked))
+def _several(name: str, value: Requirement | Sequence[Requirement]) -> tuple[Requirement, ...]:
+    return (value,) if isinstance(value, Requirement) else tuple(sequence(name, value))
 
 
-def _words(item: Asked) -> str:
+def _words(item: PathConstraint) -> str:
     return str(item) if isinstance(item, Requirement) else item.residual.name
 
 
@@ -304,14 +313,12 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
             "a problem needs a goal: joint_positions(...), frame_placement(...) or several such"
         )
     for item in constraints:
-        asked = cast("During[object]", item).required if isinstance(item, During) else item
-        if not isinstance(asked, Requirement | Constraint):
-            raise ProblemError(f"{shown(asked)} is neither a requirement nor a Constraint")
-        if isinstance(asked, Constraint) and asked.window not in (WHOLE, END):
-            raise ProblemError(
-                f"{asked.residual.name}: a share of the knots has no time of its own that could be judged; "
-                "bound the part by waypoints, with `during`"
-            )
+        required = cast("During[object]", item).required if isinstance(item, During) else item
+        if not isinstance(required, Requirement | Constraint):
+            raise ProblemError(f"{shown(required)} is neither a requirement nor a Constraint")
+        if isinstance(required, Constraint) and required.window not in (WHOLE, END):
+            name = required.residual.name
+            raise ProblemError(f"{name}: a window has no time to be judged at; use `during` and waypoints")
     if not isinstance(knots, int) or not 3 <= knots <= MOST_KNOTS:
         raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}; are {knots}")
 

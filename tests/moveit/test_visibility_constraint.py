@@ -34,7 +34,7 @@ def visibility(angles: str, sensor: str = "hand", target: str = "world") -> str:
 
 def excess(request: RequestFile, positions: np.ndarray) -> float:
     reduced = reduce_model(request.scene, "arm", request.start)
-    motion = Motion.standing(positions, Query(reduced))
+    motion = Motion.single(positions, Query(reduced))
     terms = [item for goal in request.goals for item in constrain(goal, reduced, WHOLE, inset=0.0)]
     return max(item.excess(motion) for item in terms)
 

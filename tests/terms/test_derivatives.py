@@ -304,7 +304,7 @@ def test_clearance_sign_against_closed_form(tmp_path: Path) -> None:
     seen = {True: 0, False: 0}
     for _ in range(1500):
         positions = random_knots(at, rng)[0]
-        motion = Motion.standing(positions, at.query)
+        motion = Motion.single(positions, at.query)
         tip = at.reduced.scene.placement_of("tip", at.reduced.all_positions(positions))
         expected = float(np.linalg.norm(tip * np.array([0.06, 0, 0]) - [0.7, 0.0, 0.3])) - 0.14
         if expected > 0.3:

@@ -27,7 +27,7 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 
 
 def standing(reduced: ReducedModel, at: tuple[float, ...]) -> Motion:
-    return Motion.standing(np.array(at), Query(reduced))
+    return Motion.single(np.array(at), Query(reduced))
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -40,7 +40,7 @@ def test_a_sum_of_joints(
         for name, factor in zip(names, factors, strict=True)
     )
     found = terms.constrain(need, reduced, WHOLE)
-    motion = Motion.standing(np.array(at), Query(reduced))
+    motion = Motion.single(np.array(at), Query(reduced))
     for item in found:
         assert item.residual.linearise(motion).value[0] == pytest.approx(expected, abs=1e-12)
         assert (item.lower[0], item.upper[0]) == pytest.approx((0.31, 0.49))
@@ -52,7 +52,7 @@ def test_joints_outside_the_group_stand_still(tmp_path: Path) -> None:
     reduced = reduce_model(to.Scene(robot), "left", start)
     equal = to.coupled_joints({"left_elbow": 1.0, "right_elbow": -1.0}, tolerance=0.01)
     (item,) = terms.constrain(equal, reduced, WHOLE)
-    at = Motion.standing(np.array((0.1, 0.7)), Query(reduced))
+    at = Motion.single(np.array((0.1, 0.7)), Query(reduced))
     assert item.residual.linearise(at).value[0] == pytest.approx(0.2)
     still = to.coupled_joints({"right_elbow": 1.0}, 0.5, tolerance=0.01)
     assert terms.constrain(still, reduced, WHOLE) == ()
@@ -83,6 +83,6 @@ def test_a_posture_draws_the_middle_of_a_motion() -> None:
 def test_a_posture_of_other_joints_is_refused(reduced: ReducedModel) -> None:
     cost = terms.rest_posture({"elbov": 0.1})
     with pytest.raises(JointNotFound, match="elbow"):
-        cost.residual.linearise(Motion.standing(np.zeros(4), Query(reduced)))
+        cost.residual.linearise(Motion.single(np.zeros(4), Query(reduced)))
     with pytest.raises(ProblemError, match="at least one"):
         terms.rest_posture({})

@@ -31,7 +31,7 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 
 def violation(reduced: ReducedModel, required: Requirement, at: tuple[float, ...]) -> float:
     """Largest violation of the requirement's rows, without inset."""
-    motion = Motion.standing(np.array(at), Query(reduced))
+    motion = Motion.single(np.array(at), Query(reduced))
     worst = -np.inf
     for item in constrain(required, reduced, WHOLE, inset=0.0):
         rows = item.residual.linearise(motion)
@@ -141,7 +141,7 @@ def test_gaze(reduced: ReducedModel, at: tuple[float, ...], where: tuple[float, 
     excess = max(angle - 0.3, 0.2 - distance, distance - 0.5)
     assert violation(reduced, need, at) == pytest.approx(excess, abs=1e-6)
     (cone, _) = constrain(need, reduced, WHOLE, inset=0.0)
-    slope = cone.residual.linearise(Motion.standing(np.array(at), Query(reduced))).jacobian
+    slope = cone.residual.linearise(Motion.single(np.array(at), Query(reduced))).jacobian
     if behind:
         assert angle == pytest.approx(np.pi, abs=1e-6)
         assert np.linalg.norm(slope) > 1e-3

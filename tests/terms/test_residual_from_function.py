@@ -47,19 +47,19 @@ def test_a_function_is_held_and_its_certificate_says_how(planar: to.Robot) -> No
 def test_a_given_jacobian_is_used_and_named(planar: to.Robot) -> None:
     reduced = reduce_model(to.Scene(planar), next(iter(planar.groups)), planar.positions())
     residual = terms.residual_from_function("sum", lambda q: q.sum(), jacobian=lambda q: np.ones(2) * 7.0)
-    rows = residual.linearise(Motion.standing(np.array((0.1, 0.2)), Query(reduced)))
+    rows = residual.linearise(Motion.single(np.array((0.1, 0.2)), Query(reduced)))
     assert residual.name == "sum"
     assert rows.value == pytest.approx([0.3])
     assert rows.jacobian[0, 0] == pytest.approx([7.0, 7.0])
     nothing = residual.linearise(
-        Motion.standing(np.zeros(2), Query(reduced)).where(np.zeros(1, dtype=np.bool_))
+        Motion.single(np.zeros(2), Query(reduced)).where(np.zeros(1, dtype=np.bool_))
     )
     assert len(nothing.value) == 0
 
 
 def test_what_does_not_fit_is_refused_by_name(planar: to.Robot) -> None:
     reduced = reduce_model(to.Scene(planar), next(iter(planar.groups)), planar.positions())
-    motion = Motion.standing(np.zeros(2), Query(reduced))
+    motion = Motion.single(np.zeros(2), Query(reduced))
     for residual in (
         terms.residual_from_function("mine", lambda _: np.nan),
         terms.residual_from_function("mine", lambda _: np.zeros((2, 2))),
@@ -79,5 +79,5 @@ def test_a_requirement_as_a_wish(planar: to.Robot) -> None:
     costs = (terms.Cost(terms.Velocity()), terms.Cost(terms.Acceleration()))
     plan = to.plan(problem(planar, costs=(*costs, terms.penalty(wish, 0.05)))).require()
     assert plan.path.knots[12, 1] > 0.2
-    at = terms.Exceeded(wish).linearise(Motion.standing(np.array((0.0, 0.0)), Query(plan.problem.reduced)))
+    at = terms.Exceeded(wish).linearise(Motion.single(np.array((0.0, 0.0)), Query(plan.problem.reduced)))
     assert at.value == pytest.approx([0.4])

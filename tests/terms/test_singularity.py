@@ -42,7 +42,7 @@ def differenced(reduced: ReducedModel, at: Floats, length: float) -> Floats:
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(at=positions)
 def test_singular_values_are_those_of_the_jacobian(reduced: ReducedModel, at: tuple[float, ...]) -> None:
-    motion = Motion.standing(np.array(at), Query(reduced))
+    motion = Motion.single(np.array(at), Query(reduced))
     expected = np.linalg.svd(differenced(reduced, np.array(at), 0.3), compute_uv=False)
     need = to.singularity_distance("finger", 0.01, length=0.3, offset=OFFSET)
     found = SmallestSingularValue(reduced, need).linearise(motion).value[0]
@@ -63,7 +63,7 @@ def test_two_rods_by_hand() -> None:
     reduced = reduce_model(to.Scene(robot), group, robot.positions())
     frame = robot.links[-1]
     for elbow in (0.0, 0.4, 1.5):
-        motion = Motion.standing(np.array((0.3, elbow)), Query(reduced))
+        motion = Motion.single(np.array((0.3, elbow)), Query(reduced))
         matrix = terms.frame_jacobian.frame_jacobian(
             reduced, motion, frame, length=0.0, offset=np.zeros(3)
         ).matrix[0]

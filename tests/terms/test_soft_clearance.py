@@ -34,7 +34,7 @@ def test_missing_distance_against_closed_form(tmp_path: Path) -> None:
         q = rng.uniform(np.maximum(reduced.limits.lower, -2.0), np.minimum(reduced.limits.upper, 2.0))
         tip = reduced.scene.placement_of("tip", reduced.all_positions(q)) * np.array((0.06, 0.0, 0.0))
         distance = float(np.linalg.norm(tip - (0.75, 0.0, 0.25))) - BALL - 0.04
-        rows = residual.linearise(Motion.standing(q, query))
+        rows = residual.linearise(Motion.single(q, query))
         own = [set(reduced.owners(int(pair))) == {"ball", "tip"} for pair in rows.component]
         if distance < 0.6:
             seen += 1

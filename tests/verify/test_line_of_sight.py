@@ -42,7 +42,7 @@ def test_the_distance_of_a_ball_by_hand(model: ReducedModel) -> None:
         centre = np.array((0.5 - at, 0.0, 1.0))
         expected = float(np.linalg.norm(np.cross(centre, way))) - 0.1
         need = to.line_of_sight("eye", (0.0, 0.0, 2.0), ignore=["box", "floor"])
-        rows = SightClearance(model, need).linearise(Motion.standing(np.array((at,)), query))
+        rows = SightClearance(model, need).linearise(Motion.single(np.array((at,)), query))
         if expected < 0.1:
             assert rows.value == pytest.approx([expected], abs=1e-6)
         else:

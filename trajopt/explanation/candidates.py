@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.explanation.asked import always_at_end, always_at_start, everything, with_requirement
 from trajopt.explanation.change import (
     Change,
     lighter_load,
@@ -16,6 +15,7 @@ from trajopt.explanation.change import (
     smaller_clearance,
     smaller_margin,
     stronger_joint,
+    with_requirement,
 )
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed
@@ -68,19 +68,19 @@ def _at_the_start(known: Explanation) -> Iterator[Change]:
         yield moved_start(known.problem, known.nearest_free.moved)
     if known.status is Status.START_BREAKS_CONSTRAINT:
         start = known.problem.reduced.start_positions
-        yield from _broken(known.problem, start, always_at_start(known.problem))
+        yield from _broken(known.problem, start, known.problem.requirements_at(0))
 
 
 def _at_a_fixed_goal(known: Explanation, goal: Floats) -> Iterator[Change]:
     if known.nearest_free is not None:
         yield moved_joint_goal(known.problem, known.nearest_free.moved)
     if known.status is Status.GOAL_BREAKS_CONSTRAINT:
-        yield from _broken(known.problem, goal, always_at_end(known.problem))
+        yield from _broken(known.problem, goal, known.problem.requirements_at(known.problem.last_stop))
 
 
 def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
     problem = known.problem
-    always = always_at_end(problem)
+    always = problem.requirements_at(problem.last_stop)
     yield from _gives_way(problem, problem.goals, always)
     for required in always:
         # The start holds it, so widening it is a change of the way, too.
@@ -135,7 +135,7 @@ def _widened(problem: Problem, required: Requirement, way: Relaxation, amount: f
 
 def _broken(problem: Problem, positions: Floats, always: Sequence[Requirement]) -> Iterator[Change]:
     """Yield path constraints widened to what they are at a configuration."""
-    motion = Motion.standing(positions, Query(problem.reduced))
+    motion = Motion.single(positions, Query(problem.reduced))
     for required in always:
         items = constrain(required, problem.reduced, WHOLE)
         excess = max((item.excess(motion) for item in items), default=0.0)
@@ -148,7 +148,7 @@ def _requirements_in_the_way(known: Explanation) -> Iterator[Change]:
     problem = known.problem
     for block in known.blocks:
         if block.kind is BlockKind.REQUIREMENT and block.place is not None:
-            for required in everything(problem):
+            for required in problem.all_requirements:
                 residuals = (item.residual for item in constrain(required, problem.reduced, WHOLE))
                 if any(_is_of(block, residual) for residual in residuals):
                     ways = required.relaxations

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.explanation.asked import with_requirement
+from trajopt.errors import ProblemError
 from trajopt.model.collisions.clearances import ROOM
 from trajopt.model.placement import Placement
-from trajopt.model.requirements import FramePlacement, JointPositions, Requirement
+from trajopt.model.requirements import During, FramePlacement, GoalSet, JointPositions, Requirement
 from trajopt.problem import Problem
 from trajopt.terms.joint_positions import without_followers
 
@@ -36,6 +36,36 @@ class Change:
     largest: float
     words: Callable[[float], str]
     apply: Callable[[float], Problem]
+
+
+def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Problem:
+    """Return the problem with one requirement in place of another, wherever it is asked.
+
+    Raises:
+        ProblemError: If the problem has a set of goals.
+    """
+    if isinstance(problem.goal, GoalSet):
+        raise ProblemError("the goal is a set: ask one of the problem's alternatives")
+
+    def swapped(items: Sequence[Requirement]) -> tuple[Requirement, ...]:
+        return tuple(new if item is old else item for item in items)
+
+    return replace(
+        problem,
+        goal=swapped(problem.goals),
+        waypoints={
+            name: swapped(items)
+            for name, items in zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)
+        },
+        constraints=tuple(
+            During(new, item.after, item.until)
+            if isinstance(item, During) and item.required is old
+            else new
+            if item is old
+            else item
+            for item in problem.constraints
+        ),
+    )
 
 
 def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first: float) -> Change:

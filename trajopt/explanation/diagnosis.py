@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.explanation.asked import always_at_end
-from trajopt.explanation.conflict import conflict_at_goal
 from trajopt.explanation.explanation import Explanation
-from trajopt.explanation.nearest import NearestFree, least_missed, nearest_free
-from trajopt.explanation.standing_torque import largest_change, overloaded
+from trajopt.explanation.nearest import NearestFree, conflict_at_goal, least_missed, nearest_free
+from trajopt.infeasibility.chain import Chain
 from trajopt.infeasibility.conflict import conflicting
 from trajopt.infeasibility.reasons import (
     Block,
@@ -20,10 +18,13 @@ from trajopt.infeasibility.reasons import (
     joint_goal_beyond_limits,
 )
 from trajopt.model.limits import LimitKind
+from trajopt.model.payload import loaded_model
 from trajopt.model.reduced import ReducedModel
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
+from trajopt.problem import Problem
 from trajopt.query import Counts
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.transcription import goal_centre
 from trajopt.verify import Certificate, Moment, examine
@@ -104,7 +105,7 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
 def _searched_goal(result: Result) -> Explanation:
     """Explain a goal that no free configuration was found for."""
     problem, reduced = result.problem, result.problem.reduced
-    always = always_at_end(problem)
+    always = problem.requirements_at(problem.last_stop)
     wanted = (*problem.goals, *always)
     touching = least_missed(problem, problem.goals, hard=always, clear=False)
     free = least_missed(problem, problem.goals, hard=always)
@@ -240,6 +241,56 @@ def _with(
     nearest: NearestFree | None = None,
 ) -> Explanation:
     return replace(plain, blocks=blocks, conflict=conflict, configuration=configuration, nearest_free=nearest)
+
+
+def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:
+    """Return the joints whose effort limit is less than what holding still takes, the worst first.
+
+    Args:
+        problem: The problem; gives the load and the limits.
+        positions: Of the group's joints, shape (n,) [rad | m].
+    """
+    reduced, limits = problem.reduced, problem.limits
+    loaded = replace(reduced, model=loaded_model(reduced))
+    still = np.zeros((1, len(positions)))
+    need = np.abs(DynamicsQuery(loaded).torque(positions[None], still, still)[0])
+    excess = need - limits.effort
+    return tuple(
+        Block(
+            kind=BlockKind.EFFORT,
+            subjects=(reduced.joint_names[joint],),
+            amount=float(excess[joint]),
+            place=None,
+            words=(
+                f"{reduced.joint_names[joint]} needs {need[joint]:.4g} to hold still, its effort limit is "
+                f"{limits.effort[joint]:.4g}"
+            ),
+        )
+        for joint in map(int, np.argsort(-excess))
+        if excess[joint] > 0.0
+    )
+
+
+def largest_change(problem: Problem, half: Floats) -> float:
+    """Bound how much what it takes to hold still differs near a configuration, for any joint [Nm | N].
+
+    A joint that turns by an angle changes the torque of another by no more than the angle times all weight
+    times its largest lever.
+
+    Args:
+        problem: The problem; gives the load.
+        half: How far each of the group's joints may be from where it was looked at, shape (n,) [rad | m].
+    """
+    reduced, chain = problem.reduced, Chain(problem.reduced)
+    model = loaded_model(reduced)
+    weight = float(np.linalg.norm(model.gravity.linear))
+    levers = (
+        model.inertias[joint].mass
+        * max(1.0, chain.longest(chain.joints(joint)[0], joint, model.inertias[joint].lever))
+        for joint in range(1, model.njoints)
+    )
+    moved = np.abs(reduced.mimic_matrix)
+    return float(weight * sum(levers) * moved.sum(axis=0).max() * (moved @ half).sum())
 
 
 _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {

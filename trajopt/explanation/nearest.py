@@ -1,13 +1,13 @@
-"""The nearest configuration that is free: by optimisation from many starts, checked by the judge."""
+"""The nearest configuration that is free, by optimisation from many starts; and what excludes each other."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
-from trajopt.explanation.asked import always_at_end, always_at_start
-from trajopt.explanation.standing import Standing, Stood
+from trajopt.explanation.configuration_problem import ConfigurationProblem, ConfigurationSolution
+from trajopt.infeasibility.reasons import Block, BlockKind
 from trajopt.kinematics.goal_candidates import random_starts
 from trajopt.kinematics.projection import Projection
 from trajopt.model.requirements import Requirement
@@ -65,8 +65,10 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
         The nearest that was found; None if none was.
     """
     reduced, rng = problem.reduced, np.random.default_rng(SEED)
-    always = always_at_start(problem) if moment is Moment.START else always_at_end(problem)
-    asked = Standing(reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0)
+    always = (
+        problem.requirements_at(0) if moment is Moment.START else problem.requirements_at(problem.last_stop)
+    )
+    asked = ConfigurationProblem(reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0)
     query = Query(reduced)
     starts = [
         positions + rng.normal(scale=spread, size=positions.shape) for spread in SPREADS for _ in (0, 1)
@@ -94,7 +96,7 @@ def least_missed(
     begin = random_starts(reduced, rng, STARTS)
     ended = Projection(reduced, (*soft, *hard), query)(begin)
     order = np.argsort(ended.violation, kind="stable")[:POLISHED]
-    asked = Standing(reduced=reduced, hard=hard, soft=soft, clear=clear, near=near, stay=STAY)
+    asked = ConfigurationProblem(reduced=reduced, hard=hard, soft=soft, clear=clear, near=near, stay=STAY)
     starts = [*ended.positions[order], *begin[: POLISHED // 2]]
     moment = Moment.END if clear else None
     if not soft:
@@ -105,7 +107,7 @@ def least_missed(
 
 
 def _best(
-    problem: Problem, positions: Floats, stood: Sequence[Stood], moment: Moment | None
+    problem: Problem, positions: Floats, stood: Sequence[ConfigurationSolution], moment: Moment | None
 ) -> NearestFree | None:
     """Return the first in order of what gave way and of joint motion that the judge finds free."""
     reduced = problem.reduced
@@ -122,3 +124,49 @@ def _best(
         moved = readonly(each.positions - positions)
         return NearestFree(readonly(np.array(each.positions)), moved, each.given, clearance)
     return None
+
+
+@dataclass(frozen=True, eq=False)
+class _Obstacle:
+    """A thing of the scene that must be kept clear of."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"clearance from {self.name}"
+
+
+def conflict_at_goal(problem: Problem, blocks: Sequence[Block]) -> tuple[str, ...]:
+    """Return what cannot be held together at the goal; whichever is left out, the rest can.
+
+    Joint limits and the robot's clearance from itself always count. The deletion filter of
+    `trajopt.planning.seeds.conflicting`, here with obstacles among what is left out.
+
+    Args:
+        problem: The problem; no free configuration was found that holds its goals.
+        blocks: What is in contact where the goal is held, the most likely obstacles first.
+
+    Returns:
+        The set in words; empty if the rest of the scene is in the way in more ways than one.
+    """
+    touched = {name for block in blocks if block.kind is BlockKind.CONTACT for name in block.subjects}
+    near = [_Obstacle(name) for name in problem.scene.objects if name in touched]
+    kept: list[Requirement | _Obstacle] = [*problem.goals, *problem.requirements_at(problem.last_stop), *near]
+    if _can_be_held(problem, kept):
+        return ()
+    for item in tuple(kept):
+        rest = [other for other in kept if other is not item]
+        if not _can_be_held(problem, rest):
+            kept = rest
+    return tuple(str(item) for item in kept)
+
+
+def _can_be_held(problem: Problem, kept: Sequence[Requirement | _Obstacle]) -> bool:
+    """Say whether a configuration was found that holds requirements, clear of some obstacles only."""
+    obstacles = {item.name for item in kept if isinstance(item, _Obstacle)}
+    scene = problem.scene
+    for name in scene.objects:
+        if name not in obstacles:
+            scene = scene.allow(name)
+    requirements = [item for item in kept if isinstance(item, Requirement)]
+    return least_missed(replace(problem, scene=scene), (), hard=requirements) is not None

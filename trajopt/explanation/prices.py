@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.explanation.asked import everything, with_requirement
-from trajopt.explanation.change import smaller_clearance, smaller_margin
+from trajopt.explanation.change import smaller_clearance, smaller_margin, with_requirement
 from trajopt.explanation.multipliers import Multipliers, RowKey, multipliers
 from trajopt.kinematics.projection import Projection
 from trajopt.methods.timing import retime_path
@@ -156,7 +155,7 @@ def _clearances(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iter
 
 def _requirements(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
     problem = base.problem
-    for required in everything(problem):
+    for required in problem.all_requirements:
         residuals = [item.residual for item in constrain(required, problem.reduced, WHOLE)]
         mine = {(type(residual), residual.name) for residual in residuals}
         push = sum(value for key, value in dear.items() if (key.kind, key.name) in mine)

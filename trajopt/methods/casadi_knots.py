@@ -92,7 +92,7 @@ class CasadiKnots:
         """Refuse residuals whose rows may come and go, and for fatrop costs with a kink."""
         costs, reduced = problem.costs or (), problem.reduced
         partial = [part.required for part in problem.partial]
-        held = [item for item in (*problem.own_constraints, *partial) if isinstance(item, Constraint)]
+        held = [item for item in (*problem.residual_constraints, *partial) if isinstance(item, Constraint)]
         required = [item for item in (*problem.requirements, *partial) if isinstance(item, Requirement)]
         required += [*problem.goals, *chain(*problem.waypoint_requirements)]
         words = [moving_start(problem), followed_curve(problem)]

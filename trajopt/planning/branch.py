@@ -72,7 +72,7 @@ def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method
 def _end_is_free(problem: Problem) -> bool:
     """Whether any configuration that holds the goals will do: nothing but the program knows of more."""
     known = (Velocity, Acceleration, Jerk)
-    return not problem.own_constraints and all(
+    return not problem.residual_constraints and all(
         isinstance(cost.residual, known) for cost in problem.costs or ()
     )
 

@@ -210,7 +210,7 @@ class EndpointChecks:
     def _broken(self, positions: Floats, stop: int) -> str:
         """Say which path constraint does not hold at a configuration, or nothing."""
         problem = self.workspace.problem
-        motion = Motion.standing(positions, Query(problem.reduced))
+        motion = Motion.single(positions, Query(problem.reduced))
         for required in problem.requirements_at(stop):
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):
                 excess = replace(item, tolerance=max(item.tolerance, EXCESS)).excess(motion)

@@ -26,7 +26,7 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
         constraints=problem.requirements,
         waypoints=dict(zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)),
         partial=_partial(problem),
-        sampled=judged(problem.own_constraints, Query(problem.reduced)),
+        sampled=judged(problem.residual_constraints, Query(problem.reduced)),
         limits=problem.moving_limits,
         tool_speeds=problem.tool_speeds,
         start_velocities=problem.start_velocities,

@@ -57,7 +57,7 @@ class Motion:
         return Motion(knots, support, weight, segment + fraction, positions, query)
 
     @staticmethod
-    def standing(positions: Floats, query: Query) -> "Motion":
+    def single(positions: Floats, query: Query) -> "Motion":
         """Sample a single configuration of the group, shape (n,)."""
         return Motion.each(positions[None, :], query)
 

@@ -11,7 +11,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement, together
 from trajopt.model.trajectory import Path
-from trajopt.problem import Asked, Problem
+from trajopt.problem import PathConstraint, Problem
 from trajopt.query import Counts, Query
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import fixed_positions, joint_box
@@ -139,7 +139,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
 
 
 def _written(
-    given: Asked | During[Asked], problem: Problem, waypoint_knots: Sequence[int]
+    given: PathConstraint | During[PathConstraint], problem: Problem, waypoint_knots: Sequence[int]
 ) -> Sequence[Constraint]:
     """Return a path constraint as terms, in its window."""
     if isinstance(given, Constraint):

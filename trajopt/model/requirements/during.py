@@ -5,13 +5,13 @@ from typing import Generic, TypeVar
 
 from trajopt.errors import ProblemError
 
-Asked_co = TypeVar("Asked_co", covariant=True)
-Asked = TypeVar("Asked")
+Required_co = TypeVar("Required_co", covariant=True)
+Required = TypeVar("Required")
 
 
 @dataclass(frozen=True)
-class During(Generic[Asked_co]):
-    """What is asked, and the part of the motion that it is for, its ends included.
+class During(Generic[Required_co]):
+    """What must hold on a part of the motion, its ends included.
 
     Attributes:
         required: What must hold there.
@@ -19,7 +19,7 @@ class During(Generic[Asked_co]):
         until: The waypoint up to which it holds; None for the end.
     """
 
-    required: Asked_co
+    required: Required_co
     after: str | None
     until: str | None
 
@@ -29,15 +29,15 @@ class During(Generic[Asked_co]):
         return f"from {self.after or 'the start'} to {self.until or 'the end'}"
 
     def __str__(self) -> str:
-        """Say what and when."""
+        """Show what must hold, and where."""
         return f"{self.required}, {self.part}"
 
 
-def during(required: Asked, *, after: str | None = None, until: str | None = None) -> During[Asked]:
-    """Ask for something on a part of the motion only.
+def during(required: Required, *, after: str | None = None, until: str | None = None) -> During[Required]:
+    """Require something on a part of the motion only.
 
     Args:
-        required: What must hold there: a requirement, or a constraint of your own.
+        required: What must hold there: a requirement, or a constraint on a residual.
         after: Name of the waypoint from which it holds; from the start on when None.
         until: Name of the waypoint up to which it holds; to the end when None.
 

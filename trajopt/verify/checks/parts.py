@@ -9,16 +9,16 @@ from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.waypoints import Passage
 from trajopt.verify.kernel.motion import Motion
 
-Asked = TypeVar("Asked")
+Required = TypeVar("Required")
 _SHORTEST = 1e-6
 """A part between two moments that are one is looked at for so long [s]."""
 
 
 def part_checks(
-    part: During[Asked],
+    part: During[Required],
     motion: Motion,
     passed: Mapping[str, Passage],
-    check: Callable[[Asked, Motion], tuple[Check, ...]],
+    check: Callable[[Required, Motion], tuple[Check, ...]],
 ) -> tuple[Check, ...]:
     """Judge what has to hold between two stops, at the moments at which these are passed.
 
@@ -26,7 +26,7 @@ def part_checks(
         part: What, and from which waypoint to which.
         motion: The whole motion.
         passed: The waypoints, by name.
-        check: Judges what is asked on a motion.
+        check: Judges it on a motion.
 
     Raises:
         KeyError: If a waypoint is not among those passed.

@@ -29,7 +29,7 @@ CLEARANCE_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Standing:
+class ConfigurationProblem:
     """What is asked of one configuration; see the module.
 
     Attributes:
@@ -48,16 +48,16 @@ class Standing:
     near: Floats
     stay: float
 
-    def solve(self, begin: Floats, query: Query) -> "Stood":
+    def solve(self, begin: Floats, query: Query) -> "ConfigurationSolution":
         """Return the configuration that a start of shape (n,) leads to."""
-        nlp = _StandingNlp(self, query)
+        nlp = _OneKnotNlp(self, query)
         solved = SOLVER.solve(nlp, begin[None])
         soft = sum(block.cost / ELASTIC for block in solved.at.costs if block.loss is Loss.HINGE)
-        return Stood(solved.x[0], solved.feasible, float(soft), solved.at)
+        return ConfigurationSolution(solved.x[0], solved.feasible, float(soft), solved.at)
 
 
 @dataclass(frozen=True, eq=False)
-class Stood:
+class ConfigurationSolution:
     """Where a start led to.
 
     Attributes:
@@ -73,10 +73,10 @@ class Stood:
     at: Linearisation
 
 
-class _StandingNlp:
+class _OneKnotNlp:
     """The program: an `Nlp` of one knot."""
 
-    def __init__(self, asked: Standing, query: Query) -> None:
+    def __init__(self, asked: ConfigurationProblem, query: Query) -> None:
         reduced, limits = asked.reduced, asked.reduced.limits
         self._asked, self._query = asked, query
         self._hard = [item for need in together(asked.hard) for item in constrain(need, reduced, WHOLE)]
