@@ -30,6 +30,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt import errors
 from trajopt.arrays import Value
 from trajopt.cartesian import FollowOptions, follow, follows_curve, line
+from trajopt.errors import RenderingUnavailable
 from trajopt.explanation import explain
 from trajopt.grasping import gripper_of
 from trajopt.kinematics import inverse_kinematics, self_motion
@@ -321,7 +322,7 @@ RAISED = [
     errors.UnsupportedJoint("j", "planar"), errors.SolverNotFound("solver", "a", ["b"]),
     errors.MissingExtra("ompl", "ompl"), errors.PlanningFailed("why", "result"), errors.DuplicateObject("a"),
     errors.ProblemError("message"), errors.BackendFailed("message"),
-    to.simulate.RenderingUnavailable(["egl: none"]),
+    RenderingUnavailable(["egl: none"]),
 ]  # fmt: skip
 
 
