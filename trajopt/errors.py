@@ -129,15 +129,15 @@ class MimicContradiction(ModelError):
     Attributes:
         joint: The mimic joint.
         source: The joint that it follows.
-        asked: Where it is put [rad | m].
-        follows: Where it follows to [rad | m].
+        position: Where it is put [rad | m].
+        expected: Where it follows to [rad | m].
     """
 
-    def __init__(self, joint: str, source: str, *, asked: float, follows: float) -> None:
+    def __init__(self, joint: str, source: str, *, position: float, expected: float) -> None:
         """Name the joint, the one it follows, and both positions."""
-        self.joint, self.source, self.asked, self.follows = joint, source, asked, follows
+        self.joint, self.source, self.position, self.expected = joint, source, position, expected
         super().__init__(
-            f"{joint} is put at {asked:g}, but it follows {source} to {follows:g}; give {source} instead"
+            f"{joint} is put at {position:g}, but it follows {source} to {expected:g}; give {source} instead"
         )
 
 

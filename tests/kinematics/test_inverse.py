@@ -6,7 +6,7 @@ import pytest
 import trajopt as to
 from trajopt.arrays import Floats
 from trajopt.kinematics import forward_kinematics, inverse_kinematics, validity
-from trajopt.kinematics.inverse import standing_at
+from trajopt.kinematics.inverse import with_start
 from trajopt.model.reduced import ReducedModel, reduce_model
 
 TCP = "panda_hand_tcp"
@@ -74,7 +74,7 @@ def test_out_of_reach_says_what_is_missed_and_by_how_much(panda: ReducedModel) -
 
 
 def test_others_stay_where_they_are(pair: ReducedModel) -> None:
-    moved = standing_at(pair, [0.1, 0.2, 0.3, 0.4])
+    moved = with_start(pair, [0.1, 0.2, 0.3, 0.4])
     assert moved.start_positions.tolist() == [0.1, 0.2, 0.3, 0.4]
     assert pair.start_positions.tolist() == [0.0, 0.0, 0.0, 0.0]
 

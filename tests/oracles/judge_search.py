@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.oracles.judge_distances import PlainDistances
 from trajopt.arrays import Bools, Floats, Ints
-from trajopt.verify.kernel.intervals import counting, cut, pieces_wanted
+from trajopt.verify.kernel.intervals import counting, cut, pieces_needed
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.travel import Travel, relative_chain
@@ -228,7 +228,7 @@ class PlainSearch:
         """Cut the intervals of the items left into as many pieces as their proofs seem to need."""
         cell, pair = items.cell[left], items.pair[left]
         pieces = np.zeros(len(items.begin), dtype=np.int64)
-        np.maximum.at(pieces, cell, pieces_wanted(travel[left], reserve[left]))
+        np.maximum.at(pieces, cell, pieces_needed(travel[left], reserve[left]))
         width = (items.end - items.begin) / np.maximum(pieces, 1)
         stuck = np.flatnonzero(width[cell] < self._options.smallest_interval)
         if self._distances.calls - self._before > self._options.most_distances:

@@ -41,7 +41,7 @@ def summary_cells(item: Summary) -> tuple[str, ...]:
     """Return a method's row under `SUMMARY_HEAD`."""
     return (
         item.solver,
-        f"{item.good} of {item.asked}",
+        f"{item.good} of {item.total}",
         f"{item.cpu_total:.1f}",
         _number(item.cpu_median, ".0f", 1000.0),
         _number(item.iterations, ".0f"),

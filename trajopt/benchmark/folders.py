@@ -52,7 +52,7 @@ class Record:
         duration: Duration of the motion [s], if there is one.
         clearance: Smallest clearance of the motion that is proven [m], if there is one.
         won_by: The kind of first guess that the motion came from, if there is one.
-        tries: First guesses that were tried, by kind.
+        attempts: Number of attempts by kind of seed.
         stopped_by_clock: Whether time ran out: another run may end otherwise.
     """
 
@@ -65,7 +65,7 @@ class Record:
     duration: float | None
     clearance: float | None
     won_by: SeedKind | None
-    tries: dict[str, int]
+    attempts: dict[str, int]
     stopped_by_clock: bool
 
     @property
@@ -93,7 +93,7 @@ class Record:
             "duration": self.duration,
             "clearance": self.clearance,
             "won_by": None if self.won_by is None else self.won_by.name,
-            "tries": self.tries,
+            "tries": self.attempts,
             "stopped_by_clock": self.stopped_by_clock,
         }
 

@@ -18,7 +18,7 @@ class Summary:
 
     Attributes:
         solver: Name of the method.
-        asked: Problems.
+        total: Problems.
         good: Problems that ended as they should: a verified motion, or the right refusal.
         groups: The same two numbers (good, asked) by group of problems.
         cpu_total: Process time over all problems [s].
@@ -31,7 +31,7 @@ class Summary:
     """
 
     solver: str
-    asked: int
+    total: int
     good: int
     groups: dict[str, tuple[int, int]]
     cpu_total: float
@@ -62,7 +62,7 @@ def _summary(solver: str, mine: Sequence[Run], everybody: Sequence[Run]) -> Summ
     groups = dict.fromkeys(group(run.problem) for run in mine)
     return Summary(
         solver=solver,
-        asked=len(mine),
+        total=len(mine),
         good=sum(run.good for run in mine),
         groups={
             name: (

@@ -8,7 +8,7 @@ import typer
 
 from trajopt.cli.options import RobotSource
 from trajopt.errors import ProblemError
-from trajopt.kinematics.asked import frame_of
+from trajopt.kinematics.arguments import frame_of
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.moveit import read_scene

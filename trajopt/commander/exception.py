@@ -16,7 +16,7 @@ class MoveItCommanderException(TrajoptError):
     """Something was asked that cannot be asked; the message names the offender."""
 
 
-def told(error: TrajoptError) -> str:
+def full_message(error: TrajoptError) -> str:
     """Return the sentence of an error; of an unknown name, with all names that exist."""
     if not isinstance(error, NameNotFound):
         return str(error)
@@ -35,7 +35,7 @@ def as_moveit(function: Callable[P, R]) -> Callable[P, R]:
         except MoveItCommanderException:
             raise
         except TrajoptError as error:
-            raise MoveItCommanderException(told(error)) from error
+            raise MoveItCommanderException(full_message(error)) from error
 
     return call
 

@@ -173,7 +173,7 @@ def stuck(problem: Problem, solved: SolveResult) -> str:
     return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}"
 
 
-def walled_in(problem: Problem, cut: ClosedCut) -> str:
+def enclosed(problem: Problem, cut: ClosedCut) -> str:
     """Say where no configuration can pass."""
     between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
     required = max(problem.scene.clearance_of(*pair) for pair in cut.pairs[:NAMED])

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ShapeError, shown
-from trajopt.kinematics.asked import frame_of
+from trajopt.kinematics.arguments import frame_of
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD

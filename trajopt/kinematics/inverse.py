@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ProblemError
-from trajopt.kinematics.asked import count_of, requirements_of
+from trajopt.kinematics.arguments import count_of, requirements_of
 from trajopt.kinematics.goal_candidates import LEVENBERG_MARQUARDT, STARTS, goal_candidates
 from trajopt.kinematics.methods import InverseMethod, inverse_method
 from trajopt.kinematics.validity import Validity, validity
@@ -85,7 +85,7 @@ def inverse_kinematics(
     wanted = requirements_of(reduced, "goal", goal)
     if not wanted:
         raise ProblemError("inverse_kinematics needs a goal: frame_placement(...) or several requirements")
-    at = reduced if near is None else standing_at(reduced, near)
+    at = reduced if near is None else with_start(reduced, near)
     found = goal_candidates(
         at,
         wanted,
@@ -100,7 +100,7 @@ def inverse_kinematics(
     return InverseSolutions(found.free, found.blocked, nearest)
 
 
-def standing_at(reduced: ReducedModel, positions: ArrayLike) -> ReducedModel:
+def with_start(reduced: ReducedModel, positions: ArrayLike) -> ReducedModel:
     """Return the model with the group's joints starting elsewhere; all others stay where they are.
 
     Raises:

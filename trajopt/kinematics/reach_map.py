@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Ints, Value, floats, number, readonly
 from trajopt.errors import FileFormatError, ShapeError
-from trajopt.kinematics.asked import count_of, frame_of
+from trajopt.kinematics.arguments import count_of, frame_of
 from trajopt.kinematics.clearance import pair_margins
 from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress, Sampler

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
-from trajopt.kinematics.asked import count_of, requirements_of
+from trajopt.kinematics.arguments import count_of, requirements_of
 from trajopt.kinematics.clearance import clear, pair_margins
 from trajopt.kinematics.projection import Projection
 from trajopt.model.limits import draw_positions

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Bools, Floats, Value, floats, number, one_of, readonly
 from trajopt.errors import JointNotFound, ProblemError, ShapeError
-from trajopt.kinematics.asked import requirements_of
+from trajopt.kinematics.arguments import requirements_of
 from trajopt.kinematics.clearance import clear
 from trajopt.kinematics.projection import Projection
 from trajopt.model.reduced import ReducedModel

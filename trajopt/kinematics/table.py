@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats, Value, readonly
 from trajopt.errors import FileFormatError, MissingExtra, ShapeError
-from trajopt.kinematics.asked import count_of, frame_of
+from trajopt.kinematics.arguments import count_of, frame_of
 from trajopt.kinematics.clearance import clear, pair_margins
 from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number
 from trajopt.errors import ShapeError
-from trajopt.kinematics.asked import requirements_of
+from trajopt.kinematics.arguments import requirements_of
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.verify import Check, Examination, Judge, PairDistance

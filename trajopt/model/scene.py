@@ -20,7 +20,7 @@ from trajopt.model.shapes import Shape
 DEFAULT_MARGIN = 0.01
 """Clearance that the optimiser aims at from everything, unless told otherwise [m]."""
 
-ROBOTS_OWN = AllowedCollisions()
+FROM_SRDF = AllowedCollisions()
 """Stands for the pairs that the robot's description disables, where no other matrix is given."""
 
 
@@ -40,7 +40,7 @@ class Scene(Value):
 
     robot: Robot
     objects: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
-    allowed: AllowedCollisions = ROBOTS_OWN
+    allowed: AllowedCollisions = FROM_SRDF
     margin: float = DEFAULT_MARGIN
     pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
     clearances: Clearances = field(default_factory=Clearances)
@@ -52,7 +52,7 @@ class Scene(Value):
         if margin < 0.0:
             raise ShapeError("margin", f"is negative: {margin:g} m")
         object.__setattr__(self, "margin", margin)
-        if self.allowed is ROBOTS_OWN:
+        if self.allowed is FROM_SRDF:
             entries = dict.fromkeys(self.robot.disabled_pairs, True)
             object.__setattr__(self, "allowed", AllowedCollisions(entries))
 

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.infeasibility import closed_cut
-from trajopt.infeasibility.reasons import blocks_on_the_way, walled_in
+from trajopt.infeasibility.reasons import blocks_on_the_way, enclosed
 from trajopt.methods import Method
 from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.goal_search import Candidate, GoalSearch
@@ -127,7 +127,7 @@ class Search:
         with self.tracker.stage("proof"):
             cut = closed_cut(goal.workspace.problem)
         if cut is not None:
-            message = walled_in(stuck.problem, cut)
+            message = enclosed(stuck.problem, cut)
             proven, status = Certainty.PROVEN, Status.PROVEN_INFEASIBLE
             goal.nearest = replace(stuck, status=status, message=message, certainty=proven)
         return cut is not None

@@ -10,8 +10,8 @@ from trajopt.benchmark.summary import performance_profile, summaries
 
 def test_summaries() -> None:
     sqp, chomp = summaries(ALL)
-    assert (sqp.solver, sqp.good, sqp.asked) == ("sqp", 3, 3)
-    assert (chomp.solver, chomp.good, chomp.asked) == ("chomp", 2, 3)
+    assert (sqp.solver, sqp.good, sqp.total) == ("sqp", 3, 3)
+    assert (chomp.solver, chomp.good, chomp.total) == ("chomp", 2, 3)
     assert sqp.groups == {"installed": (2, 2), "box": (1, 1)}
     assert chomp.groups == {"installed": (2, 2), "box": (0, 1)}
     assert sqp.cpu_median == pytest.approx(0.15) and chomp.cpu_median == pytest.approx(0.4)

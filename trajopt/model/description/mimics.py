@@ -69,7 +69,7 @@ def followed(
         source = result[joint_names.index(mimic.source)] if mimic.source in joint_names else 0.0
         asked, follows = float(result[place]), float(mimic.multiplier * source + mimic.offset)
         if joint in refused and not abs(asked - follows) <= MIMIC_ERROR:
-            raise MimicContradiction(joint, mimic.source, asked=asked, follows=follows)
+            raise MimicContradiction(joint, mimic.source, position=asked, expected=follows)
         result[place] = follows
     return readonly(result)
 

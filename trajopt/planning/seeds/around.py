@@ -25,8 +25,8 @@ LONGEST_STEP = 0.4
 """No joint moves farther in one of them, in ordinary steps."""
 DAMPING = 0.05
 """Of the inverse of the point's Jacobian [m/rad]."""
-ASKED = 0.2
-"""Reach of the query for the contact: the pair touched there a moment ago [m]."""
+QUERY_DISTANCE = 0.2
+"""Distance within which the contact is looked up again: the pair touched there a moment ago [m]."""
 NEARBY = 0.5
 """The point's way is taken between so many knots before and after."""
 STILL = 1e-6
@@ -119,7 +119,7 @@ class _TouchingPoint:
         reduced, positions = query.reduced, _at(blocked.knots, blocked.place)
         pairs = reduced.pairs
         reach = np.full(len(pairs.margin), -np.inf)
-        reach[blocked.pair] = pairs.margin[blocked.pair] + ASKED
+        reach[blocked.pair] = pairs.margin[blocked.pair] + QUERY_DISTANCE
         found = query.close_pairs(positions[None, :], reach)
         if not len(found.pair):
             raise NoSeed("what blocked is no longer near")

@@ -14,7 +14,7 @@ from trajopt.arrays import Bools, Floats
 from trajopt.model.requirements import FollowsCurve
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.curve_places import CurvePlaces
-from trajopt.verify.checks.progress import Errors, first_guess, refined
+from trajopt.verify.checks.progress import Errors, nearest_progress, refined
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
 from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.motion import Motion
@@ -100,7 +100,7 @@ def follow(requirement: FollowsCurve, motion: Motion) -> Found:
     moving = RelativeMotion(
         motion, requirement.frame, reference=requirement.reference, offset=requirement.offset
     )
-    times, s = first_guess(errors, motion, requirement.until)
+    times, s = nearest_progress(errors, motion, requirement.until)
     limit = np.array((requirement.position_tolerance, errors.chord(requirement.rotation_tolerance)))
     limit = limit + motion.options.excess
     worst, when = np.full(2, -np.inf), np.zeros(2)
@@ -168,7 +168,7 @@ def _cut(errors: Errors, span: _Span) -> _Span:
 def _(requirement: FollowsCurve, motion: Motion) -> tuple[Quantity, ...]:
     errors = _errors(requirement, motion)
 
-    curve = errors.curve(errors.places_to_try(requirement.until))
+    curve = errors.curve(errors.candidate_fractions(requirement.until))
     tolerances = np.array((requirement.position_tolerance, errors.chord(requirement.rotation_tolerance)))
 
     def excess(frame: Floats) -> Floats:

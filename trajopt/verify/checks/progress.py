@@ -90,8 +90,8 @@ class Errors:
         columns = 3 if self.required.spin is not None else 9
         return np.concatenate((np.full(3, 1.0 / self.required.position_tolerance), np.full(columns, by_turn)))
 
-    def places_to_try(self, until: float) -> Floats:
-        """Places of the curve, increasing [m]: evenly, where pieces meet, and ever nearer to its kinks."""
+    def candidate_fractions(self, until: float) -> Floats:
+        """Increasing arc lengths along the curve [m]: evenly spaced, where pieces meet, closer near kinks."""
         edges, step = self.places.edges, until / (PLACES - 1)
         nearer = step * TOWARDS ** np.arange(1, NEARER + 1)
         around = self.places.kinked[:, None] + np.concatenate((-nearer, nearer))
@@ -106,14 +106,14 @@ class Errors:
         return np.concatenate((point, turned), axis=1)
 
 
-def first_guess(errors: Errors, motion: Motion, until: float) -> tuple[Floats, Floats]:
-    """Guess how far along the curve the frame is, never less than before: times and lengths, (c,) each.
+def nearest_progress(errors: Errors, motion: Motion, until: float) -> tuple[Floats, Floats]:
+    """Estimate how far along the curve the frame is, never going back: times and arc lengths, (c,) each.
 
     The sum of squared errors on a grid is least (dynamic time warping), from the beginning of the curve at
     time zero to `until` at the end.
     """
     times = np.linspace(0.0, motion.duration, TIMES)
-    s = errors.places_to_try(until)
+    s = errors.candidate_fractions(until)
     weights = errors.weights
     frame, curve = errors.frame(times) * weights, errors.curve(s) * weights
     square = (frame**2).sum(axis=1)[:, None] + (curve**2).sum(axis=1) - 2.0 * frame @ curve.T

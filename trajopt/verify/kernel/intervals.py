@@ -8,7 +8,7 @@ MOST_PIECES = 8
 """An interval is cut into so many pieces at most, and into two at least."""
 
 
-def pieces_wanted(needed: Floats, reserve: Floats) -> Ints:
+def pieces_needed(needed: Floats, reserve: Floats) -> Ints:
     """Return into how many pieces to cut intervals so that a bound probably falls below a reserve.
 
     Args:

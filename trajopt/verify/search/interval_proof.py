@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.verify.certificate import Evidence
-from trajopt.verify.kernel.intervals import cut, pieces_wanted
+from trajopt.verify.kernel.intervals import cut, pieces_needed
 from trajopt.verify.kernel.motion import Motion
 
 _FIRST_INTERVALS = 32
@@ -73,7 +73,7 @@ def prove_over_time(motion: Motion, excess: Callable[[Floats, Floats], Excess]) 
             found.bound[left] - found.measured[left],
             accepted - found.measured[left],
         )
-        pieces = pieces_wanted(needed, reserve)
+        pieces = pieces_needed(needed, reserve)
         narrow = (end - begin) / pieces < motion.options.smallest_interval
         if narrow.any() or total > _MOST_INTERVALS:
             return Proof(Evidence.UNPROVEN, when, (float(begin[0]), float(end[0])))

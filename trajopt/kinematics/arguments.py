@@ -34,7 +34,7 @@ def frame_of(reduced: ReducedModel, name: str) -> str:
 
 
 def requirements_of(
-    reduced: ReducedModel, name: str, asked: Requirement | Sequence[Requirement]
+    reduced: ReducedModel, name: str, requirements: Requirement | Sequence[Requirement]
 ) -> tuple[Requirement, ...]:
     """Return requirements as a tuple, once their frames and joints are known to be there.
 
@@ -42,7 +42,7 @@ def requirements_of(
         ProblemError: If one is no requirement.
         NameNotFound: If one names what does not exist.
     """
-    wanted = (asked,) if isinstance(asked, Requirement) else tuple(sequence(name, asked))
+    wanted = (requirements,) if isinstance(requirements, Requirement) else tuple(sequence(name, requirements))
     for item in wanted:
         if not isinstance(cast("object", item), Requirement):
             raise ProblemError(f"{name}: {shown(item)} is no requirement")
