@@ -329,10 +329,9 @@ def _check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> N
             raise ProblemError(
                 f"waypoint {name!r} is no requirement and no sequence of such: {shown(wanted)}"
             )
-    if knots < len(waypoints) + 2:
-        raise ProblemError(
-            f"{len(waypoints)} waypoints need at least {len(waypoints) + 2} knots, not {knots}"
-        )
+    least = len(waypoints) + 2
+    if knots < least:
+        raise ProblemError(f"{len(waypoints)} waypoints need at least {least} knots, not {knots}")
 
 
 def named_problem(name: str) -> Problem:
