@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from trajopt.errors import SolverNotFound
+from trajopt.errors import ProblemError, SolverNotFound, shown
 from trajopt.methods.bspline import Bspline
 from trajopt.methods.free_duration import FreeDuration
 from trajopt.methods.knots import Knots
@@ -35,9 +35,6 @@ METHODS: Mapping[str, Callable[[], Method]] = {
     **{f"sqp-{backend}": partial(_sqp, backend) for backend in BACKENDS},
     "chomp": lambda: Knots(Chomp()),
     "stomp": lambda: Knots(Stomp()),
-    "sqp-piqp": lambda: Knots(Sqp(qp="piqp")),
-    "sqp-osqp": lambda: Knots(Sqp(qp="osqp")),
-    "sqp-proxqp": lambda: Knots(Sqp(qp="proxqp")),
     "ipopt": partial(_casadi, "ipopt"),
     "fatrop": partial(_casadi, "fatrop"),
     "sqpmethod": partial(_casadi, "sqpmethod"),
@@ -72,3 +69,17 @@ def method_named(name: str) -> Method:
     if name not in installed:
         raise SolverNotFound("method", name, {*METHODS, *installed})
     return installed[name].load()()
+
+
+def method_of(method: Method | str | None) -> Method:
+    """Return the method that an argument stands for; for None, sequential QP over knots.
+
+    Raises:
+        SolverNotFound: If there is none of that name.
+        ProblemError: If it is neither a method nor a name.
+    """
+    if isinstance(method, str):
+        return method_named(method)
+    if not isinstance(method, Method | None):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"method is a Method or the name of one, is {shown(method)}")
+    return method or Knots()

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, floats, one_of
 from trajopt.infeasibility import reasons
-from trajopt.methods import Knots, Method, Program, SupportsEarlyStop
+from trajopt.methods import Method, Program, SupportsEarlyStop, method_of
 from trajopt.planning.budget import Budget, BudgetTracker
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
@@ -18,7 +18,7 @@ def plan_once(
     problem: Problem,
     seed: Floats,
     *,
-    method: Method | None = None,
+    method: Method | str | None = None,
     waypoint_knots: Sequence[int] = (),
     program: Program | None = None,
     workspace: Workspace | None = None,
@@ -29,7 +29,7 @@ def plan_once(
     Args:
         problem: What the motion must achieve, with one goal.
         seed: Knots to start from, shape (N, n) [rad | m].
-        method: Transcription and solver; sequential QP over knots when None.
+        method: Transcription and solver, or the name of one; sequential QP over knots when None.
         waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
         program: The problem as the method transcribed it for an earlier seed; transcribed when None.
         workspace: What attempts at this problem share; made anew, without a bound, when None.
@@ -39,11 +39,16 @@ def plan_once(
         The motion with its certificate, or why this seed came to none.
 
     Raises:
-        ProblemError: If a requirement cannot be asked of this robot.
+        SolverNotFound: If there is no method of that name.
+        ProblemError: If a requirement cannot be asked of this robot, or an argument is of the wrong kind.
+        ShapeError: If the seed is not of the problem's knots and the group's joints.
         Stopped: If the workspace's budget ends before.
     """
     work = workspace or Workspace(problem, BudgetTracker(Budget()))
-    program = program or (method or Knots()).program(problem, seed, waypoint_knots)
+    if program is None:
+        one_of("problem", problem, Problem)
+        seed = floats("seed", seed, (problem.knots, len(problem.reduced.joint_names)))
+        program = method_of(method).program(problem, seed, waypoint_knots)
 
     with work.tracker.optimising(program.counts) as step:
         if brief and isinstance(program, SupportsEarlyStop):

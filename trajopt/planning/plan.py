@@ -7,8 +7,8 @@ from threading import Event
 import numpy as np
 
 from trajopt.arrays import one_of
-from trajopt.errors import ProblemError, shown
-from trajopt.methods import Knots, Method, method_named
+from trajopt.errors import ProblemError
+from trajopt.methods import Method, method_of
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.result import Result
@@ -57,7 +57,7 @@ def plan(
     if cancel is not None:
         one_of("cancel", cancel, Event)
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
-    search = Search(problem, _method(method), rng or np.random.default_rng(0), tracker, on_incumbent)
+    search = Search(problem, method_of(method), rng or np.random.default_rng(0), tracker, on_incumbent)
     stopped: Stop | None = None
     try:
         for candidates in search.rounds():
@@ -83,11 +83,3 @@ def _bounded(budget: Budget, seconds: float | None) -> Budget:
     if budget.seconds is not None:
         raise ProblemError("give seconds once: to plan, or to its budget")
     return replace(budget, seconds=seconds)
-
-
-def _method(method: Method | str | None) -> Method:
-    if isinstance(method, str):
-        return method_named(method)
-    if not isinstance(method, Method | None):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ProblemError(f"method is a Method or the name of one, is {shown(method)}")
-    return method or Knots()
