@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from trajopt.cartesian import follows_curve, polyline
 
 INF = np.inf
 AT = to.placement((0.41, 0.3, 0.14))
@@ -41,3 +42,91 @@ def test_a_problem_says_its_goal_so() -> None:
     goal = to.frame_placement(robot.links[-1], AT)
     problem = to.Problem(scene=to.Scene(robot), start={}, goal=goal)
     assert f"at the end   {goal}" in str(problem)
+
+
+THREE = to.placement((0.5, 0, 0.2))
+RISING = {"a": 1.0, "b": -1.0, "c": 0.5}
+LINE = polyline([to.placement((0.4, 0, 0.5)), to.placement((0.4, 0.3, 0.5))])
+
+
+@pytest.mark.parametrize(
+    ("required", "said"),
+    [
+        (to.axis_alignment("cup", tolerance=np.deg2rad(5)), "z of cup along z of world, within 5 deg"),
+        (
+            to.axis_alignment("cup", axis=(0, -1, 0), direction=(3, 4, 0), tolerance=0.1, reference="tray"),
+            "-y of cup along (0.6, 0.8, 0) of tray, within 5.73 deg",
+        ),
+        (to.coupled_joints(RISING, tolerance=0.01), "a - b + 0.5 c = 0, within 0.01"),
+        (to.distance_between("a", "b", lower=0.05), "a and b at least 50 mm apart"),
+        (to.distance_between("a", "b", upper=0.4), "a and b at most 0.4 m apart"),
+        (to.distance_between("a", "b", lower=0.05, upper=0.4), "a and b 50 mm to 0.4 m apart"),
+        (to.gaze("eye", (0.5, 0, 0.2), angle=np.pi / 6), "eye looks at (0.5, 0, 0.2) m, within 30 deg"),
+        (
+            to.gaze("eye", (0, 0, 0), angle=np.pi / 6, nearest=0.05, farthest=2, reference="cup"),
+            "eye looks at (0, 0, 0) m from cup, within 30 deg, at least 50 mm away, at most 2 m away",
+        ),
+        (to.gravity_torque(0.5), "gravity takes at most 50% of the effort limits"),
+        (to.joint_positions({"a": 0.5, "b": -1}), "a = 0.5, b = -1, within 0.0001"),
+        (
+            to.joint_positions({"a": 0.5, "b": 1}, tolerance=0.1, above={"a": 0.2}),
+            "a = 0.5 (-0.1, +0.2), b = 1 (-0.1, +0.1)",
+        ),
+        (
+            to.point_on_arc("tip", THREE, radius=0.2, tolerance=1e-3),
+            "tip on a circle of radius 0.2 m about (0.5, 0, 0.2) m, within 1 mm",
+        ),
+        (
+            to.point_on_arc("tip", THREE, radius=0.05, sweep=np.pi / 2, tolerance=1e-3, reference="tray"),
+            "tip on an arc of 90 deg of radius 50 mm about (0.5, 0, 0.2) m from tray, within 1 mm",
+        ),
+        (
+            to.line_of_sight("eye", (0.5, 0, 0.2)),
+            "eye sees (0.5, 0, 0.2) m, its line of sight clear by 10 mm",
+        ),
+        (
+            to.position_in_region("tip", to.Sphere(0.05), THREE),
+            "tip in a sphere of radius 50 mm at (0.5, 0, 0.2) m",
+        ),
+        (
+            to.position_in_region("tip", to.Box(0.05, 0.2, 0.3), THREE, reference="tray"),
+            "tip in a box of 50 mm x 0.2 m x 0.3 m at (0.5, 0, 0.2) m from tray",
+        ),
+        (
+            to.position_in_region("tip", [(to.Cylinder(0.05, 0.2), THREE), (to.Plane(), THREE)]),
+            "tip in a cylinder of radius 50 mm and length 0.2 m along z at (0.5, 0, 0.2) m "
+            "or below the plane through (0.5, 0, 0.2) m with normal z",
+        ),
+        (
+            to.point_on_line("tip", (0.5, 0, 0.2), (1, 0, 0), tolerance=1e-3),
+            "tip on the line through (0.5, 0, 0.2) m along x, within 1 mm",
+        ),
+        (
+            to.point_on_plane("tip", (0.5, 0, 0.2), (0, 0, -1), tolerance=1e-3),
+            "tip on the plane through (0.5, 0, 0.2) m with normal -z, within 1 mm",
+        ),
+        (to.singularity_distance("hand", 0.05), "smallest singular value of hand at least 0.05"),
+        (
+            follows_curve("tip", LINE, spin=(0, 0, 1)),
+            "tip along a curve of 0.3 m from (0.4, 0, 0.5) m to (0.4, 0.3, 0.5) m, "
+            "within 0.1 mm and 0.1 deg, free about z",
+        ),
+        (
+            follows_curve("tip", LINE, until=0.05, rotation_tolerance=INF, reference="tray"),
+            "tip along the first 50 mm of a curve of 0.3 m from (0.4, 0, 0.5) m to (0.4, 0.3, 0.5) m in "
+            "tray, within 0.1 mm",
+        ),
+        (
+            to.during(to.gravity_torque(0.5), after="via"),
+            "gravity takes at most 50% of the effort limits, from via to the end",
+        ),
+        (to.any_of({"top": to.gravity_torque(0.5), "side": to.gravity_torque(0.4)}), "any of top, side"),
+        (
+            to.tool_speed("tip", linear=0.05, angular=np.pi, steady=0.1),
+            "tip at most 50 mm/s and 180 deg/s, steady within 10%",
+        ),
+        (to.tool_speed("tip", linear=0.25), "tip at most 0.25 m/s"),
+    ],
+)
+def test_a_requirement(required: object, said: str) -> None:
+    assert str(required) == said

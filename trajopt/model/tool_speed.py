@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number
 from trajopt.errors import ProblemError
+from trajopt.model.printed import in_degrees, in_length
 
 SLOWEST = 1e-9
 """Lower limits allow no motion that ends [m/s | rad/s]."""
@@ -33,6 +34,13 @@ class ToolSpeed(Value):
     angular: float
     offset: Floats
     steady: float = np.inf
+
+    def __str__(self) -> str:
+        """Say the limits that there are, the angular one in degrees a second."""
+        sizes = ((self.linear, in_length), (self.angular, in_degrees))
+        limits = [f"{printed(limit)}/s" for limit, printed in sizes if np.isfinite(limit)]
+        steady = f", steady within {100.0 * self.steady:.3g}%" if np.isfinite(self.steady) else ""
+        return f"{self.frame} at most {' and '.join(limits)}{steady}"
 
     def __repr__(self) -> str:
         """Show frame and limits."""

@@ -24,7 +24,7 @@ class Exceeded:
     @property
     def name(self) -> str:
         """What is penalised."""
-        return f"excess of {self.required}"
+        return f"excess of {self.required!r}"
 
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at all samples."""

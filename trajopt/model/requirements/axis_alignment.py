@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, number
 from trajopt.errors import ShapeError
+from trajopt.model.printed import in_axis, in_degrees
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
@@ -40,6 +41,11 @@ class AxisAlignment(Requirement):
                 unit=DEGREES,
             ),
         )
+
+    def __str__(self) -> str:
+        """Say it in degrees."""
+        aligned = f"{in_axis(self.axis)} of {self.frame} along {in_axis(self.direction)} of {self.reference}"
+        return f"{aligned}, within {in_degrees(self.tolerance)}"
 
     def __repr__(self) -> str:
         """Show frame, axis, direction and cone."""

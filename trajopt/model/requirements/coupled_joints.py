@@ -39,6 +39,14 @@ class CoupledJoints(Requirement):
             ),
         )
 
+    def __str__(self) -> str:
+        """Say the relation as one writes a sum."""
+        total = ""
+        for joint, weight in self.weights.items():
+            sign = ("-" if weight < 0.0 else "") if not total else (" - " if weight < 0.0 else " + ")
+            total += sign + (joint if abs(weight) == 1.0 else f"{abs(weight):.4g} {joint}")
+        return f"{total} = {self.value:.4g}, within {self.tolerance:.3g}"
+
     def __repr__(self) -> str:
         """Show the relation."""
         terms = " + ".join(f"{weight:g} {joint}" for joint, weight in self.weights.items())

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
+from trajopt.model.printed import in_length
 from trajopt.model.requirements.requirement import MILLIMETRES, Relaxation, Requirement
 
 
@@ -43,6 +44,16 @@ class DistanceBetween(Requirement):
         if np.isfinite(self.upper):
             found.append(Relaxation.of(self, "upper", f"largest {what}", largest=2.0, unit=MILLIMETRES))
         return tuple(found)
+
+    def __str__(self) -> str:
+        """Say the bounds that there are."""
+        if np.isinf(self.upper):
+            apart = f"at least {in_length(self.lower)}"
+        elif self.lower == 0.0:
+            apart = f"at most {in_length(self.upper)}"
+        else:
+            apart = f"{in_length(self.lower)} to {in_length(self.upper)}"
+        return f"{self.first} and {self.second} {apart} apart"
 
     def __repr__(self) -> str:
         """Show frames and bounds."""

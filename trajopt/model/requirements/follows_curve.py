@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, number, one_of
 from trajopt.errors import ProblemError
 from trajopt.model.curve import Curve
+from trajopt.model.printed import in_axis, in_degrees, in_length, in_point
 from trajopt.model.requirements.requirement import (
     MILLIMETRES,
     WORLD,
@@ -64,6 +65,17 @@ class FollowsCurve(Requirement):
                 unit=MILLIMETRES,
             ),
         )
+
+    def __str__(self) -> str:
+        """Say how much of the curve, its ends, and the tolerances in millimetres and degrees."""
+        first, last = (in_point(self.curve.placement(s).translation) for s in (0.0, self.curve.length))
+        part = "" if self.fraction == 1.0 else f"the first {in_length(self.until)} of "
+        curve = f"{part}a curve of {in_length(self.curve.length)} from {first} to {last}"
+        seen = "" if self.reference == WORLD else f" in {self.reference}"
+        turned = f" and {in_degrees(self.rotation_tolerance)}" if np.isfinite(self.rotation_tolerance) else ""
+        spin = "" if self.spin is None else f", free about {in_axis(self.spin)}"
+        within = f"within {in_length(self.position_tolerance)}{turned}{spin}"
+        return f"{self.frame} along {curve}{seen}, {within}"
 
     def __repr__(self) -> str:
         """Show frame, curve and tolerances."""

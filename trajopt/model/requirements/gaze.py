@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ShapeError
+from trajopt.model.printed import in_degrees, in_length, in_point, seen_from
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
@@ -41,6 +42,19 @@ class Gaze(Requirement):
                 self, "angle", f"view angle of {self.frame}", largest=np.pi - self.angle - 1e-3, unit=DEGREES
             ),
         )
+
+    def __str__(self) -> str:
+        """Say the target, the cone in degrees and the range where it is bounded."""
+        target = f"{in_point(self.target)}{seen_from(self.reference)}"
+        away = [
+            f"{how} {in_length(distance)} away"
+            for how, distance, bounds in (
+                ("at least", self.nearest, self.nearest > 0.0),
+                ("at most", self.farthest, np.isfinite(self.farthest)),
+            )
+            if bounds
+        ]
+        return ", ".join((f"{self.frame} looks at {target}", f"within {in_degrees(self.angle)}", *away))
 
     def __repr__(self) -> str:
         """Show camera, target, cone and range."""

@@ -31,6 +31,10 @@ class GravityTorque(Requirement):
             ),
         )
 
+    def __str__(self) -> str:
+        """Say the share in percent."""
+        return f"gravity takes at most {100.0 * self.share:.3g}% of the effort limits"
+
     def __repr__(self) -> str:
         """Show the share."""
         return f"GravityTorque(at most {self.share:.0%} of the effort limits)"

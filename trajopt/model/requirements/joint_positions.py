@@ -43,6 +43,17 @@ class JointPositions(Requirement):
         )
         return replace(self, below=below, above=above)
 
+    def __str__(self) -> str:
+        """Say joint = position, with one tolerance where all are the same."""
+        sizes = {f"{size:.3g}" for side in (self.below, self.above) for size in side.values()}
+        if len(sizes) == 1:
+            placed = ", ".join(f"{joint} = {q:.4g}" for joint, q in self.positions.items())
+            return f"{placed}, within {sizes.pop()}"
+        return ", ".join(
+            f"{joint} = {q:.4g} (-{self.below[joint]:.3g}, +{self.above[joint]:.3g})"
+            for joint, q in self.positions.items()
+        )
+
     def __repr__(self) -> str:
         """Show joint = position."""
         parts = (f"{joint}={value:.4g}" for joint, value in self.positions.items())

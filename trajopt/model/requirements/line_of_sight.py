@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, one_of, sequence
+from trajopt.model.printed import in_length, in_point, seen_from
 from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
 MARGIN = 0.01
@@ -47,6 +48,11 @@ class LineOfSight(Requirement):
                 shrinks=True,
             ),
         )
+
+    def __str__(self) -> str:
+        """Say the target, and the margin in millimetres."""
+        target = f"{in_point(self.target)}{seen_from(self.reference)}"
+        return f"{self.frame} sees {target}, its line of sight clear by {in_length(self.margin)}"
 
     def __repr__(self) -> str:
         """Show camera, target and margin."""

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
 from trajopt.model.placement import Placement, PlacementLike, as_placement
+from trajopt.model.printed import in_degrees, in_length, seen_from
 from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
 
@@ -43,6 +44,14 @@ class PointOnArc(Requirement):
                 unit=MILLIMETRES,
             ),
         )
+
+    def __str__(self) -> str:
+        """Say circle or arc, where it is, and the tolerance."""
+        whole = self.sweep >= 2.0 * np.pi - 1e-9
+        shape = "a circle" if whole else f"an arc of {in_degrees(self.sweep)}"
+        where = f"{self.centre}{seen_from(self.reference)}"
+        on = f"{self.frame} on {shape} of radius {in_length(self.radius)} about {where}"
+        return f"{on}, within {in_length(self.tolerance)}"
 
     def __repr__(self) -> str:
         """Show frame, circle, sweep and tolerance."""

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, sequence
 from trajopt.errors import ProblemError, shown
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
+from trajopt.model.printed import in_axis, in_length, in_point, seen_from
 from trajopt.model.requirements.requirement import (
     MILLIMETRES,
     WORLD,
@@ -51,6 +52,11 @@ class PositionInRegion(Requirement):
 
     def _grown(self, amount: float) -> "PositionInRegion":
         return replace(self, members=tuple(_grown(shape, where, amount) for shape, where in self.members))
+
+    def __str__(self) -> str:
+        """Say the shapes and where they are; a thin slab as its plane, a tube without end as its line."""
+        inside = " or ".join(_in_words(shape, where) for shape, where in self.members)
+        return f"{self.frame} {inside}{seen_from(self.reference)}"
 
     def __repr__(self) -> str:
         """Show frame, shapes and reference."""
@@ -173,3 +179,22 @@ def _upright(axis: Floats) -> Floats:
     aside[np.argmin(np.abs(axis))] = 1.0
     x = direction_of("x", np.cross(aside, axis))
     return floats("axes", np.stack((x, np.cross(axis, x), axis), axis=1), (3, 3))
+
+
+def _in_words(shape: Region, where: Placement) -> str:
+    through, axis = in_point(where.translation), in_axis(where.rotation[:, 2])
+    match shape:
+        case Box(x=x, y=y) if x == y == LARGEST_SIZE:
+            return f"on the plane through {through} with normal {axis}, within {in_length(0.5 * shape.z)}"
+        case Box():
+            edges = " x ".join(in_length(edge) for edge in (shape.x, shape.y, shape.z))
+            return f"in a box of {edges} at {where}"
+        case Sphere():
+            return f"in a sphere of radius {in_length(shape.radius)} at {through}"
+        case Cylinder() if shape.length == LARGEST_SIZE:
+            return f"on the line through {through} along {axis}, within {in_length(shape.radius)}"
+        case Cylinder():
+            size = f"radius {in_length(shape.radius)} and length {in_length(shape.length)}"
+            return f"in a cylinder of {size} along {axis} at {through}"
+        case Plane():
+            return f"below the plane through {through} with normal {axis}"

@@ -49,6 +49,10 @@ class SingularityDistance(Requirement):
             ),
         )
 
+    def __str__(self) -> str:
+        """Say the bound."""
+        return f"smallest singular value of {self.frame} at least {self.smallest:.3g}"
+
     def __repr__(self) -> str:
         """Show frame, bound and length."""
         return (
