@@ -9,6 +9,7 @@ from trajopt.explanation.nearest import NearestFree
 from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
 from trajopt.infeasibility.reasons import Block
+from trajopt.model.requirements.missed import missed_by
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Attempt
 from trajopt.planning.status import Certainty
@@ -86,10 +87,11 @@ class Explanation(Summary):
         return "\n".join(lines)
 
     def _nearest(self, free: NearestFree) -> str:
-        joints = self.problem.reduced.joint_names
+        problem, joints = self.problem, self.problem.reduced.joint_names
         if free.given > 0.0:
             where = ", ".join(f"{q:.3f}" for q in free.positions)
-            return f"The nearest that is free misses the goal by {free.given:.3g} (m, rad) in all: ({where})"
+            miss = missed_by(free.given, (*problem.goals, *problem.requirements_at(problem.last_stop)))
+            return f"The nearest that is free misses the goal by {miss}: ({where})"
         order = np.argsort(-np.abs(free.moved))
         moves = [f"{joints[k]} by {free.moved[k]:+.3f}" for k in order if abs(free.moved[k]) > 5e-4]
         return f"The nearest that is free: {', '.join(moves)}"

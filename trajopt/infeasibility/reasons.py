@@ -1,5 +1,6 @@
 """Why there is no plan: what stands in the way, by how much and where, as data and in words."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -10,6 +11,7 @@ from trajopt.kinematics.goal_candidates import GoalCandidates
 from trajopt.model.collisions.clearances import how_near
 from trajopt.model.limits import EXCESS, LimitKind
 from trajopt.model.requirements import JointPositions, Requirement
+from trajopt.model.requirements.missed import missed_by
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult
 from trajopt.terms import Clearance
@@ -146,18 +148,18 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-def unreachable(clash: tuple[Requirement, ...], nearest_miss: float) -> str:
+def unreachable(clash: tuple[Requirement, ...], nearest_miss: float, goals: Sequence[Requirement]) -> str:
     """Say what no configuration holds: one requirement, or several that exclude each other."""
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
-    return f"the nearest of the configurations tried misses the goal by {nearest_miss:.3g} (m, rad)"
+    return f"the nearest of the configurations tried misses the goal by {missed_by(nearest_miss, goals)}"
 
 
-def no_goal_configuration(found: GoalCandidates) -> str:
+def no_goal_configuration(found: GoalCandidates, goals: Sequence[Requirement]) -> str:
     """Say why no configuration that reaches a goal can be had."""
     if found.blocking is None:
-        return unreachable((), found.nearest_miss)
+        return unreachable((), found.nearest_miss, goals)
     how = "collide" if found.required == 0.0 else "collide or come too near to something"
     nearest = how_near(*found.blocking, found.required)
     return f"all {found.colliding} configurations found that reach the goal {how}; in the nearest, {nearest}"

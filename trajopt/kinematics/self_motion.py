@@ -13,6 +13,7 @@ from trajopt.kinematics.clearance import clear
 from trajopt.kinematics.projection import Projection
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.model.requirements.missed import missed_by
 from trajopt.query import Query
 
 STEP = 0.05
@@ -83,7 +84,8 @@ def self_motion(
     sweep = _Sweep(reduced, Projection(reduced, wanted, query), step)
     missed = float(sweep.projection.violation(begin[None])[0])
     if missed > 0.0:
-        raise ProblemError(f"the goal does not hold where the sweep begins: missed by {missed:.3g} (m, rad)")
+        miss = missed_by(missed, wanted)
+        raise ProblemError(f"the goal does not hold where the sweep begins: missed by {miss}")
     onward = sweep.first_direction(begin, joint)
     ahead, closed = sweep.march(begin, onward)
     behind = [] if closed else sweep.march(begin, -onward)[0]

@@ -14,6 +14,7 @@ import numpy as np
 from trajopt.arrays import Floats, Value, readonly
 from trajopt.errors import ProblemError
 from trajopt.model.placement import Placement
+from trajopt.model.printed import in_degrees, in_length
 
 TURN_LENGTH = 1.0 / 3.5
 """Length that turning by one radian counts as, where turning takes longer than moving [m/rad].
@@ -94,9 +95,12 @@ class Curve(Value):
         for before, after in pairwise(self.pieces):
             end, begin = before(at), after(at)
             gap = float(np.abs(end.translation[1] - begin.translation[0]).max())
-            gap = max(gap, float(np.abs(end.rotation[1] - begin.rotation[0]).max()))
             if gap > JOINED:
-                raise ProblemError(f"pieces of a curve do not meet: {gap:.3g} (m, rad) apart")
+                raise ProblemError(f"pieces of a curve do not meet: {in_length(gap)} apart")
+            change = end.rotation[1] - begin.rotation[0]
+            if np.abs(change).max() > JOINED:
+                angle = 2.0 * np.arcsin(min(float(np.linalg.norm(change)) / np.sqrt(8.0), 1.0))
+                raise ProblemError(f"pieces of a curve do not meet: turned by {in_degrees(angle)}")
 
     @cached_property
     def edges(self) -> Floats:

@@ -13,6 +13,7 @@ from trajopt.infeasibility.conflict import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.model.limits import EXCESS
 from trajopt.model.requirements import JointPositions, Requirement
+from trajopt.model.requirements.missed import missed_by
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
@@ -73,7 +74,9 @@ class EndpointChecks:
             if refusal is not None:
                 return replace(refusal, message=reasons.nowhere_within(refusal.message))
             if found.blocking is not None:
-                return work.result(Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found))
+                return work.result(
+                    Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found, self._wanted)
+                )
             return self._out_of_reach(rng, counts, found)
         finally:
             work.tracker.count_work(counts)
@@ -104,7 +107,7 @@ class EndpointChecks:
             return work.result(status, words, certainty=Certainty.PROVEN)
         clash = conflicting(work.problem.reduced, self._wanted, rng=rng, counts=counts)
         status = Status.CONFLICTING_CONSTRAINTS if len(clash) > 1 else Status.NO_INVERSE_KINEMATICS
-        return work.result(status, reasons.unreachable(clash, found.nearest_miss))
+        return work.result(status, reasons.unreachable(clash, found.nearest_miss, self._wanted))
 
     @cached_property
     def _proofs(self) -> tuple[tuple[Status, str], ...]:
@@ -215,5 +218,5 @@ class EndpointChecks:
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):
                 excess = replace(item, tolerance=max(item.tolerance, EXCESS)).excess(motion)
                 if excess > 0.0:
-                    return f"{required} is exceeded by {excess:.3g}"
+                    return f"{required}: missed by {missed_by(excess, (required,))}"
         return ""

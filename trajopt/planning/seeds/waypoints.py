@@ -13,6 +13,7 @@ from trajopt.model.collisions.clearances import how_near
 from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.model.requirements.missed import missed_by
 from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 
@@ -78,7 +79,7 @@ def choose_waypoints(
                     reduced, (*wanted, *also), rng=rng, counts=counts, starts=MANY_STARTS, check=check
                 )
             if not seen.free:
-                return WaypointChoice(tuple(found), _why_none(number, seen))
+                return WaypointChoice(tuple(found), _why_none(number, seen, (*wanted, *also)))
             last = min(seen.free, key=lambda q, before=last: _effort(reduced, before, q))
         found.append(last)
     return WaypointChoice(tuple(found), "")
@@ -100,9 +101,9 @@ def _middle(
     return None if also and Projection(reduced, also, query).violation(middle[None])[0] > 0.0 else middle
 
 
-def _why_none(number: int, seen: GoalCandidates) -> str:
+def _why_none(number: int, seen: GoalCandidates, required: Sequence[Requirement]) -> str:
     if seen.blocking is None:
-        miss = f"misses it by {seen.nearest_miss:.3g} (m, rad)"
+        miss = f"misses it by {missed_by(seen.nearest_miss, required)}"
         return f"the nearest configuration tried for waypoint {number} {miss}"
     nearest, how = how_near(*seen.blocking, seen.required), "collide"
     if seen.required > 0.0:
