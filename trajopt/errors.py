@@ -213,13 +213,16 @@ class FileFormatError(ModelError):
 class UnsupportedJoint(ModelError):
     """A joint has more than one degree of freedom."""
 
-    def __init__(self, name: str, joint_type: str) -> None:
-        """Name the joint and what to write in its place."""
+    def __init__(
+        self,
+        name: str,
+        joint_type: str,
+        remedy: str = "write it as a chain of prismatic, revolute and continuous joints, "
+        "one degree of freedom each",
+    ) -> None:
+        """Name the joint and what to do instead."""
         self.name = name
-        super().__init__(
-            f"joint {shown(name)} is of type {shown(joint_type)}; write it as a chain of prismatic, "
-            "revolute and continuous joints, one degree of freedom each"
-        )
+        super().__init__(f"joint {shown(name)} is of type {shown(joint_type)}; {remedy}")
 
 
 class SolverNotFound(NameNotFound, SolverError):

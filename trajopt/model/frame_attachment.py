@@ -1,10 +1,12 @@
 """Frames fixed to links: tool centre points and cameras."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from trajopt.arrays import one_of
-from trajopt.errors import ShapeError, shown
+from trajopt.errors import FrameNotFound, ModelError, ShapeError, shown
 from trajopt.model.placement import Placement, PlacementLike, as_placement
+from trajopt.model.requirements.requirement import WORLD
 
 
 @dataclass(frozen=True)
@@ -35,3 +37,22 @@ def frame_attachment(name: str, value: FrameAttachment | tuple[str, PlacementLik
     if not isinstance(value, tuple) or len(value) != 2:  # pyright: ignore[reportUnnecessaryIsInstance]
         raise ShapeError(name, f"is a link and a placement in it, is {shown(value)}")
     return FrameAttachment(one_of(name, value[0], str), as_placement(name, value[1]))
+
+
+def tool_frames(
+    frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]], links: Sequence[str]
+) -> Mapping[str, FrameAttachment]:
+    """Return the tool frames of a robot, checked against its links.
+
+    Raises:
+        ShapeError: If one is no link with a placement in it.
+        FrameNotFound: If its link is unknown.
+        ModelError: If it has the name of a link or of the world.
+    """
+    tools = {tool: frame_attachment(f"frame {shown(tool)}", at) for tool, at in frames.items()}
+    for tool, frame in tools.items():
+        if frame.link not in links:
+            raise FrameNotFound("link", frame.link, links)
+        if tool in links or tool == WORLD:
+            raise ModelError(f"tool frame {tool!r} has the name of a link or of the world; choose another")
+    return tools

@@ -1,7 +1,7 @@
 """Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
@@ -15,11 +15,10 @@ from trajopt.errors import (
     FrameNotFound,
     GroupNotFound,
     JointNotFound,
-    ModelError,
     StateNotFound,
-    shown,
 )
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
+from trajopt.model.description.from_pinocchio import check_joints, described, group_elements
 from trajopt.model.description.groups import Group, resolve_groups
 from trajopt.model.description.mimics import followed, resolve_mimics
 from trajopt.model.description.pinocchio_model import (
@@ -34,11 +33,10 @@ from trajopt.model.description.pinocchio_model import (
 )
 from trajopt.model.description.srdf import EndEffector, Srdf, read_srdf
 from trajopt.model.description.urdf import LinkGeometry, Mimic, Urdf, read_urdf
-from trajopt.model.frame_attachment import FrameAttachment, frame_attachment
+from trajopt.model.frame_attachment import FrameAttachment, tool_frames
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, PlacementLike
-from trajopt.model.requirements.requirement import WORLD
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +61,8 @@ class Robot(Value):
         bodies: Collision bodies of all links.
         visuals: Visual elements of all links, for viewers.
         mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
-        urdf_path: The file it came from.
-        urdf_xml: Its text without collision and visual elements.
+        urdf_path: The file it came from; an empty path where it came from a Pinocchio model.
+        urdf_xml: Its text without collision and visual elements; then only the robot's name.
     """
 
     name: str
@@ -128,11 +126,57 @@ class Robot(Value):
         mimics = resolve_mimics(description.mimics, movable=movable, fixed=fixed)
         return _assembled(
             model,
-            description,
+            replace(description, name=name or description.name),
             semantics,
-            name=name,
             limits=with_stated(described_limits(model), stated, mimics=mimics),
             mimics=mimics,
+            frames=frames,
+            meshes=meshes,
+        )
+
+    @staticmethod
+    def from_pinocchio(
+        model: pin.Model,
+        collision_model: pin.GeometryModel | None = None,
+        *,
+        groups: Mapping[str, Sequence[str]] | None = None,
+        srdf: Path | str | None = None,
+        limits: Path | str | None = None,
+        frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None = None,
+        name: str | None = None,
+        meshes: MeshPolicy | None = None,
+    ) -> "Robot":
+        """Make a robot of Pinocchio's model, which is copied, and its collision geometry.
+
+        No joint mimics another: Pinocchio's model of a URDF does not say so. Collision pairs of the
+        geometry model do not count; name in an SRDF the links that may touch.
+
+        Args:
+            model: Revolute, continuous and prismatic joints on a fixed base.
+            collision_model: Shapes of the links; no link has one when None.
+            groups: Name -> joint names, or a pair (base link, tip link), beside those of the SRDF;
+                without either every joint is in a group named "all".
+            srdf: As for `from_urdf`.
+            limits: As for `from_urdf`.
+            frames: As for `from_urdf`.
+            name: A name in place of the model's.
+            meshes: As for `from_urdf`.
+
+        Raises:
+            UnsupportedJoint: If a joint is a free-flyer or has more than one degree of freedom.
+            ModelError: If limits or a collision geometry are not what they must be.
+            NameNotFound: If a group, the SRDF, the limits or a frame name what the model does not have.
+        """
+        check_joints(model)
+        semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
+        stated: Mapping[str, Mapping[str, Any]] = {} if limits is None else read_joint_limits(Path(limits))
+        own = model.copy()
+        return _assembled(
+            own,
+            described(own, collision_model, name),
+            replace(semantics, groups={**semantics.groups, **group_elements(own, groups)}),
+            limits=with_stated(described_limits(own), stated, mimics={}),
+            mimics={},
             frames=frames,
             meshes=meshes,
         )
@@ -277,7 +321,6 @@ def _assembled(
     description: Urdf,
     semantics: Srdf,
     *,
-    name: str | None,
     limits: JointLimits,
     mimics: Mapping[str, Mimic],
     frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None,
@@ -285,34 +328,19 @@ def _assembled(
 ) -> Robot:
     """Make a robot of what its descriptions state, whose names are checked against each other."""
     links = link_names(model)
-    joint_names = tuple(model.names[1:])
-    tools = {tool: frame_attachment(f"frame {shown(tool)}", at) for tool, at in (frames or {}).items()}
-    for tool, frame in tools.items():
-        if frame.link not in links:
-            raise FrameNotFound("link", frame.link, links)
-        if tool in links or tool == WORLD:
-            raise ModelError(f"tool frame {tool!r} has the name of a link or of the world; choose another")
     bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
-    joints = frozenset(joint_frame_names(model))
-    groups = resolve_groups(model, semantics, frozenset(mimics))
-    for (group, state), values in semantics.states.items():
-        if group not in groups:
-            raise GroupNotFound("group", group, groups)
-        for joint in values:
-            if joint not in joints:
-                raise JointNotFound(f"joint (in state {state!r})", joint, joint_names)
     return Robot(
-        name=name or description.name,
+        name=description.name,
         model=model,
-        joint_names=joint_names,
+        joint_names=tuple(model.names[1:]),
         limits=limits,
-        groups=groups,
+        groups=resolve_groups(model, semantics, frozenset(mimics)),
         states=semantics.states,
         end_effectors=semantics.end_effectors,
         passive_joints=semantics.passive_joints,
         disabled_pairs=semantics.disabled_pairs | adjacent_links(model, links),
         mimics=mimics,
-        frames=tools,
+        frames=tool_frames(frames or {}, links),
         bodies=bodies,
         visuals=description.visuals,
         mesh_notes=notes,

@@ -35,27 +35,38 @@ class StdVec_Triangle:
 class CollisionGeometry:
     def computeLocalAABB(self) -> None: ...
 
-class ShapeBase(CollisionGeometry): ...
+class ShapeBase(CollisionGeometry):
+    def getSweptSphereRadius(self) -> float: ...
 
 class Box(ShapeBase):
+    halfSide: NDArray[np.float64]
     def __init__(self, x: float, y: float, z: float, /) -> None: ...
 
 class Sphere(ShapeBase):
+    radius: float
     def __init__(self, radius: float, /) -> None: ...
 
 class Cylinder(ShapeBase):
+    radius: float
+    halfLength: float
     def __init__(self, radius: float, length: float, /) -> None: ...
 
 class Capsule(ShapeBase):
+    radius: float
+    halfLength: float
     def __init__(self, radius: float, length: float, /) -> None: ...
 
 class Cone(ShapeBase):
+    radius: float
+    halfLength: float
     def __init__(self, radius: float, length: float, /) -> None: ...
 
 class Halfspace(ShapeBase):
     def __init__(self, normal: NDArray[np.float64], offset: float, /) -> None: ...
 
-class ConvexBase(ShapeBase): ...
+class ConvexBase(ShapeBase):
+    num_points: int
+    def point(self, index: int, /) -> NDArray[np.float64]: ...
 
 class Convex(ConvexBase):
     def __init__(self, points: StdVec_Vec3s, triangles: StdVec_Triangle, /) -> None: ...

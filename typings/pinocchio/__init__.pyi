@@ -1,6 +1,6 @@
 """Types of what trajopt uses of pinocchio 3.8.0: models, kinematics, dynamics and geometry pairs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import ClassVar, Generic, Self, TypeVar, overload
 
 import coal
@@ -37,6 +37,8 @@ class SE3:
     @property
     def np(self) -> NDArray[numpy.float64]: ...
     def __init__(self, rotation: NDArray[numpy.float64], translation: NDArray[numpy.float64]) -> None: ...
+    def inverse(self) -> SE3: ...
+    def __mul__(self, other: SE3) -> SE3: ...
 
 class Motion:
     linear: NDArray[numpy.float64]
@@ -96,9 +98,11 @@ class Data:
     def tau(self) -> NDArray[numpy.float64]: ...
 
 class Model:
+    name: str
     nq: int
     nv: int
     njoints: int
+    nframes: int
     names: StdVec_StdString
     parents: StdVec_Index
     joints: StdVec_JointModelVector
@@ -122,6 +126,12 @@ class Model:
     def getJointId(self, name: str) -> int: ...
 
 class GeometryObject:
+    name: str
+    parentJoint: int
+    parentFrame: int
+    placement: SE3
+    @property
+    def geometry(self) -> coal.CollisionGeometry: ...
     def __init__(
         self, name: str, parent_joint: int, placement: SE3, collision_geometry: coal.CollisionGeometry
     ) -> None: ...
@@ -136,6 +146,8 @@ class GeometryData:
     def distanceRequests(self) -> coal.StdVec_DistanceRequest: ...
 
 class GeometryModel:
+    @property
+    def geometryObjects(self) -> Iterable[GeometryObject]: ...
     def __init__(self) -> None: ...
     def addGeometryObject(self, geometry_object: GeometryObject) -> int: ...
     def addCollisionPair(self, collision_pair: CollisionPair) -> None: ...

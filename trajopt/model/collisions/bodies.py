@@ -8,7 +8,8 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
 from trajopt.model.description.urdf import LinkGeometry, MeshReference
-from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_file
+from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_file, cover_mesh
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.shapes import Shape, scaled
 
@@ -64,8 +65,12 @@ def robot_bodies(
     for element in collisions:
         shapes: tuple[Shape, ...]
         centre = ORIGIN
-        if isinstance(element.geometry, MeshReference):
-            cover = cover_file(element.geometry.path, element.geometry.scale, policy)
+        if isinstance(element.geometry, MeshReference | Mesh):
+            cover = (
+                cover_mesh(element.geometry, policy)
+                if isinstance(element.geometry, Mesh)
+                else cover_file(element.geometry.path, element.geometry.scale, policy)
+            )
             shapes, centre = cover.shapes, cover.centre
             links_by_note.setdefault(cover.note, []).append(element.link)
         else:

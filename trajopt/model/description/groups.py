@@ -106,9 +106,21 @@ def resolve_groups(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapp
 
     Raises:
         FrameNotFound: If a chain or a group names an unknown link.
-        JointNotFound: If a group names an unknown joint.
-        GroupNotFound: If a group includes an unknown group.
+        JointNotFound: If a group or a named state names an unknown joint.
+        GroupNotFound: If a group includes an unknown group, or a named state is of one.
     """
+    groups = _resolved(model, srdf, mimics)
+    joints = frozenset(joint_frame_names(model))
+    for (group, state), values in srdf.states.items():
+        if group not in groups:
+            raise GroupNotFound("group", group, groups)
+        for joint in values:
+            if joint not in joints:
+                raise JointNotFound(f"joint (in state {state!r})", joint, tuple(model.names[1:]))
+    return groups
+
+
+def _resolved(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapping[str, Group]:
     movable = tuple(model.names[1:])
     links = link_names(model)
     driven = tuple(joint for joint in movable if joint not in mimics | srdf.passive_joints)
