@@ -1,12 +1,18 @@
 """Robots by name: those that installed packages bring, and any from its URDF file."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from pkgutil import iter_modules
 
 from trajopt.arrays import path
-from trajopt.errors import ModelError, RobotNotFound
+from trajopt.errors import MissingExtra, ModelError, RobotNotFound
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot
+
+_PACKAGE = "robot_descriptions"
+_SUFFIX = "_description"
 
 
 def load(
@@ -19,18 +25,20 @@ def load(
 ) -> Robot:
     """Load an installed robot by name ("panda"), or any robot from its URDF file.
 
-    Names come from the entry-point group `trajopt.robots`, so any package can add some.
+    Names come from the entry-point group `trajopt.robots`, so any package can add some. Other names that
+    end in "_description" are those of the package `robot_descriptions`, which downloads what they name.
 
     Args:
         robot: A name, or the path of a URDF file.
-        srdf: With a path: MoveIt's semantic description.
-        limits: With a path: MoveIt's `joint_limits.yaml`.
-        package_dirs: With a path: folders to look in for `package://` meshes.
-        meshes: With a path: how collision meshes become convex.
+        srdf: With a path or a description: MoveIt's semantic description.
+        limits: With a path or a description: MoveIt's `joint_limits.yaml`.
+        package_dirs: With a path or a description: folders to look in for `package://` meshes.
+        meshes: With a path or a description: how collision meshes become convex.
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
-        ModelError: If options for a path come with a name.
+        MissingExtra: If it is a description, and `robot_descriptions` is not installed.
+        ModelError: If options for a path come with a name, or a description has no URDF.
     """
     from importlib.metadata import entry_points
 
@@ -39,6 +47,28 @@ def load(
         if srdf or limits or package_dirs or meshes:
             raise ModelError(f"robot {robot!r} is installed by name and brings its own files")
         return installed[str(robot)].load()()
-    if not path("robot", robot).is_file():
+    file = path("robot", robot)
+    if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not file.exists():
+        urdf, folders = _description(str(robot), installed)
+        dirs = (*package_dirs, *folders)
+        return Robot.from_urdf(urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes)
+    if not file.is_file():
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     return Robot.from_urdf(robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes)
+
+
+def _description(name: str, installed: Iterable[str]) -> tuple[Path, tuple[Path, ...]]:
+    """Return the URDF of a robot of `robot_descriptions`, and the folders of its meshes."""
+    package = find_spec(_PACKAGE)
+    if package is None:
+        raise MissingExtra(_PACKAGE, "descriptions")
+    modules = {module.name for module in iter_modules(package.submodule_search_locations)}
+    known = {module for module in modules if module.endswith(_SUFFIX)}
+    if name not in known:
+        raise RobotNotFound("installed robot or URDF file", name, {*known, *installed})
+    module = import_module(f"{_PACKAGE}.{name}")
+    urdf: object = getattr(module, "URDF_PATH", None)
+    if urdf is None:
+        raise ModelError(f"{name!r} of {_PACKAGE} has no URDF; only robots with one can be loaded")
+    folder = Path(str(getattr(module, "PACKAGE_PATH", Path(str(urdf)).parent)))
+    return Path(str(urdf)), (folder, folder.parent)
