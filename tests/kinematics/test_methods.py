@@ -120,7 +120,7 @@ def test_an_axis_points_along_a_direction(panda: ReducedModel, method: str) -> N
 
 def test_what_placo_cannot_state_is_refused_by_name(panda: ReducedModel) -> None:
     goal = to.coupled_joints({"panda_joint1": 1.0, "panda_joint2": 1.0}, tolerance=0.01)
-    with pytest.raises(RequirementNotSupported, match="placo cannot state CoupledJoints") as refused:
+    with pytest.raises(RequirementNotSupported, match="there is no task for CoupledJoints") as refused:
         inverse_kinematics(panda, goal, method="placo")
     assert refused.value.requirement is goal
     assert inverse_kinematics(panda, goal).free

@@ -84,6 +84,10 @@ def test_every_form_is_taken(planar_arm: to.Robot, name: str, form: str) -> None
     np.testing.assert_allclose(take(scene, FORMS[form](WHERE)), take(scene, WHERE), atol=1e-12)
 
 
+FRAMES = {"Robot.from_urdf", "Robot.from_pinocchio"}
+"""They take tool frames, as pairs of a link and a placement."""
+
+
 def test_none_is_forgotten() -> None:
     """Every public function whose declared arguments hold a placement takes all its forms, and is above."""
     declared: set[str] = set()
@@ -96,7 +100,7 @@ def test_none_is_forgotten() -> None:
             function = getattr(value, "__func__", value)
             if inspect.isfunction(function) and not function.__name__.startswith("_"):
                 declared |= placed(function)
-    assert declared == {name for name in TAKEN if name[0].islower() or "." in name} | {"Robot.from_urdf"}
+    assert declared == {name for name in TAKEN if name[0].islower() or "." in name} | FRAMES
 
 
 def placed(function: Any) -> set[str]:
@@ -138,7 +142,10 @@ def test_a_tool_frame_is_a_pair(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
     file.write_text(ODD_ARM)
     robot = to.Robot.from_urdf(file, frames={"pen": ("fore", WHERE.homogeneous)})
-    assert robot.frame("pen").link == "fore"
+    other = to.Robot.from_pinocchio(
+        pin.buildModelFromUrdf(str(file)), frames={"pen": ("fore", WHERE.homogeneous)}
+    )
+    assert robot.frame("pen").link == other.frame("pen").link == "fore"
     np.testing.assert_allclose(robot.frame("pen").placement.homogeneous, WHERE.homogeneous)
     with pytest.raises(ShapeError, match="a link and a placement"):
         to.Robot.from_urdf(file, frames={"pen": WHERE})  # type: ignore[dict-item]
