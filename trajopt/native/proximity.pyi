@@ -1,4 +1,4 @@
-"""Kinematics of all samples and rows of near pairs; see `trajopt.query`."""
+"""Kinematics of all samples and rows of close pairs; see `trajopt.query`."""
 
 import coal
 import pinocchio as pin
@@ -40,7 +40,7 @@ class Query:
     """What one thread asks a cell with."""
 
     def __init__(self, cell: Cell) -> None: ...
-    def near(
+    def close_pairs(
         self, positions: Floats, reach: Floats
     ) -> tuple[Ints, Ints, Floats, Floats, Floats, Floats, Floats]: ...
     def placements(self, positions: Floats) -> tuple[Floats, Floats, Floats]: ...

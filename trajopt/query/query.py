@@ -134,7 +134,7 @@ class Query:
         """
         core, counts = self._core, self.counts
         bounds, distances = core.bounds, core.distances
-        contacts = Contacts(*core.near(np.ascontiguousarray(positions), reach))
+        contacts = Contacts(*core.close_pairs(np.ascontiguousarray(positions), reach))
         counts.forward_kinematics += len(positions)
         counts.bounds += core.bounds - bounds
         counts.distances += core.distances - distances

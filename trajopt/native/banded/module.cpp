@@ -28,7 +28,7 @@ Program* make_program(int joints, const Vector<bool>& moves) {
   return new Program(joints, {moves.data(), moves.data() + moves.shape(0)});
 }
 
-// Step, promised improvement, outcome, iterations, multipliers of the rows.
+// Step, predicted reduction, outcome, iterations, multipliers of the rows.
 auto solve(Program& program, const Vector<double>& lower, const Vector<double>& upper, double regularisation,
            double accuracy, int max_iterations) {
   const auto& columns = program.columns();
@@ -40,7 +40,7 @@ auto solve(Program& program, const Vector<double>& lower, const Vector<double>& 
     high[columns[variable]] = upper(variable);
   }
   Solution solution;
-  double promise = 0.0;
+  double reduction = 0.0;
   {
     nb::gil_scoped_release release;
     program.assemble(regularisation);
@@ -49,13 +49,13 @@ auto solve(Program& program, const Vector<double>& lower, const Vector<double>& 
     options.max_iterations = max_iterations;
     solution = InteriorPoint(program, low.data(), high.data(), options).solve();
     const std::vector<double> still(program.hessian.room(), 0.0);
-    promise = program.objective(still.data()) - program.objective(solution.x.data());
+    reduction = program.objective(still.data()) - program.objective(solution.x.data());
     for (std::size_t variable = 0; variable < columns.size(); ++variable) {
       if (columns[variable] >= 0) step[variable] = solution.x[columns[variable]];
     }
   }
   const std::size_t variables = step.size(), rows = solution.multiplier.size();
-  return nb::make_tuple(hand_over(std::move(step), {variables}), promise, static_cast<int>(solution.outcome),
+  return nb::make_tuple(hand_over(std::move(step), {variables}), reduction, static_cast<int>(solution.outcome),
                         solution.iterations, hand_over(std::move(solution.multiplier), {rows}));
 }
 

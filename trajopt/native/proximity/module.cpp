@@ -95,14 +95,14 @@ void expect_positions(const Query& query, const Matrix<double>& positions) {
   expect(static_cast<int>(positions.shape(1)) == query.cell.robot.dofs(), "one position for each joint of the group");
 }
 
-// Rows of near pairs: sample, pair, distance, normal, point on the first body, on the second, Jacobian row.
-auto near(Query& query, const Matrix<double>& positions, const Vector<double>& reach) {
+// Rows of close pairs: sample, pair, distance, normal, point on the first body, on the second, Jacobian row.
+auto close_pairs(Query& query, const Matrix<double>& positions, const Vector<double>& reach) {
   expect_positions(query, positions);
   expect(reach.shape(0) == query.cell.pairs.size(), "one reach for each pair");
-  NearPairs found;
+  ClosePairs found;
   {
     nb::gil_scoped_release release;
-    found = query.tracker.near(positions.data(), static_cast<int>(positions.shape(0)),
+    found = query.tracker.close_pairs(positions.data(), static_cast<int>(positions.shape(0)),
                          {reach.data(), reach.data() + reach.shape(0)});
   }
   const size_t count = found.pair.size();
@@ -200,7 +200,7 @@ NB_MODULE(proximity, m) {
       .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a);
   nb::class_<Query>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
-      .def("near", &near, "positions"_a, "reach"_a)
+      .def("close_pairs", &close_pairs, "positions"_a, "reach"_a)
       .def("placements", &placements, "positions"_a)
       .def("displacement", &displacement, "start"_a, "end"_a)
       .def_prop_ro("bounds", [](const Query& query) { return query.tracker.work.bounds; })

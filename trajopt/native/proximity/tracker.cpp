@@ -10,7 +10,7 @@ void append(std::vector<double>& target, const Vector3& value) {
 }
 }  // namespace
 
-void NearPairs::clear() {
+void ClosePairs::clear() {
   sample.clear();
   pair.clear();
   for (auto* numbers : {&distance, &normal, &first, &second, &jacobian}) numbers->clear();
@@ -19,7 +19,7 @@ void NearPairs::clear() {
 Tracker::Tracker(const Cell& cell)
     : cell_(cell), kinematics_(cell.robot), narrow_(cell.accuracy), movers_(static_cast<int>(cell.movers.size())) {}
 
-const NearPairs& Tracker::near(const double* positions, int samples, const std::vector<double>& reach) {
+const ClosePairs& Tracker::close_pairs(const double* positions, int samples, const std::vector<double>& reach) {
   const bool same = samples == samples_ && reach == reach_;
   if (!same) {
     samples_ = samples;
@@ -144,7 +144,7 @@ void Tracker::between_movers(int sample) {
   }
 }
 
-// Ask Coal; a near pair becomes a row.
+// Ask Coal; a close pair becomes a row.
 double Tracker::measure(int pair, int sample) {
   const auto [first, second] = cell_.pairs[pair];
   const Body &a = cell_.bodies[first], &b = cell_.bodies[second];

@@ -16,7 +16,7 @@
 namespace proximity {
 
 // Near pairs of all samples, one entry each.
-struct NearPairs {
+struct ClosePairs {
   std::vector<std::int64_t> sample, pair;
   std::vector<double> distance;
   std::vector<double> normal, first, second;  // three numbers each
@@ -34,7 +34,7 @@ class Tracker {
   explicit Tracker(const Cell& cell);
 
   // Measure every pair nearer than its reach at S configurations.
-  const NearPairs& near(const double* positions, int samples, const std::vector<double>& reach);
+  const ClosePairs& close_pairs(const double* positions, int samples, const std::vector<double>& reach);
 
   Work work;
 
@@ -76,7 +76,7 @@ class Tracker {
   std::vector<double> moved_;                                                     // by sample and mover
   std::vector<Neighbours> neighbours_;                                            // by stretch and mover
   std::vector<double> clear_between_;                                             // by sample and pair of movers
-  NearPairs found_;
+  ClosePairs found_;
 };
 
 }  // namespace proximity
