@@ -1,42 +1,21 @@
 """Entry: one instance of a problem, planned, and its motion judged by a judge of its own."""
 
 import time
-from dataclasses import asdict, dataclass
-from math import isfinite
+from dataclasses import dataclass
 
 from trajopt.benchmark.definition import Definition
 from trajopt.planning.judgement import judge
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Status
-from trajopt.verify import Certificate
+from trajopt.verify import Check
 
 SOLVED = "solved"
 """How an entry calls the outcome of a problem that has a solution."""
-
-
-@dataclass(frozen=True)
-class Held:
-    """One constraint on the timed motion, where it is tightest.
-
-    Attributes:
-        name: What was judged: "clearance", "goal: ...", "path: ...", "velocity", ...
-        subject: The pair, joint or frame where it is tightest.
-        worst: The value there; None if none can be stated.
-        bound: What the value must not pass; None for none.
-        unit: Unit of both.
-        time: When it is tightest [s]; None if at no certain time.
-        evidence: "proven" for all times, "sampled" or "unproven".
-        holds: Whether it is held.
-    """
-
-    name: str
-    subject: str
-    worst: float | None
-    bound: float | None
-    unit: str
-    time: float | None
-    evidence: str
-    holds: bool
+_COLUMNS = {
+    **{name: name for name in ("name", "subject", "bound", "unit", "time", "evidence", "holds")},
+    "worst": "value",
+}
+"""Key of a constraint as data -> the attribute of a check."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +39,7 @@ class Entry:
     expected: Status
     status: Status
     message: str
-    constraints: tuple[Held, ...]
+    constraints: tuple[Check, ...]
     setup_seconds: float
     cpu_seconds: float
     duration: float | None
@@ -88,11 +67,8 @@ class Entry:
             "as_expected": self.as_expected,
             "message": self.message,
             "constraints": [
-                {
-                    key: None if isinstance(value, float) and not isfinite(value) else value
-                    for key, value in asdict(item).items()
-                }
-                for item in self.constraints
+                {key: plain[name] for key, name in _COLUMNS.items()}
+                for plain in (check.as_dict() for check in self.constraints)
             ],
             "setup_seconds": self.setup_seconds,
             "cpu_seconds": self.cpu_seconds,
@@ -127,26 +103,10 @@ def run(definition: Definition, draw: int = 0) -> Entry:
         expected=definition.expected,
         status=result.status,
         message=result.message,
-        constraints=() if solved is None else held(judge(problem, solved)),
+        constraints=()
+        if solved is None
+        else tuple(check for check in judge(problem, solved).checks if check.required),
         setup_seconds=made - begin,
         cpu_seconds=planned - made,
         duration=None if solved is None else solved.duration,
-    )
-
-
-def held(certificate: Certificate) -> tuple[Held, ...]:
-    """Return what the verdict depends on."""
-    return tuple(
-        Held(
-            check.name,
-            check.subject,
-            check.value,
-            check.bound,
-            check.unit,
-            check.time,
-            check.evidence.value,
-            check.holds,
-        )
-        for check in certificate.checks
-        if check.required
     )

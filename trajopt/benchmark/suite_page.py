@@ -3,9 +3,10 @@
 from collections.abc import Sequence
 from html import escape
 
-from trajopt.benchmark.entry import Entry, Held, outcome
+from trajopt.benchmark.entry import Entry, outcome
 from trajopt.benchmark.suite_table import number, summary
 from trajopt.planning.result import Status
+from trajopt.verify import Check, CheckKind
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8884; --good: #1a7f37; --bad: #cf222e; --soft: #8882; }
@@ -71,9 +72,9 @@ def _motion(entry: Entry) -> str:
     if entry.duration is None:
         return ""
     near = [
-        f"{1000 * item.worst:.1f} mm clear" + (f" ({1000 * item.bound:g} mm required)" if item.bound else "")
+        f"{1000 * item.value:.1f} mm clear" + (f" ({1000 * item.bound:g} mm required)" if item.bound else "")
         for item in entry.constraints
-        if item.name == "clearance" and item.worst is not None
+        if item.kind is CheckKind.CLEARANCE and item.value is not None
     ]
     return ", ".join([f"motion of {entry.duration:.2f} s", *near])
 
@@ -85,20 +86,20 @@ def _inside(entry: Entry) -> str:
     return f"<table><tr>{head}</tr>{''.join(map(_row, entry.constraints))}</table>"
 
 
-def _row(item: Held) -> str:
+def _row(item: Check) -> str:
     time = "" if item.time is None else f"{item.time:.3f}"
     name = escape(item.name) if item.holds else f'<b class="bad">{escape(item.name)}</b>'
     return (
-        f"<tr><td>{name}</td><td>{escape(item.subject)}</td><td class=n>{number(item.worst)}</td>"
+        f"<tr><td>{name}</td><td>{escape(item.subject)}</td><td class=n>{number(item.value)}</td>"
         f"<td class=n>{number(item.bound)}</td><td>{escape(item.unit)}</td><td>{_bar(item)}</td>"
-        f"<td class=n>{time}</td><td>{item.evidence}</td></tr>"
+        f"<td class=n>{time}</td><td>{item.evidence.value}</td></tr>"
     )
 
 
-def _bar(item: Held) -> str:
+def _bar(item: Check) -> str:
     """Draw how much of an upper bound is used up; nothing where there is none."""
-    if item.worst is None or not item.bound or item.name == "clearance":
+    if item.value is None or not item.bound or item.kind is CheckKind.CLEARANCE:
         return ""
-    share = min(abs(item.worst / item.bound), 1.0)
+    share = min(abs(item.value / item.bound), 1.0)
     kind = "" if item.holds else ' class="bad"'
     return f'<div class="bar" title="{share:.0%}"><i{kind} style="width:{100 * share:.0f}%"></i></div>'

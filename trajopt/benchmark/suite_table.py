@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 
-from trajopt.benchmark.entry import Entry, Held, outcome
+from trajopt.benchmark.entry import Entry, outcome
+from trajopt.verify import Check
+from trajopt.verify.table import aligned
 
 HEAD = ("", "problem", "instance", "constraint", "where", "worst", "bound", "unit", "at [s]", "evidence")
 WIDEST = 48
@@ -17,28 +19,20 @@ def table(entries: Sequence[Entry]) -> list[str]:
         told = [cells(item) for item in entry.constraints] or [(reason(entry), "", "", "", "", "", "")]
         for count, row in enumerate(told):
             rows.append((*(lead if count == 0 else ("", "", "")), *row))
-    widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
-    right = {5, 6, 8}
-    return [
-        "  ".join(
-            cell.rjust(width) if column in right else cell.ljust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
+    return aligned(rows, right=frozenset((5, 6, 8)))
 
 
-def cells(item: Held) -> tuple[str, str, str, str, str, str, str]:
+def cells(item: Check) -> tuple[str, str, str, str, str, str, str]:
     """Return a constraint as constraint, where, worst, bound, unit, time and evidence."""
     name = item.name if len(item.name) <= WIDEST else f"{item.name[: WIDEST - 3]}..."
     return (
         name if item.holds else f"BROKEN {name}",
         item.subject,
-        number(item.worst),
+        number(item.value),
         number(item.bound),
         item.unit,
         "" if item.time is None else f"{item.time:.3f}",
-        item.evidence,
+        item.evidence.value,
     )
 
 

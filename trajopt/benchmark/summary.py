@@ -7,6 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.benchmark.run import Run
+from trajopt.planning.status import Status
 
 INSTALLED = "installed"
 """Group of the problems that belong to no set of files."""
@@ -113,7 +114,7 @@ def performance_profile(runs: Sequence[Run]) -> Mapping[str, Floats]:
     Returns:
         Method -> ratios, shape (number of problems,), inf where it found no verified motion.
     """
-    asked = [run for run in runs if run.askable and run.expected.name == "SOLVED"]
+    asked = [run for run in runs if run.askable and run.expected is Status.SOLVED]
     problems = list(dict.fromkeys(run.problem for run in asked))
     best: dict[str, float] = {}
     for run in asked:

@@ -11,7 +11,7 @@ from trajopt.planning.status import Certainty, Status
 from trajopt.planning.summary import Summary
 from trajopt.problem import Problem
 from trajopt.retime import Retimed
-from trajopt.verify import Certificate
+from trajopt.verify import Certificate, CheckKind
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,17 +111,17 @@ class Followed:
     @property
     def deviation(self) -> float:
         """Largest distance from the curve, as the judge measured it [m]; infinite without a motion."""
-        return self._measured("path: curve position")
+        return self._measured(CheckKind.CURVE_POSITION)
 
     @property
     def turn(self) -> float:
         """Largest angle from the curve's orientation, as the judge measured it [rad]; 0 where it is free."""
-        return self._measured("path: curve rotation", default=0.0)
+        return self._measured(CheckKind.CURVE_ROTATION, default=0.0)
 
-    def _measured(self, name: str, default: float = float("inf")) -> float:
+    def _measured(self, kind: CheckKind, default: float = float("inf")) -> float:
         if self.certificate is None:
             return float("inf")
-        found = [check.value for check in self.certificate.checks if check.name == name]
+        found = [check.value for check in self.certificate.checks if check.kind is kind]
         return next((value for value in found if value is not None), default)
 
     def require(self, fraction: float = 1.0) -> Plan:

@@ -6,6 +6,7 @@ It shares no code with what it judges, and what it certifies as proven holds at 
 from trajopt.verify.certificate import (
     Certificate,
     Check,
+    CheckKind,
     Counts,
     Evidence,
     PairClearance,
@@ -21,6 +22,7 @@ from trajopt.verify.kernel.options import VerifyOptions
 __all__ = [
     "Certificate",
     "Check",
+    "CheckKind",
     "Counts",
     "Evidence",
     "Examination",

@@ -20,6 +20,21 @@ class Evidence(Enum):
     UNPROVEN = "unproven"
 
 
+class CheckKind(Enum):
+    """What a check is about, whatever its name says of the particulars."""
+
+    ENDS = "ends"
+    LIMIT = "limit"
+    TORQUE = "torque"
+    CLEARANCE = "clearance"
+    CONTACT = "contact"
+    TOOL_SPEED = "tool speed"
+    CURVE_POSITION = "curve position"
+    CURVE_ROTATION = "curve rotation"
+    REQUIREMENT = "requirement"
+    USER_CODE = "user code"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Check:
     """One thing that was judged.
@@ -36,6 +51,7 @@ class Check:
         holds: Whether the check is passed.
         detail: A sentence.
         required: Whether the verdict depends on it; False for mere information.
+        kind: What it is about.
     """
 
     name: str
@@ -49,6 +65,11 @@ class Check:
     holds: bool
     detail: str
     required: bool = True
+    kind: CheckKind = CheckKind.REQUIREMENT
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain data that JSON can hold; numbers that are not finite become None."""
+        return _plain(self)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,13 +3,51 @@
 from dataclasses import replace
 
 from trajopt.benchmark import Entry
-from trajopt.benchmark.entry import Held
 from trajopt.planning.result import Status
+from trajopt.verify import Check, CheckKind, Evidence
 
-HELD = Held("goal: axis", "tip <of> the arm", 0.05, 0.1, "rad", 1.25, "proven", True)
-CLEAR = Held("clearance", "hand - post", 0.0123, 0.0, "m", 0.5, "proven", True)
-BROKEN = Held("path: position", "tip", 0.3, 0.1, "m", 0.75, "sampled", False)
-UNBOUNDED = Held("torque", "", None, None, "Nm", None, "unproven", True)
+HELD = Check(
+    name="goal: axis",
+    subject="tip <of> the arm",
+    value=0.05,
+    bound=0.1,
+    unit="rad",
+    time=1.25,
+    slack=0.05,
+    evidence=Evidence.PROVEN,
+    holds=True,
+    detail="",
+)
+CLEAR = replace(
+    HELD,
+    name="clearance",
+    kind=CheckKind.CLEARANCE,
+    subject="hand - post",
+    value=0.0123,
+    bound=0.0,
+    unit="m",
+    time=0.5,
+)
+BROKEN = replace(
+    HELD,
+    name="path: position",
+    subject="tip",
+    value=0.3,
+    unit="m",
+    time=0.75,
+    evidence=Evidence.SAMPLED,
+    holds=False,
+)
+UNBOUNDED = replace(
+    HELD,
+    name="torque",
+    subject="",
+    value=None,
+    bound=None,
+    unit="Nm",
+    time=None,
+    evidence=Evidence.UNPROVEN,
+)
 
 GOOD = Entry(
     problem="past a post",

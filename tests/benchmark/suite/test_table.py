@@ -39,7 +39,7 @@ def test_as_data() -> None:
 
 
 def test_a_required_clearance_is_shown_beside_what_is_kept() -> None:
-    kept = replace(CLEAR, worst=0.0345, bound=0.03)
+    kept = replace(CLEAR, value=0.0345, bound=0.03)
     entry = replace(GOOD, constraints=(kept, CLEAR))
     row = table([entry])[1]
     assert "0.0345" in row and "0.03 " in row

@@ -6,7 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Ints
 from trajopt.model.collisions.allowed_collisions import ContactAllowance
-from trajopt.verify.certificate import Check, Evidence, PairClearance, Unproven
+from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.search.clearance_search import Contact, Findings, Tally
@@ -161,6 +161,7 @@ def _check(
     subject: str, value: float | None, required: float, time: float | None, evidence: Evidence, detail: str
 ) -> Check:
     return Check(
+        kind=CheckKind.CLEARANCE,
         name="clearance",
         subject=subject,
         value=value,
@@ -191,6 +192,7 @@ def _contact_checks(motion: Motion, search: Findings, *, proven: bool) -> tuple[
         when += [f"the last {allowance.last:g} s"] * (allowance.last > 0.0)
         checks.append(
             Check(
+                kind=CheckKind.CONTACT,
                 name=f"contact: {allowance.name}",
                 subject=f"{allowance.a} - {allowance.b}",
                 value=depth,

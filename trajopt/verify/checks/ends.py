@@ -3,7 +3,7 @@
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.motion import Motion
 
@@ -35,6 +35,7 @@ def _check(motion: Motion, name: str, sizes: Floats, *, time: float, bound: floa
     subject = motion.reduced.joint_names[joint]
     value = float(sizes[joint])
     return Check(
+        kind=CheckKind.ENDS,
         name=name,
         subject=subject,
         value=value,

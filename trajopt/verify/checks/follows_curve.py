@@ -12,7 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats
 from trajopt.model.requirements import FollowsCurve
-from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.curve_places import CurvePlaces
 from trajopt.verify.checks.progress import Errors, nearest_progress, refined
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
@@ -81,6 +81,7 @@ def _check(
     if gap is not None:
         text += f"; no proof from {gap[0]:.5f} to {gap[1]:.5f} s"
     return Check(
+        kind=(CheckKind.CURVE_POSITION, CheckKind.CURVE_ROTATION)[which],
         name=f"{when.value}: curve {('position', 'rotation')[which]}",
         subject=requirement.frame,
         value=value,

@@ -6,7 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
-from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.moving_limits import joint_words
 from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.motion import Motion
@@ -72,6 +72,7 @@ def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
         row = int(jumps[:, joint].argmax())
         checks.append(
             Check(
+                kind=CheckKind.LIMIT,
                 name=QUANTITIES[3],
                 subject=name,
                 value=None,
@@ -104,6 +105,7 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
         detail += f", its limit is {found.bounds[joint]:.6g}" if limited else " and has no limit"
         checks.append(
             Check(
+                kind=CheckKind.LIMIT,
                 name=QUANTITIES[order],
                 subject=name,
                 value=float(found.values[joint]),

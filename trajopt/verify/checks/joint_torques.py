@@ -4,7 +4,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
-from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import counting
 from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.moments import steps_in_pieces
@@ -39,6 +39,7 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
         turns = joint_unit(motion.reduced.scene.robot, name) == "rad"
         checks.append(
             Check(
+                kind=CheckKind.TORQUE,
                 name="torque",
                 subject=name,
                 value=value,

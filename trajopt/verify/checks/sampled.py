@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
-from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.moments import sampled_times
 from trajopt.verify.kernel.motion import Motion
 
@@ -60,6 +60,7 @@ def sampled_check(check: SampledCheck, motion: Motion) -> Check:
     bound = float((high if above else low)[row, column])
     worst = float(excess[row, column])
     return Check(
+        kind=CheckKind.USER_CODE,
         name=f"path: {check.name}",
         subject=f"row {column}" if rows.shape[1] > 1 else "",
         value=float(rows[row, column]),

@@ -10,7 +10,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Interpolation
-from trajopt.verify.certificate import Check, Evidence
+from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.requirement import Component, When, requirement_check
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.point_motion import PointMotion
@@ -55,6 +55,7 @@ def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Chec
         share = float(speeds[between].sum() / speeds.sum())
     value = float(speeds[worst])
     return Check(
+        kind=CheckKind.TOOL_SPEED,
         name=f"{When.ALWAYS.value}: steady speed",
         subject=limited.frame,
         value=value,
