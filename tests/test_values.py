@@ -39,7 +39,7 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.terms import Cost, soft_clearance
 from trajopt.terms.clearance import MarginRule
 from trajopt.terms.expression import Expression
-from trajopt.terms.symbolic.kinematics import SymbolicKinematics
+from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
     "BudgetTracker", "Counts", "Judge", "KnotsNlp", "MoveGroupCommander", "PlanningSceneInterface",

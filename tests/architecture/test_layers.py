@@ -42,7 +42,7 @@ ONLY_IN = {
     "matplotlib": {"view"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "casadi": {"solvers", "terms", "transcription"},
+    "casadi": {"terms", "methods"},
     "ompl": {"planning"},
     "placo": {"kinematics"},
     "toppra": set(),

@@ -15,7 +15,7 @@ from trajopt.terms import constraint
 from trajopt.terms.expression import Expression
 from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
-from trajopt.terms.symbolic.kinematics import SymbolicKinematics
+from trajopt.terms.symbolic import SymbolicKinematics
 
 
 @pytest.fixture

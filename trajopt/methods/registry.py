@@ -20,14 +20,10 @@ def _sqp(backend: str) -> Method:
 
 
 def _casadi(plugin: str) -> Method:
-    from trajopt.methods import casadi_knots  # it takes a while to import
+    from trajopt.methods.casadi import knots  # it takes a while to import
 
-    plugins = {
-        "ipopt": casadi_knots.ipopt,
-        "fatrop": casadi_knots.fatrop,
-        "sqpmethod": casadi_knots.sqpmethod,
-    }
-    return casadi_knots.CasadiKnots(plugins[plugin]())
+    solvers = {"ipopt": knots.ipopt, "fatrop": knots.fatrop, "sqpmethod": knots.sqpmethod}
+    return knots.CasadiKnots(solvers[plugin]())
 
 
 METHODS: Mapping[str, Callable[[], Method]] = {

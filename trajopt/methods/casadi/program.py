@@ -6,10 +6,12 @@ import casadi as ca
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
+from trajopt.methods.casadi.layout import Layout, Plain, Staged
+from trajopt.methods.casadi.measured import Ends, EverySample, Measured, NearestRows, links_of_pairs
+from trajopt.methods.casadi.nlpsol import CasadiProgram
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import PositionInRegion, Requirement
 from trajopt.nlp import Loss
-from trajopt.solvers.nlpsol import CasadiProgram
 from trajopt.terms.clearance import Clearance
 from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
@@ -20,8 +22,6 @@ from trajopt.terms.residual_from_function import FunctionResidual
 from trajopt.terms.singularity_distance import LostManipulability, SmallestSingularValue
 from trajopt.terms.smoothness import Acceleration, Jerk, Velocity
 from trajopt.terms.symbolic import Symbolic, SymbolicKinematics
-from trajopt.transcription.casadi.layout import Layout, Plain, Staged
-from trajopt.transcription.casadi.measured import Ends, EverySample, Measured, NearestRows, links_of_pairs
 from trajopt.transcription.knots import KnotsNlp
 
 ORDERS: dict[type, int] = {Velocity: 1, Acceleration: 2, Jerk: 3}

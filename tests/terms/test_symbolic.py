@@ -10,7 +10,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.terms.symbolic.kinematics import SymbolicKinematics
+from trajopt.terms.symbolic import SymbolicKinematics
 
 
 def check(reduced: ReducedModel, seed: int) -> None:

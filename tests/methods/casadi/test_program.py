@@ -9,13 +9,13 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
+from trajopt.methods.casadi.nlpsol import CasadiProgram
+from trajopt.methods.casadi.program import CasadiTranscription, by_stages, objection, plainly
 from trajopt.planning.seeds import straight_line
-from trajopt.solvers.nlpsol import CasadiProgram
 from trajopt.terms import Cost, Jerk, Velocity, constraint, penalty, residual_from_function
 from trajopt.terms.residual import Residual
-from trajopt.terms.symbolic.kinematics import SymbolicKinematics
+from trajopt.terms.symbolic import SymbolicKinematics
 from trajopt.transcription import KnotsNlp, transcribe
-from trajopt.transcription.casadi.knots import CasadiTranscription, by_stages, objection, plainly
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {"pan": 1.0, "reach": 0.2, "elbow": 0.3, "wrist": 0.4}

@@ -8,7 +8,7 @@ import pytest
 
 from trajopt.arrays import Floats
 from trajopt.errors import SolverNotFound
-from trajopt.solvers.nlpsol import CasadiProgram, Nlpsol
+from trajopt.methods.casadi.nlpsol import CasadiProgram, Nlpsol
 from trajopt.solvers.solver import Iteration, SolverStatus
 
 PLUGINS = {

@@ -7,16 +7,16 @@ from itertools import chain
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
+from trajopt.methods.casadi.nlpsol import Nlpsol
+from trajopt.methods.casadi.program import by_stages, objection, plainly, requirement_objection
 from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
 from trajopt.model.requirements import FollowsCurve, Requirement
 from trajopt.nlp import Linearisation, Loss
 from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.solvers.nlpsol import Nlpsol
 from trajopt.solvers.solver import Iteration, SolveResult, SolverStatus
 from trajopt.terms.residual import Constraint
 from trajopt.transcription import KnotsNlp, transcribe
-from trajopt.transcription.casadi.knots import by_stages, objection, plainly, requirement_objection
 
 ROUNDS = 6
 """Solutions at most: on finer samples, or with a larger penalty, from where the last one ended."""

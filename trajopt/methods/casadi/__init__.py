@@ -1,0 +1,1 @@
+"""Knots by CasADi: kinematics as expressions, contacts as callbacks, solved by one of its plugins."""

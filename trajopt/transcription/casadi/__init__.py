@@ -1,1 +1,0 @@
-"""Transcription for CasADi: kinematics as expressions, contacts as callbacks."""
