@@ -97,7 +97,7 @@ def test_a_plan_holds_a_line_from_a_waypoint_to_the_end() -> None:
         waypoints={"above": to.frame_placement(TCP, high, position_tolerance=0.004, rotation_tolerance=0.05)},
         constraints=[to.during(line, after="above")],
     )
-    assert "from above to the end" in repr(problem)
+    assert "from above to the end" in str(problem)
     plan = to.plan(problem).require()
     checks = {check.name: check for check in plan.certificate.checks}
     (held,) = (check for name, check in checks.items() if "from above to the end" in name)

@@ -43,8 +43,8 @@ from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
     "BudgetTracker", "Counts", "Judge", "KnotsNlp", "MoveGroupCommander", "PlanningSceneInterface",
-    "GoalSearch", "Query", "RobotCommander", "Search", "SimulatedExecutor", "SymbolicKinematics", "Timeline",
-    "Value", "Viewer", "Workspace", "World",
+    "GoalSearch", "Printed", "Query", "RobotCommander", "Search", "SimulatedExecutor", "SymbolicKinematics",
+    "Timeline", "Value", "Viewer", "Workspace", "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""
 

@@ -109,7 +109,7 @@ def test_a_plan_passes_a_configuration_and_a_placement(panda: to.Robot) -> None:
         rotation_tolerance=(0.1, 0.1, np.inf),
     )
     asked = problem(panda, up, [over])
-    assert repr(asked).count("on the way") == 2
+    assert str(asked).count("on the way") == 2
     plan = to.plan(asked).require()
     found = [check for check in plan.certificate.checks if check.name.startswith("waypoint")]
     assert [check.name.split(":")[0] for check in found] == ["waypoint 1", "waypoint 2"]

@@ -73,7 +73,23 @@ def number(name: str, value: float, *, infinite: bool = False) -> float:
     return float(floats(name, value, (), infinite=infinite))
 
 
-class Value:
+class Printed:
+    """A dataclass that prints in one line: each field cut short, large arrays by their shape."""
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Keep the printed form of the base: `dataclass` writes its own where the class holds none."""
+        super().__init_subclass__(**options)
+        if "__repr__" not in cls.__dict__:
+            cls.__repr__ = cls.__repr__
+
+    def __repr__(self) -> str:
+        """Show the fields, each cut short."""
+        shown_fields = (item for item in fields(cast("Any", self)) if item.repr)
+        parts = (f"{item.name}={shown(getattr(self, item.name))}" for item in shown_fields)
+        return f"{type(self).__name__}({', '.join(parts)})"
+
+
+class Value(Printed):
     """An immutable dataclass whose copies and pickles are as immutable as itself.
 
     They hold its fields, nothing that was computed of them, and arrays that were read-only stay so.

@@ -297,6 +297,10 @@ SHOWN_LENGTH = 80
 """Characters of a value in a message."""
 
 
+VECTOR = 8
+"""Numbers of a vector that is written out in a message."""
+
+
 class _Short(Repr):
     """Looks at a few members of a few levels only, so that nothing large is ever written out."""
 
@@ -309,6 +313,12 @@ class _Short(Repr):
     def repr_int(self, x: int, level: int) -> str:
         """Show a whole number; Python itself refuses to write one of thousands of digits."""
         return repr(x) if x.bit_length() < 200 else f"a whole number of {x.bit_length()} bits"
+
+    def repr_ndarray(self, x: Any, level: int) -> str:
+        """Show the numbers of a short vector, and the shape of anything larger."""
+        if x.ndim == 1 and x.size <= VECTOR and x.dtype.kind == "f":
+            return "[" + ", ".join(f"{value:.4g}" for value in x.tolist()) + "]"
+        return f"array of shape {x.shape}"
 
     def repr_bytes(self, x: bytes, level: int) -> str:
         """Show the beginning of bytes."""

@@ -10,13 +10,15 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
 from trajopt.errors import JointNotFound, ProblemError, ProblemNotFound, WaypointNotFound, shown
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits, LimitKind
+from trajopt.model.printed import in_short, in_unit
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import During, GoalSet, Requirement
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed
-from trajopt.terms.residual import END, WHOLE, Constraint, Cost
+from trajopt.terms.residual import Constraint, Cost, check_path_constraint
 from trajopt.terms.smoothness import Acceleration, Velocity
 
 PathConstraint = Requirement | Constraint
@@ -83,11 +85,11 @@ class Problem(Value):
         robot = self.scene.robot
         object.__setattr__(self, "group", one_of("group", self.group, str) or _only_group(robot))
         if not robot.group(self.group).joints:
-            raise ProblemError(f"group {self.group!r} has no joint to move")
-        if not isinstance(self.start, str | Mapping):
-            start = floats("start", self.start, (len(robot.joint_names),))
-        else:
+            raise ProblemError(f"group {shown(self.group)} has no joint to move")
+        if isinstance(self.start, str | Mapping):
             start = robot.positions(self.start)
+        else:
+            start = floats("start", self.start, (len(robot.joint_names),))
         start = robot.followed(start, checked=robot.mimics)
         if isinstance(self.goal, GoalSet):
             goal, goals = self.goal, tuple(chain(*self.goal.alternatives.values()))
@@ -210,16 +212,14 @@ class Problem(Value):
         """Velocities of the group's joints at the start, shape (n,) [rad/s | m/s]."""
         names, limits = self.reduced.joint_names, self.limits
         velocities = np.zeros(len(names))
-        for joint, given in self.start_velocity.items():
+        for joint, speed in self.start_velocity.items():
             if joint not in names:
                 raise JointNotFound("joint of the group", joint, names)
-            place = names.index(joint)
-            velocities[place] = number(f"start velocity of {joint}", given)
-            if abs(velocities[place]) > limits.velocity[place]:
-                raise ProblemError(
-                    f"{joint} cannot start at {velocities[place]:g}: its limit is {limits.velocity[place]:g}"
-                    + limits.because(joint, LimitKind.VELOCITY)
-                )
+            index, unit = names.index(joint), joint_unit(self.scene.robot.model, joint, order=1)
+            velocities[index], limit = number(f"start velocity of {joint}", speed), limits.velocity[index]
+            if abs(velocities[index]) > limit:
+                words = f"{joint} cannot start at {speed:g} {unit}: its velocity limit is {limit:g} {unit}"
+                raise ProblemError(words + limits.because(joint, LimitKind.VELOCITY))
         return readonly(velocities)
 
     @property
@@ -252,12 +252,23 @@ class Problem(Value):
                 self.scene.holder(frame)
 
     def __repr__(self) -> str:
-        """Show the problem in a few lines."""
+        """Say the problem in a line: robot, group and goal."""
+        goal = self.goal if isinstance(self.goal, GoalSet) else " and ".join(map(str, self.goals))
+        where = f"{self.scene.robot.name}, group {self.group}"
+        return in_short(f"Problem({shown(self.name)}: {where}, to {goal})")
+
+    def __str__(self) -> str:
+        """Say the problem in a few lines."""
         objects = ", ".join(self.scene.objects) or "nothing"
         ends = (self.goal,) if isinstance(self.goal, GoalSet) else self.goals
-        moving = ", ".join(f"{joint} at {speed:g}" for joint, speed in self.start_velocity.items() if speed)
+        moving = ", ".join(
+            f"{joint} at {in_unit(speed, joint_unit(self.scene.robot.model, joint, order=1))}"
+            for joint, speed in self.start_velocity.items()
+        )
+        speeds = ((self.velocity_scaling, "velocity"), (self.acceleration_scaling, "acceleration"))
+        slower = ", ".join(f"{share:g} of the {name} limits" for share, name in speeds if share < 1.0)
         lines = [
-            f"Problem {self.name!r}: {self.scene.robot.name}, group {self.group!r}, {self.knots} knots",
+            f"Problem {shown(self.name)}: {self.scene.robot.name}, group {self.group}, {self.knots} knots",
             *((f"  from         {moving}",) if moving else ()),
             f"  around it    {objects}; {self.scene.distances}",
             *(
@@ -274,16 +285,14 @@ class Problem(Value):
             *(f"  no faster    {tool}" for tool in self.tool_speeds),
             "  at least     "
             + " + ".join(f"{cost.weight:g} x {cost.residual.name}" for cost in self.costs or ()),
+            *((f"  no faster    {slower}",) if slower else ()),
         ]
-        velocity, acceleration = self.velocity_scaling, self.acceleration_scaling
-        if min(velocity, acceleration) < 1.0:
-            lines.append(f"  no faster    {velocity:g} of velocity, {acceleration:g} of acceleration limits")
         return "\n".join(lines)
 
 
 def _only_group(robot: Robot) -> str:
     if len(robot.groups) != 1:
-        raise ProblemError(f"name the group to plan for: {', '.join(robot.groups)}")
+        raise ProblemError(f"group: name the one to plan for, of {', '.join(robot.groups)}")
     return next(iter(robot.groups))
 
 
@@ -295,7 +304,7 @@ def _named(
     if not isinstance(waypoints, Mapping):
         given = sequence("waypoints", waypoints)
         waypoints = {str(number): item for number, item in enumerate(given, start=1)}
-    return {name: _several(f"waypoint {name!r}", item) for name, item in waypoints.items()}
+    return {name: _several(f"waypoint {shown(name)}", item) for name, item in waypoints.items()}
 
 
 def _several(name: str, value: Requirement | Sequence[Requirement]) -> tuple[Requirement, ...]:
@@ -309,16 +318,9 @@ def _words(item: PathConstraint) -> str:
 def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: object) -> None:
     """Refuse what is of the wrong kind: callers may have no type checks."""
     if not goals or not all(isinstance(goal, Requirement) for goal in goals):
-        raise ProblemError(
-            "a problem needs a goal: joint_positions(...), frame_placement(...) or several such"
-        )
+        raise ProblemError("a problem needs a goal: joint_positions(...), frame_placement(...) or several")
     for item in constraints:
-        required = cast("During[object]", item).required if isinstance(item, During) else item
-        if not isinstance(required, Requirement | Constraint):
-            raise ProblemError(f"{shown(required)} is neither a requirement nor a Constraint")
-        if isinstance(required, Constraint) and required.window not in (WHOLE, END):
-            name = required.residual.name
-            raise ProblemError(f"{name}: a window has no time to be judged at; use `during` and waypoints")
+        check_path_constraint(cast("During[object]", item).required if isinstance(item, During) else item)
     if not isinstance(knots, int) or not 3 <= knots <= MOST_KNOTS:
         raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}; are {knots}")
 
@@ -326,9 +328,7 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
 def _check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
     for name, wanted in waypoints.items():
         if not wanted or not all(isinstance(item, Requirement) for item in wanted):
-            raise ProblemError(
-                f"waypoint {name!r} is no requirement and no sequence of such: {shown(wanted)}"
-            )
+            raise ProblemError(f"waypoint {shown(name)} is no requirement or several: {shown(wanted)}")
     least = len(waypoints) + 2
     if knots < least:
         raise ProblemError(f"{len(waypoints)} waypoints need at least {least} knots, not {knots}")

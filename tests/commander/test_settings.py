@@ -177,7 +177,8 @@ def test_start_state(arm: MoveGroupCommander) -> None:
     outcome = arm.get_last_outcome()
     assert outcome.error_code.val == MoveItErrorCodes.CONTROL_FAILED
     assert (
-        "joint 'elbow' stands at -1.0000, but the trajectory begins at 0.7000" in outcome.error_code.message
+        "joint 'elbow' stands at -57.3 deg (-1.0000 rad), but the trajectory begins at 40.11 deg (0.7000 rad)"
+        in outcome.error_code.message
     )
     arm.set_start_state_to_current_state()
     assert arm.go()
@@ -189,7 +190,7 @@ def test_a_bad_start_is_named(arm: MoveGroupCommander, jumping: World) -> None:
     success, trajectory, _, code = arm.plan()
     assert (success, trajectory.joint_trajectory.points) == (False, [])
     assert code.val == MoveItErrorCodes.START_STATE_INVALID
-    assert "elbow at 2.7000 is outside [-2.5000, 2.5000]" in code.message
+    assert "elbow at 154.7 deg (2.7000 rad) is 11.46 deg outside [-143.2, 143.2] deg" in code.message
     arm.set_start_state_to_current_state()
     PlanningSceneInterface(world=jumping).add_box(
         "wall", stamped(placement((0.26, 0.14, 0.1)), "base"), (0.1,) * 3

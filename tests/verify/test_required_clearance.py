@@ -58,7 +58,7 @@ def test_what_is_required_is_proven_and_shown(tmp_path: Path, judge: type[Judge]
     assert certificate.verified and row.evidence is Evidence.PROVEN
     assert row.bound == 0.0299 and row.value is not None and 0.0299 < row.value <= 0.03
     assert row.slack == pytest.approx(row.value - 0.0299)
-    assert row.detail.endswith("29.9 mm are required") and "0.0299" in str(certificate)
+    assert row.detail.endswith("29.9 mm are required") and "29.9  mm" in str(certificate)
     assert certificate.required == (0.0299, 0.0299)
     assert certificate.as_dict()["required"] == [0.0299, 0.0299]
     assert certificate.pairs[0].required == 0.0299

@@ -144,7 +144,7 @@ def test_a_planned_motion_keeps_the_tool_slow() -> None:
     assert slow.trajectory.duration > 1.5 * free.trajectory.duration
     (check,) = (check for check in slow.certificate.checks if check.name == "path: tool speed")
     assert 0.99 * 0.2 < (check.value or 0.0) <= 0.2
-    assert "no faster    tool at most" in repr(problem)
+    assert "no faster    tool at most" in str(problem)
     mutated = to.Trajectory(
         slow.trajectory.joint_names, slow.trajectory.times * 0.99, slow.trajectory.positions
     )

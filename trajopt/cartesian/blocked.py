@@ -8,7 +8,9 @@ from trajopt.arrays import Floats
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.result import StopReason
 from trajopt.cartesian.tracking import Track, track
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import LimitKind
+from trajopt.model.printed import in_joint_position, in_unit
 from trajopt.planning.status import Status
 from trajopt.transcription.knots import CLEARANCE_TOLERANCE
 from trajopt.transcription.margins import TaperedMargins, tapered_margins
@@ -145,8 +147,9 @@ def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> Stop
         at = float(beyond.positions[broken[0], joint])
         over = at > limits.upper[joint]
         side, limit = (LimitKind.UPPER, limits.upper) if over else (LimitKind.LOWER, limits.lower)
-        text = f"{name} is at its {side.value} limit of {limit[joint]:.4f}{limits.because(name, side)}, "
-        text += f"and the curve needs {at:.4f} and more"
+        unit = joint_unit(on_curve.reduced.scene.robot.model, name)
+        text = f"{name} is at its {side.value} limit of {in_joint_position(float(limit[joint]), unit)}"
+        text += f"{limits.because(name, side)}, and the curve needs {in_joint_position(at, unit)} and more"
         return stop_reason(on_curve, Status.JOINT_LIMIT, s, text, joint=name, amount=float(limit[joint]))
     low = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
     high = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
@@ -158,8 +161,9 @@ def untracked(on_curve: OnCurve, found: Track, rng: np.random.Generator) -> Stop
         nearest = jumps[int(jumps.max(axis=1).argmin())]
         joint = int(nearest.argmax())
         name = limits.joint_names[joint]
+        jump = in_unit(float(nearest[joint]), joint_unit(on_curve.reduced.scene.robot.model, name))
         text = (
-            f"{name} would have to jump by {nearest[joint]:.3f}; "
+            f"{name} would have to jump by {jump}; "
             f"the smallest singular value of the Jacobian is {singular:.2g}"
         )
         return stop_reason(on_curve, Status.BRANCH_JUMP, s, text, joint=name, amount=float(nearest[joint]))

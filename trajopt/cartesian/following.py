@@ -18,6 +18,7 @@ from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import Track, densified
 from trajopt.errors import ProblemError
 from trajopt.infeasibility import reasons
+from trajopt.model.printed import in_degrees, in_length
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed
@@ -79,8 +80,8 @@ class FollowOptions:
         radius = number("tube", self.tube)
         if (self.avoid is Avoid.DEVIATE) != (radius > 0.0):
             raise ProblemError(
-                f"a tube of {radius:g} m with {self.avoid}: Avoid.DEVIATE needs the radius of the tube "
-                "that it may use, Avoid.STOP has none"
+                f"a tube of {in_length(radius)} with {self.avoid}: Avoid.DEVIATE needs the radius of a tube "
+                "to deviate in, Avoid.STOP has none"
             )
         if self.branches < 1:
             raise ProblemError(f"branches must be at least 1, is {self.branches}")
@@ -233,8 +234,8 @@ class _Following:
         allowed = self.required.position_tolerance, self.required.rotation_tolerance
         if position[0] > START_SHARE * allowed[0] or turn[0] > START_SHARE * allowed[1]:
             words = (
-                f"{self.required.frame} is {position[0]:.4g} m and {turn[0]:.4g} rad away from the "
-                "beginning of the curve: move there first, or begin with Begin.ANY_BRANCH"
+                f"{self.required.frame} is {in_length(position[0])} and {in_degrees(turn[0])} away "
+                "from the beginning of the curve: move there first, or begin with Begin.ANY_BRANCH"
             )
             return nothing, stop_reason(on_curve, Status.START_BREAKS_CONSTRAINT, 0.0, words)
         return start, None

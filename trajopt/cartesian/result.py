@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from trajopt.errors import PlanningFailed
+from trajopt.model.printed import in_degrees, in_length
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.result import Plan, Result
@@ -146,15 +147,16 @@ class Followed:
     @property
     def reason(self) -> str:
         """How far the curve is followed and why not farther, in a sentence or two."""
-        got = f"{self.fraction:.2%} of {self.required.curve.length:.4g} m followed"
+        got = f"{self.fraction:.2%} of {in_length(self.required.curve.length)} followed"
         if self.verified:
-            turn = f" and {self.turn:.3g} rad" if self.turn > 0.0 else ""
-            got += f", proven, within {self.deviation * 1000.0:.3g} mm{turn}"
+            turn = f" and {in_degrees(self.turn)}" if self.turn > 0.0 else ""
+            got += f", proven, within {in_length(self.deviation)}{turn}"
         if self.around is not None:
-            got += f", around what blocks it {self.around.at:.4f} m along the curve ({self.around.message})"
+            at = in_length(self.around.at)
+            got += f", around what blocks it {at} along the curve ({self.around.message})"
         if self.stop is None:
             return got
-        after = f"after pose {self.stop.pose}, {self.stop.at:.4f} m along the curve"
+        after = f"after pose {self.stop.pose}, {in_length(self.stop.at)} along the curve"
         return f"{got}. {self.stop.status.name} {after}: {self.stop.status.value} ({self.stop.message})"
 
     def explain(self) -> Summary:

@@ -9,6 +9,9 @@ from scipy.spatial.transform import Rotation
 from trajopt.arrays import Floats
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.commander.outcome import Outcome
+from trajopt.errors import shown
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_joint_position, in_unit
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.trajectory import Trajectory
 
@@ -73,9 +76,11 @@ class Execution:
         worst = int(np.argmax(away))
         if away[worst] <= START_TOLERANCE:
             return None
+        joint, begin = self.reduced.joint_names[worst], float(self.trajectory(0.0)[worst])
+        unit = joint_unit(self.reduced.scene.robot.model, joint)
         return _failed(
-            f"joint {self.reduced.joint_names[worst]!r} stands at {here[worst]:.4f}, but the trajectory "
-            f"begins at {self.trajectory(0.0)[worst]:.4f}; plan from the current state"
+            f"joint {shown(joint)} stands at {in_joint_position(float(here[worst]), unit)}, but the "
+            f"trajectory begins at {in_joint_position(begin, unit)}; plan from the current state"
         )
 
     def measured(self, remark: str = "", *, stopped: bool = False) -> Outcome:
@@ -88,8 +93,11 @@ class Execution:
         scene, positions = self.reduced.scene, self.executor.positions()
         wanted = self.reduced.all_positions(self.trajectory(self.trajectory.duration))
         group = scene.robot.index(self.reduced.joint_names)
-        error = float(np.abs(positions - wanted)[group].max())
-        said = f"{error:.2g} rad (m) from the goal" + (f"; {remark}" if remark else "")
+        errors = np.abs(positions - wanted)[group]
+        worst = int(errors.argmax())
+        error, joint = float(errors[worst]), self.reduced.joint_names[worst]
+        away = in_unit(error, joint_unit(scene.robot.model, joint))
+        said = f"{joint} {away} from the goal" + (f"; {remark}" if remark else "")
         if stopped:
             code = MoveItErrorCodes(MoveItErrorCodes.PREEMPTED, f"stopped {said}", "execution")
         elif error <= REACHED:

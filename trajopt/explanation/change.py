@@ -8,7 +8,9 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
 from trajopt.model.collisions.clearances import ROOM
+from trajopt.model.description.pinocchio_model import effort_unit, joint_unit
 from trajopt.model.placement import Placement
+from trajopt.model.printed import in_length, in_unit
 from trajopt.model.requirements import During, FramePlacement, GoalSet, JointPositions, Requirement
 from trajopt.problem import Problem
 from trajopt.terms.joint_positions import without_followers
@@ -81,7 +83,7 @@ def moved_placement(problem: Problem, goal: FramePlacement, shift: Floats, first
         unit="m",
         first=first,
         largest=max(4.0 * first, 0.1),
-        words=lambda amount: f"move the goal of {goal.frame} {_length(amount)} along {_axis(direction)}",
+        words=lambda amount: f"move the goal of {goal.frame} {in_length(amount)} along {_axis(direction)}",
         apply=apply,
     )
 
@@ -103,7 +105,7 @@ def moved_joint_goal(problem: Problem, moved: Floats) -> Change:
         unit="rad",
         first=most,
         largest=2.0 * most,
-        words=lambda amount: f"move the goal: {_joints(names, moved * (amount / most))}",
+        words=lambda amount: f"move the goal: {joint_moves(problem, moved * (amount / most))}",
         apply=apply,
     )
 
@@ -117,8 +119,8 @@ def _shifted(item: Requirement, shift: Mapping[str, float]) -> Requirement:
 
 def moved_start(problem: Problem, moved: Floats) -> Change:
     """Return the change that moves the start along a direction in joint space, shape (n,)."""
-    names, most = problem.reduced.joint_names, float(np.abs(moved).max())
-    index = problem.scene.robot.index(names)
+    most = float(np.abs(moved).max())
+    index = problem.scene.robot.index(problem.reduced.joint_names)
 
     def apply(amount: float) -> Problem:
         start = np.array(problem.start_positions)
@@ -130,7 +132,7 @@ def moved_start(problem: Problem, moved: Floats) -> Change:
         unit="rad",
         first=most,
         largest=2.0 * most,
-        words=lambda amount: f"move the start: {_joints(names, moved * (amount / most))}",
+        words=lambda amount: f"move the start: {joint_moves(problem, moved * (amount / most))}",
         apply=apply,
     )
 
@@ -148,7 +150,7 @@ def moved_object(problem: Problem, name: str, direction: Floats, first: float) -
         unit="m",
         first=first,
         largest=max(4.0 * first, 0.3),
-        words=lambda amount: f"move {name} {_length(amount)} along {_axis(along)}",
+        words=lambda amount: f"move {name} {in_length(amount)} along {_axis(along)}",
         apply=apply,
     )
 
@@ -213,7 +215,7 @@ def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
     """
     robot = problem.scene.robot
     place = robot.joint_names.index(joint)
-    limit = float(robot.limits.effort[place])
+    limit, unit = float(robot.limits.effort[place]), effort_unit(robot.model, joint)
 
     def apply(amount: float) -> Problem:
         effort = np.array(robot.limits.effort)
@@ -223,10 +225,10 @@ def stronger_joint(problem: Problem, joint: str, need: float) -> Change:
 
     return Change(
         what=f"effort limit of {joint}",
-        unit="Nm",
+        unit=unit,
         first=1.1 * max(need - limit, 0.05 * limit),
         largest=20.0 * limit,
-        words=lambda amount: f"effort limit of {joint} {limit:.3g} to {limit + amount:.3g} Nm",
+        words=lambda amount: f"effort limit of {joint} {limit:.3g} to {limit + amount:.3g} {unit}",
         apply=apply,
     )
 
@@ -249,10 +251,6 @@ def lighter_load(problem: Problem, name: str) -> Change:
     )
 
 
-def _length(amount: float) -> str:
-    return f"{100 * amount:.3g} cm" if amount >= 0.01 else f"{1000 * amount:.3g} mm"
-
-
 def _axis(direction: Floats) -> str:
     """Name a direction: an axis where it is one."""
     main = int(np.argmax(np.abs(direction)))
@@ -261,6 +259,10 @@ def _axis(direction: Floats) -> str:
     return "(" + ", ".join(f"{part:.2f}" for part in direction) + ")"
 
 
-def _joints(names: Sequence[str], moved: Floats) -> str:
-    order = np.argsort(-np.abs(moved), kind="stable")
-    return ", ".join(f"{names[k]} by {moved[k]:+.3f}" for k in order if abs(moved[k]) > 5e-4)
+def joint_moves(problem: Problem, moved: Floats) -> str:
+    """Say by how much each of the group's joints moves, shape (n,) [rad | m]; the farthest first."""
+    model, names = problem.scene.robot.model, problem.reduced.joint_names
+    order = (int(k) for k in np.argsort(-np.abs(moved), kind="stable") if abs(moved[k]) > 5e-4)
+    units = [joint_unit(model, name) for name in names]
+    signs = ["+" if step > 0.0 else "" for step in moved.tolist()]
+    return ", ".join(f"{names[k]} by {signs[k]}{in_unit(float(moved[k]), units[k])}" for k in order)

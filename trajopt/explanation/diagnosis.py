@@ -17,8 +17,10 @@ from trajopt.infeasibility.reasons import (
     blocks_on_the_way,
     joint_goal_beyond_limits,
 )
+from trajopt.model.description.pinocchio_model import effort_unit, joint_unit
 from trajopt.model.limits import LimitKind
 from trajopt.model.payload import loaded_model
+from trajopt.model.printed import in_joint_position
 from trajopt.model.reduced import ReducedModel
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
@@ -143,7 +145,8 @@ def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tup
             (LimitKind.UPPER, limits.upper[place]),
         ):
             if abs(at - limit) <= PRESSED:
-                words = f"{name} is at its {side.value} limit {limit:.4f}{limits.because(name, side)} "
+                bound = in_joint_position(float(limit), joint_unit(reduced.scene.robot.model, name))
+                words = f"{name} is at its {side.value} limit of {bound}{limits.because(name, side)} "
                 words += "where the goal is missed least"
                 kind = BlockKind.JOINT_LIMIT
                 blocks.append(Block(kind=kind, subjects=(name,), amount=0.0, place=None, words=words))
@@ -255,6 +258,10 @@ def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:
     still = np.zeros((1, len(positions)))
     need = np.abs(DynamicsQuery(loaded).torque(positions[None], still, still)[0])
     excess = need - limits.effort
+
+    def unit(joint: int) -> str:
+        return effort_unit(reduced.scene.robot.model, reduced.joint_names[joint])
+
     return tuple(
         Block(
             kind=BlockKind.EFFORT,
@@ -262,8 +269,8 @@ def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:
             amount=float(excess[joint]),
             place=None,
             words=(
-                f"{reduced.joint_names[joint]} needs {need[joint]:.4g} to hold still, its effort limit is "
-                f"{limits.effort[joint]:.4g}"
+                f"{reduced.joint_names[joint]} needs {need[joint]:.4g} {unit(joint)} to hold still, its "
+                f"effort limit is {limits.effort[joint]:.4g} {unit(joint)}"
             ),
         )
         for joint in map(int, np.argsort(-excess))

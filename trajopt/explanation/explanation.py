@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from trajopt.arrays import Floats
+from trajopt.explanation.change import joint_moves
 from trajopt.explanation.nearest import NearestFree
 from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
 from trajopt.infeasibility.reasons import Block
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_unit
 from trajopt.model.requirements.missed import missed_by
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Attempt
@@ -20,7 +21,7 @@ NAMED = 4
 """Things in the way that are named; the others are counted."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Explanation(Summary):
     """How planning ended and why: `print` it, or read its parts.
 
@@ -88,10 +89,9 @@ class Explanation(Summary):
 
     def _nearest(self, free: NearestFree) -> str:
         problem, joints = self.problem, self.problem.reduced.joint_names
+        units = [joint_unit(problem.scene.robot.model, joint) for joint in joints]
         if free.given > 0.0:
-            where = ", ".join(f"{q:.3f}" for q in free.positions)
+            where = ", ".join(in_unit(float(q), unit) for q, unit in zip(free.positions, units, strict=True))
             miss = missed_by(free.given, (*problem.goals, *problem.requirements_at(problem.last_stop)))
             return f"The nearest that is free misses the goal by {miss}: ({where})"
-        order = np.argsort(-np.abs(free.moved))
-        moves = [f"{joints[k]} by {free.moved[k]:+.3f}" for k in order if abs(free.moved[k]) > 5e-4]
-        return f"The nearest that is free: {', '.join(moves)}"
+        return f"The nearest that is free: {joint_moves(problem, free.moved)}"

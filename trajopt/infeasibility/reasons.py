@@ -9,7 +9,9 @@ import numpy as np
 from trajopt.infeasibility import ClosedCut
 from trajopt.kinematics.goal_candidates import GoalCandidates
 from trajopt.model.collisions.clearances import how_near
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import EXCESS, LimitKind
+from trajopt.model.printed import in_joint_position, in_range, in_unit
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.model.requirements.missed import missed_by
 from trajopt.problem import Problem
@@ -71,7 +73,7 @@ def blocks_of(seen: Examination) -> tuple[Block, ...]:
             subjects=(item.joint,),
             amount=item.excess,
             place=None,
-            words=f"{item.subject} at {item.position:.4f} is outside [{item.lower:.4f}, {item.upper:.4f}]",
+            words=item.words,
         )
         for item in seen.out_of_limits
     )
@@ -141,7 +143,9 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
             lower, upper = float(limits.lower[place]), float(limits.upper[place])
             excess = max(wanted - goal.below[joint] - upper, lower - wanted - goal.above[joint])
             if excess > EXCESS * max(1.0, abs(upper if wanted > upper else lower)):
-                words = f"{joint} at {wanted:.4f} is outside [{lower:.4f}, {upper:.4f}]"
+                unit = joint_unit(problem.scene.robot.model, joint)
+                words = f"{joint} at {in_joint_position(wanted, unit)} is {in_unit(excess, unit)} outside "
+                words += in_range(lower, upper, unit)
                 words += limits.because(joint, LimitKind.UPPER if wanted > upper else LimitKind.LOWER)
                 kind = BlockKind.JOINT_LIMIT
                 blocks.append(Block(kind=kind, subjects=(joint,), amount=excess, place=None, words=words))
@@ -180,10 +184,8 @@ def enclosed(problem: Problem, cut: ClosedCut) -> str:
     between = " or ".join(f"{first} and {second}" for first, second in cut.pairs[:NAMED])
     required = max(problem.scene.clearance_of(*pair) for pair in cut.pairs[:NAMED])
     how = "collide" if required == 0.0 else f"come nearer than the required {1000 * required:g} mm or collide"
-    return (
-        f"{cut.joint} has to pass {cut.position:.4f} on the way, and there {between} {how}, whatever "
-        "the other joints do"
-    )
+    at = in_joint_position(cut.position, joint_unit(problem.scene.robot.model, cut.joint))
+    return f"{cut.joint} has to pass {at} on the way, and there {between} {how}, whatever the other joints do"
 
 
 def not_verified(certificate: Certificate) -> str:

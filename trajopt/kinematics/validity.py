@@ -51,13 +51,9 @@ class Validity(Value):
         if near is not None:
             found.append(
                 f"{near.first} is {1000.0 * near.distance:.1f} mm from {near.second}, "
-                f"{1000.0 * self.margin:.1f} mm are asked for"
+                f"the margin is {1000.0 * self.margin:.1f} mm"
             )
-        found += [
-            f"{joint.subject} is at {joint.position:.4g}, {joint.excess:.3g} beyond its range "
-            f"[{joint.lower:.4g}, {joint.upper:.4g}]"
-            for joint in self.examination.out_of_limits
-        ]
+        found += [joint.words for joint in self.examination.out_of_limits]
         found += [
             f"{check.name} of {check.subject}: {check.detail}" for check in self.checks if _broken(check)
         ]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Printed
 from trajopt.errors import ProblemError
 from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
 from trajopt.problem import Problem
@@ -71,7 +71,7 @@ def windowed_differences(problem: Problem) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class BsplineProgram:
+class BsplineProgram(Printed):
     """A problem over control points and what solves it."""
 
     nlp: BsplineNlp

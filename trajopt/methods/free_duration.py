@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Printed
 from trajopt.methods.bspline import windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
 from trajopt.methods.method import Decoded, Progress, followed_curve
@@ -85,7 +85,7 @@ class FreedResult(SolveResult):
 
 
 @dataclass(frozen=True, eq=False)
-class FreeDurationProgram:
+class FreeDurationProgram(Printed):
     """A problem, first over knots, then over control points and duration."""
 
     method: FreeDuration

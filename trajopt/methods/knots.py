@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Printed
 from trajopt.methods.method import Decoded, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
@@ -36,7 +36,7 @@ class Knots:
 
 
 @dataclass(frozen=True, eq=False)
-class KnotsProgram:
+class KnotsProgram(Printed):
     """A problem over knots and what solves it."""
 
     nlp: KnotsNlp

@@ -1,4 +1,6 @@
-"""How lengths, angles, points and axes are printed: short, in millimetres, metres and degrees."""
+"""How numbers are printed: short, in the units that people speak in: mm, m, deg, s, Nm."""
+
+from collections.abc import Sized
 
 import numpy as np
 
@@ -6,6 +8,10 @@ from trajopt.arrays import Floats
 
 SMALL = 0.1
 """Lengths below this are printed in millimetres [m]."""
+PRINTED_UNITS = {"m": ("mm", 1e3), "rad": ("deg", float(np.degrees(1.0)))}
+"""What metres and radians are printed in, and how many of it one of them is."""
+LONGEST_LINE = 200
+"""Characters of what prints in one line."""
 
 
 def in_length(metres: float) -> str:
@@ -16,6 +22,46 @@ def in_length(metres: float) -> str:
 def in_degrees(radians: float) -> str:
     """Print an angle in degrees."""
     return f"{np.rad2deg(radians):.3g} deg"
+
+
+def shown_in(unit: str) -> tuple[str, float]:
+    """Return the unit that numbers of a unit are printed in, and what to multiply them by.
+
+    Millimetres for metres and degrees for radians, in speeds and accelerations too; others stay.
+    """
+    base, per, rest = unit.partition("/")
+    name, size = PRINTED_UNITS.get(base, (base, 1.0))
+    return name + per + rest, size
+
+
+def in_unit(value: float, unit: str) -> str:
+    """Print a number of a unit: 0.004 m as 4 mm, 0.5 rad/s as 28.65 deg/s, others as they are."""
+    if unit == "m":
+        return in_length(value)
+    name, size = shown_in(unit)
+    return f"{value * size + 0.0:.4g} {name}".rstrip()
+
+
+def in_joint_position(value: float, unit: str) -> str:
+    """Print where a joint is: 171.9 deg (3.0000 rad), or 12.5 mm."""
+    return in_unit(value, unit) + (f" ({value:.4f} rad)" if unit == "rad" else "")
+
+
+def in_range(lower: float, upper: float, unit: str) -> str:
+    """Print the limits of a joint: [-166, 166] deg."""
+    name, size = shown_in(unit)
+    return f"[{lower * size + 0.0:.4g}, {upper * size + 0.0:.4g}] {name}".rstrip()
+
+
+def in_short(text: str, length: int = LONGEST_LINE) -> str:
+    """Return the first line of a text, cut to a length."""
+    line, _, more = text.partition("\n")
+    return f"{line[: length - 3]}..." if len(line) > length or (more and len(line) > length - 3) else line
+
+
+def in_number(items: Sized, one: str, several: str = "") -> str:
+    """Print how many there are: 1 joint, 7 joints."""
+    return f"{len(items)} {one if len(items) == 1 else several or one + 's'}"
 
 
 def in_point(xyz: Floats) -> str:

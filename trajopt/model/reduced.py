@@ -20,6 +20,7 @@ from trajopt.model.collisions.pairs import BodyPairs
 from trajopt.model.description.pinocchio_model import ModelData, configuration, model_data, model_of
 from trajopt.model.limits import JointLimits
 from trajopt.model.placement import Placement
+from trajopt.model.printed import in_number
 from trajopt.model.reduced_robot import reduce_robot
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
@@ -52,6 +53,10 @@ class ReducedModel:
     mimic_matrix: Floats
     mimic_offset: Floats
     collision_model: CollisionModel
+
+    def __repr__(self) -> str:
+        """Say the group, how many joints are free, and the scene."""
+        return f"ReducedModel(group {self.group}, {in_number(self.joint_names, 'joint')}, {self.scene})"
 
     @property
     def bodies(self) -> tuple[FixedBody, ...]:

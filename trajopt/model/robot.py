@@ -10,13 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats, Ints, Value, floats
-from trajopt.errors import (
-    FileFormatError,
-    FrameNotFound,
-    GroupNotFound,
-    JointNotFound,
-    StateNotFound,
-)
+from trajopt.errors import FileFormatError, FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
 from trajopt.model.description.from_pinocchio import check_joints, described, group_elements
 from trajopt.model.description.groups import Group, resolve_groups
@@ -37,6 +31,7 @@ from trajopt.model.frame_attachment import FrameAttachment, tool_frames
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, PlacementLike
+from trajopt.model.printed import in_number, in_short
 
 
 @dataclass(frozen=True, eq=False)
@@ -312,8 +307,10 @@ class Robot(Value):
 
     def __repr__(self) -> str:
         """Say name, joints and groups."""
-        groups = ", ".join(f"{g.name} ({len(g.joints)} joints)" for g in self.groups.values())
-        return f"Robot({self.name!r}, {len(self.joint_names)} joints, groups: {groups or 'none'})"
+        groups = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
+        return in_short(
+            f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {groups})"
+        )
 
 
 def _assembled(

@@ -12,6 +12,7 @@ from trajopt.model.description.pinocchio_model import link_placement
 from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike
+from trajopt.model.printed import in_short
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
 from trajopt.model.scene_object import SceneObject, checked_mass, covered_parts, object_placement
@@ -189,9 +190,8 @@ class Scene(Value):
         Raises:
             FrameNotFound: If a name is neither link nor object.
         """
-        for name in (a, b):
-            if name is not None:
-                self._check_owner(name)
+        for name in (a,) if b is None else (a, b):
+            self._check_owner(name)
         matrix = (
             self.allowed.with_default(a, allowed) if b is None else self.allowed.with_entry(a, b, allowed)
         )
@@ -315,7 +315,8 @@ class Scene(Value):
 
     def __repr__(self) -> str:
         """Say the robot, the objects and what is kept from them."""
-        return f"Scene({self.robot.name!r}, {', '.join(self.objects) or 'no objects'}; {self.distances})"
+        objects = in_short(", ".join(self.objects) or "no objects", 100)
+        return f"Scene({shown(self.robot.name)}, {objects}; {self.distances})"
 
     @property
     def distances(self) -> str:

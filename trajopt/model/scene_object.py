@@ -13,6 +13,7 @@ from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
+from trajopt.model.printed import in_number, seen_from
 from trajopt.model.shapes import Shape, bounding_box
 
 Part = tuple[Shape, Placement]
@@ -53,6 +54,11 @@ class SceneObject(Value):
     touch_links: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
     mass: float = 0.0
+
+    def __repr__(self) -> str:
+        """Say what it is made of and where it is."""
+        parts = shown(self.parts[0][0]) if len(self.parts) == 1 else in_number(self.parts, "shape")
+        return f"SceneObject({shown(self.name)}: {parts} at {self.placement}{seen_from(self.frame)})"
 
     def __post_init__(self) -> None:
         """Check the placements."""

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import JointNotFound, ShapeError
+from trajopt.model.printed import in_number
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,10 @@ class Path(Value):
         object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(self.joint_names))))
         if len(self.knots) < 2:
             raise ShapeError("knots", "a path needs at least two")
+
+    def __repr__(self) -> str:
+        """Say knots and joints."""
+        return f"Path({in_number(self.knots, 'knot')}, {in_number(self.joint_names, 'joint')})"
 
     @property
     def length(self) -> float:
@@ -224,7 +229,7 @@ class Trajectory(Value):
     def __repr__(self) -> str:
         """Say points, joints and duration."""
         return (
-            f"Trajectory({len(self.times)} points, {len(self.joint_names)} joints, "
+            f"Trajectory({in_number(self.times, 'point')}, {in_number(self.joint_names, 'joint')}, "
             f"{self.duration:.3f} s, {self.interpolation.name.lower()})"
         )
 

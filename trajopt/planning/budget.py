@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from multiprocessing.context import BaseContext
 from threading import Event
@@ -58,6 +58,11 @@ class Budget:
     improve: bool = False
     clock: Callable[[], float] = time.monotonic
     processes: BaseContext | None = None
+
+    def __repr__(self) -> str:
+        """Show what differs from the default."""
+        changed = (item for item in fields(self) if getattr(self, item.name) != item.default)
+        return f"Budget({', '.join(f'{item.name}={shown(getattr(self, item.name))}' for item in changed)})"
 
     def __post_init__(self) -> None:
         """Refuse what bounds nothing.

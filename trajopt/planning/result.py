@@ -6,8 +6,9 @@ from importlib import import_module
 from math import inf
 from typing import Any
 
-from trajopt.errors import PlanningFailed
+from trajopt.errors import PlanningFailed, shown
 from trajopt.infeasibility.reasons import Block
+from trajopt.model.printed import in_number
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.native import native_cores
 from trajopt.planning.budget import Stop
@@ -17,6 +18,9 @@ from trajopt.problem import Problem
 from trajopt.retime import Retimed
 from trajopt.solvers import SolveResult, SolverStatus
 from trajopt.verify import Certificate
+
+SHOWN_ATTEMPTS = 5
+"""Attempts that a printed result lists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +38,16 @@ class Plan:
     path: Path
     trajectory: Trajectory
     certificate: Certificate
+
+    def __repr__(self) -> str:
+        """Say problem, duration and clearance."""
+        return (
+            f"Plan({shown(self.problem.name)}, {self.trajectory.duration:.3f} s, {self.certificate.closest})"
+        )
+
+    def __str__(self) -> str:
+        """Return the problem, the motion and the judge's verdict."""
+        return f"{self.problem}\n  motion       {self.trajectory}\n  judged       {self.certificate.verdict}"
 
     def require(self) -> "Plan":
         """Return this plan: what takes a result takes a plan as well."""
@@ -77,9 +91,14 @@ class Attempt:
             "goal_name": self.goal_name,
         }
 
+    def __repr__(self) -> str:
+        """Say its number, the kind of its seed and how it ended."""
+        steps = f"{self.iterations} step{'s' * (self.iterations != 1)}"
+        return f"Attempt({self.number}, {self.kind.name}: {self.status.name} after {steps})"
+
     def __str__(self) -> str:
         """Return one line."""
-        goal = f" of {self.goal_name!r}" if self.goal_name else ""
+        goal = f" of {shown(self.goal_name)}" if self.goal_name else ""
         message = f": {self.message}" if self.message else ""
         return f"attempt {self.number}, {self.kind.value}{goal}: {self.status.name}{message}"
 
@@ -125,6 +144,23 @@ class Result:
     won: Attempt | None = None
     stopped: Stop | None = None
     certainty: Certainty = Certainty.EVIDENCE
+
+    def __repr__(self) -> str:
+        """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""
+        parts = [shown(self.problem.name), self.status.name]
+        if self.trajectory is not None and self.certificate is not None:
+            parts += [f"{self.trajectory.duration:.3f} s", self.certificate.closest]
+        return f"Result({', '.join([*parts, in_number(self.attempts, 'attempt')])})"
+
+    def __str__(self) -> str:
+        """Return the reason, the motion and the judge's verdict if there are any, and each attempt."""
+        lines = [self.reason]
+        if self.trajectory is not None and self.certificate is not None:
+            lines += [f"  motion   {self.trajectory}", f"  judged   {self.certificate.verdict}"]
+        lines += [f"  {each}" for each in self.attempts[:SHOWN_ATTEMPTS]]
+        if len(self.attempts) > SHOWN_ATTEMPTS:
+            lines.append(f"  and {len(self.attempts) - SHOWN_ATTEMPTS} more attempts")
+        return "\n".join(lines)
 
     @property
     def verified(self) -> bool:
@@ -187,7 +223,7 @@ class Result:
         """How planning ended, with the particulars, in a sentence or two; costs nothing."""
         text = f"{self.status.name}: {self.status.value}"
         if self.goal_name:
-            text += f", at the goal {self.goal_name!r}"
+            text += f", at the goal {shown(self.goal_name)}"
         return f"{text} ({self.message})" if self.message else text
 
     def explain(self, *, plan_again: bool = False) -> Any:

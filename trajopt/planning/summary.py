@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from trajopt.arrays import Value
+from trajopt.model.printed import in_short
 from trajopt.planning.status import Certainty, Status
 
 
@@ -33,6 +34,10 @@ class Summary(Value):
             "grounds": self.grounds,
             "details": list(self.details),
         }
+
+    def __repr__(self) -> str:
+        """Say the verdict and how well it is known."""
+        return in_short(f"{type(self).__name__}({self.status.name}, {self.certainty.value}: {self.grounds})")
 
     def __str__(self) -> str:
         """Return a line for each part."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Printed
 from trajopt.infeasibility import reasons
 from trajopt.methods import Decoded
 from trajopt.methods.timing import PATH_TOLERANCE, retime_path
@@ -26,7 +26,7 @@ WAYPOINT_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class TimedMotion:
+class TimedMotion(Printed):
     """A motion that is ready to be judged.
 
     Attributes:
@@ -41,7 +41,7 @@ class TimedMotion:
 
 
 @dataclass(eq=False)
-class Workspace:
+class Workspace(Printed):
     """One per thread; serves any number of attempts at the same problem.
 
     Attributes:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from trajopt.arrays import Printed
 from trajopt.errors import ShapeError
 from trajopt.model.trajectory import Trajectory
 
@@ -49,7 +50,7 @@ class RetimeOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Retimed:
+class Retimed(Printed):
     """A trajectory along a smooth path that holds every limit.
 
     Attributes:
@@ -69,6 +70,11 @@ class Retimed:
     added_duration: float
     passes: int
     binding: Mapping[str, float]
+
+    def __repr__(self) -> str:
+        """Say the duration, and which limits decide it."""
+        shares = ", ".join(f"{name} {share:.0%}" for name, share in self.binding.items())
+        return f"Retimed({self.trajectory.duration:.3f} s, limited by {shares or 'none'})"
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value
 from trajopt.model.placement import Placement
+from trajopt.model.printed import in_degrees, in_length, in_unit
 from trajopt.model.reduced import ReducedModel, tool_frame
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import Contact
@@ -122,10 +123,10 @@ class Rollout(Value):
         parts = [
             f"Simulated {self.trajectory.duration:.2f} s of motion and "
             f"{self.duration - self.trajectory.duration:.2f} s of rest",
-            f"largest tracking error {self.tracking_error.maximum[worst]:.2g} {self._unit(worst)} "
+            f"largest tracking error {in_unit(self.tracking_error.maximum[worst], self._unit(worst))} "
             f"({self.joint_names[worst]})",
-            f"{tool_frame(self.reduced)} ended {end.position * 1e3:.2g} mm and "
-            f"{end.rotation:.2g} rad from the plan",
+            f"{tool_frame(self.reduced)} ended {in_length(end.position)} and {in_degrees(end.rotation)} "
+            "from the plan",
         ]
         if self.saturated:
             motors = (f"{name} for {seconds:.3f} s" for name, seconds in self.saturated.items())

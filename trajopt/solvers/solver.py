@@ -72,6 +72,18 @@ class SolveResult(Value):
     at: Linearisation
     log: tuple[Iteration, ...]
 
+    def __repr__(self) -> str:
+        """Say how it ended, after how many steps, at which cost and violation."""
+        at = f"cost {self.at.cost:.4g}, violation {self.at.violation:.2g}"
+        return f"{type(self).__name__}({self.status.name}, {len(self.log)} steps, {at})"
+
+    def __str__(self) -> str:
+        """Say it in a sentence, and the worst violation of each constraint in a line."""
+        steps = f"{len(self.log)} steps"
+        lines = [f"{self.status.name} after {steps}, cost {self.at.cost:.4g}: {self.status.value}"]
+        lines += [f"  {name}: violated by {worst:.2g}" for name, worst in self.violations().items() if worst]
+        return "\n".join(lines)
+
     @property
     def feasible(self) -> bool:
         """Whether every constraint holds within its tolerance."""

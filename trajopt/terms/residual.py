@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
+from trajopt.model.requirements import Requirement
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
 
@@ -150,3 +151,16 @@ def constraint(
         if number(name, value, infinite=True) < 0.0:
             raise ProblemError(f"constraint {residual.name!r}: {name} is negative: {value:g}")
     return Constraint(residual, low, high, tolerance, window, reach)
+
+
+def check_path_constraint(required: object) -> None:
+    """Refuse what cannot hold on the way: callers may have no type checks.
+
+    Raises:
+        ProblemError: If it is neither a requirement nor a constraint, or holds in a window of the knots.
+    """
+    if not isinstance(required, Requirement | Constraint):
+        raise ProblemError(f"constraints: {shown(required)} is neither a requirement nor a Constraint")
+    if isinstance(required, Constraint) and required.window not in (WHOLE, END):
+        name = shown(required.residual.name)
+        raise ProblemError(f"{name}: a window has no time to be judged at; use `during` and waypoints")

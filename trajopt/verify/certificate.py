@@ -5,6 +5,7 @@ from enum import Enum
 from math import isfinite
 from typing import Any
 
+from trajopt.model.printed import in_length, in_short, in_unit, shown_in
 from trajopt.verify.table import aligned
 
 
@@ -71,6 +72,25 @@ class Check:
         """Return plain data that JSON can hold; numbers that are not finite become None."""
         return _plain(self)
 
+    @property
+    def mark(self) -> str:
+        """Whether it holds, in a word: ok, FAIL, or info where the verdict does not depend on it."""
+        return ("ok" if self.holds else "FAIL") if self.required else "info"
+
+    def __repr__(self) -> str:
+        """Say in one line what was judged, where and when it is tightest, and how that is known."""
+        value, bound = (
+            "" if number is None else f"{word}{in_unit(number, self.unit)}"
+            for word, number in (("", self.value), ("bound ", self.bound))
+        )
+        when = "" if self.time is None else f"at {self.time:.3f} s"
+        parts = ", ".join(part for part in (value, bound, when, self.evidence.value) if part)
+        return f"Check({self.mark}: {self.name} of {self.subject}, {parts})"
+
+    def __str__(self) -> str:
+        """Return the verdict with its sentence."""
+        return f"{self.mark}: {self.name} of {self.subject}: {self.detail} ({self.evidence.value})"
+
 
 @dataclass(frozen=True, kw_only=True)
 class PairClearance:
@@ -92,6 +112,18 @@ class PairClearance:
     measured: float
     time: float
 
+    def __repr__(self) -> str:
+        """Say the pair and its clearances in millimetres."""
+        return f"PairClearance({self})"
+
+    def __str__(self) -> str:
+        """Return the pair and its clearances in millimetres."""
+        proof = "not proven" if self.proven is None else f"proven {1000 * self.proven:.1f} mm"
+        return (
+            f"{self.first} - {self.second}: measured {1000 * self.measured:.1f} mm "
+            f"at {self.time:.3f} s, {proof}, required {1000 * self.required:g} mm"
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Unproven:
@@ -108,6 +140,10 @@ class Unproven:
     second: str
     begin: float
     end: float
+
+    def __repr__(self) -> str:
+        """Say the pair and the interval."""
+        return f"Unproven({self.first} - {self.second} from {self.begin:.4f} to {self.end:.4f} s)"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,46 +200,45 @@ class Certificate:
         result = {name.name: _plain(getattr(self, name.name)) for name in fields(self)}
         return {"verified": self.verified, **result}
 
-    def __str__(self) -> str:
-        """Return the verdict, an aligned table of the checks, and the notes."""
-        return "\n".join((self._verdict(), "", *_table(self.checks), *_remarks(self)))
-
-    def _verdict(self) -> str:
+    @property
+    def verdict(self) -> str:
+        """Whether the motion is verified, and which checks fail and why, in a sentence."""
         if self.verified:
             return f"verified: all {sum(check.required for check in self.checks)} checks hold"
         return "not verified: " + "; ".join(
             f"{check.name} ({check.detail.rstrip('.')})" for check in self.failed
         )
 
+    @property
+    def closest(self) -> str:
+        """How far everything keeps apart, in words."""
+        if not isfinite(self.clearance):
+            return "nothing to keep clear of"
+        known = "proven" if self.unproven is None else "not proven"
+        return f"clearance {in_length(self.clearance)} {known}"
+
+    def __repr__(self) -> str:
+        """Say the verdict and the clearance."""
+        failed = ", ".join(check.name for check in self.failed)
+        verdict = f"verified, {len(self.checks)} checks" if self.verified else f"not verified: {failed}"
+        return in_short(f"Certificate({verdict}, {self.closest})")
+
+    def __str__(self) -> str:
+        """Return the verdict, an aligned table of the checks, and the notes."""
+        return "\n".join((self.verdict, "", *_table(self.checks), *_remarks(self)))
+
 
 def _table(checks: tuple[Check, ...]) -> list[str]:
-    rows = [
-        (
-            "",
-            "check",
-            "subject",
-            "value",
-            "bound",
-            "unit",
-            "at [s]",
-            "slack",
-            "evidence",
-        )
-    ]
+    rows = [("", "check", "subject", "value", "bound", "unit", "at [s]", "slack", "evidence")]
     for check in checks:
-        mark = ("ok" if check.holds else "FAIL") if check.required else "info"
+        unit, size = shown_in(check.unit)
+        value, bound, slack = (
+            "" if number is None else f"{number * size + 0.0:.5g}"
+            for number in (check.value, check.bound, check.slack)
+        )
+        time = "" if check.time is None else f"{check.time:.3f}"
         rows.append(
-            (
-                mark,
-                check.name,
-                check.subject,
-                _number(check.value),
-                _number(check.bound),
-                check.unit,
-                "" if check.time is None else f"{check.time:.3f}",
-                _number(check.slack),
-                check.evidence.value,
-            )
+            (check.mark, check.name, check.subject, value, bound, unit, time, slack, check.evidence.value)
         )
     return aligned(rows, right=frozenset((3, 4, 6, 7)))
 
@@ -211,21 +246,12 @@ def _table(checks: tuple[Check, ...]) -> list[str]:
 def _remarks(certificate: Certificate) -> list[str]:
     lines = [""]
     if certificate.pairs:
-        lines.append("nearest pairs [mm]:")
-        for pair in certificate.pairs[:5]:
-            proof = "not proven" if pair.proven is None else f"proven {1000 * pair.proven:.1f}"
-            lines.append(
-                f"  {pair.first} - {pair.second}: measured {1000 * pair.measured:.1f} "
-                f"at {pair.time:.3f} s, {proof}, required {1000 * pair.required:g}"
-            )
+        lines.append("nearest pairs:")
+        lines.extend(f"  {pair}" for pair in certificate.pairs[:5])
     counts = certificate.counts
-    lines.append(f"cost: {counts.distances} distances, {counts.kinematics} configurations")
+    lines.append(f"work: {counts.distances} distances, {counts.kinematics} configurations")
     lines.extend(f"note: {note}" for note in certificate.notes)
     return lines
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value:.5g}"
 
 
 def _plain(value: Any) -> Any:

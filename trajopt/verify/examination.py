@@ -9,6 +9,8 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats, floats
 from trajopt.model.collisions.clearances import how_near
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_joint_position, in_range, in_unit
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.model.trajectory import Trajectory
@@ -63,6 +65,7 @@ class OutOfLimit:
         lower: Its lower limit [rad | m].
         upper: Its upper limit [rad | m].
         excess: By how much it is beyond [rad | m].
+        unit: Unit of these, "rad" or "m".
         follows: Of a mimic joint, the joint that it follows; empty else.
     """
 
@@ -71,12 +74,19 @@ class OutOfLimit:
     lower: float
     upper: float
     excess: float
+    unit: str
     follows: str = ""
 
     @property
     def subject(self) -> str:
         """The joint's name, and of a mimic joint which one it follows."""
         return f"{self.joint}, which follows {self.follows}," if self.follows else self.joint
+
+    @property
+    def words(self) -> str:
+        """Say where the joint is, by how much that is outside its limits, and these."""
+        where, beyond = in_joint_position(self.position, self.unit), in_unit(self.excess, self.unit)
+        return f"{self.subject} at {where} is {beyond} outside {in_range(self.lower, self.upper, self.unit)}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,6 +211,7 @@ def _out_of_limits(reduced: ReducedModel, positions: Floats, excess: float) -> t
                     lower=float(lower[joint]),
                     upper=float(upper[joint]),
                     excess=float(beyond[joint]),
+                    unit=joint_unit(robot.model, moving[joint]),
                     follows=robot.mimics[moving[joint]].source if moving[joint] in robot.mimics else "",
                 )
             )

@@ -4,8 +4,11 @@ from heapq import nsmallest
 
 import numpy as np
 
+from trajopt.errors import shown
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits
 from trajopt.model.payload import payloads
+from trajopt.model.printed import in_unit
 from trajopt.model.reduced import ReducedModel
 from trajopt.verify.kernel.motion import Motion
 
@@ -50,7 +53,8 @@ def _joint_notes(reduced: ReducedModel) -> list[str]:
     beyond = np.maximum(reduced.start - robot.limits.upper, robot.limits.lower - reduced.start)
     moved = set(reduced.model.names)
     return [
-        f"{name} stands {beyond[joint]:.3g} beyond its limits; it is not of group {reduced.group!r}"
+        f"{name} stands {in_unit(beyond[joint], joint_unit(robot.model, name))} outside its limits; "
+        f"it is not in group {shown(reduced.group)}"
         for joint, name in enumerate(robot.joint_names)
         if beyond[joint] > 1e-9 and name not in moved
     ]

@@ -6,7 +6,7 @@ from itertools import chain
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats, Ints, Printed
 from trajopt.methods.casadi.nlpsol import Nlpsol
 from trajopt.methods.casadi.program import by_stages, objection, plainly, requirement_objection
 from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
@@ -117,7 +117,7 @@ class CasadiKnots:
 
 
 @dataclass(frozen=True, eq=False)
-class CasadiKnotsProgram:
+class CasadiKnotsProgram(Printed):
     """A problem over knots and the plugin that solves it."""
 
     nlp: KnotsNlp

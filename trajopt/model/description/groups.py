@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 
 import pinocchio as pin
 
-from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound
+from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, shown
 from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names, link_frame, link_names
 from trajopt.model.description.srdf import GroupElement, Srdf
+from trajopt.model.printed import in_number, in_short
 
 ALL_JOINTS = "all"
 """Name of the group that a robot without SRDF groups gets."""
@@ -28,6 +29,12 @@ class Group:
     joints: tuple[str, ...]
     links: tuple[str, ...]
     tip: str | None
+
+    def __repr__(self) -> str:
+        """Say name, joints and tip."""
+        tip = f", tip {self.tip}" if self.tip else ""
+        joints = f"{in_number(self.joints, 'joint')}{tip}: {', '.join(self.joints)}"
+        return in_short(f"Group({shown(self.name)}, {joints})")
 
 
 @dataclass(frozen=True)

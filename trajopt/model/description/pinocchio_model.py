@@ -137,6 +137,26 @@ def configuration(model: pin.Model, positions: Floats) -> Floats:
     return q
 
 
+_PER_SECOND = ("", "/s", "/s^2", "/s^3")
+
+
+def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
+    """Return the unit of a joint's position or a derivative of it: of an angle or of a length.
+
+    Args:
+        model: The robot's model.
+        joint: Name of one of its movable joints.
+        order: 0 position, 1 velocity, 2 acceleration, 3 jerk.
+    """
+    kind = str(model.joints[model.getJointId(joint)].shortname())
+    return ("m" if kind.startswith("JointModelP") else "rad") + _PER_SECOND[order]
+
+
+def effort_unit(model: pin.Model, joint: str) -> str:
+    """Return the unit of what drives a movable joint: Nm, or N where it slides."""
+    return "Nm" if joint_unit(model, joint) == "rad" else "N"
+
+
 def link_placement(model: pin.Model, link: str, positions: Floats) -> Placement:
     """Return the placement of a link in the world.
 

@@ -7,7 +7,10 @@ import numpy as np
 from trajopt.model.printed import in_degrees, in_length
 from trajopt.model.requirements.axis_alignment import AxisAlignment
 from trajopt.model.requirements.distance_between import DistanceBetween
+from trajopt.model.requirements.follows_curve import FollowsCurve
 from trajopt.model.requirements.frame_placement import FramePlacement
+from trajopt.model.requirements.gaze import Gaze
+from trajopt.model.requirements.line_of_sight import LineOfSight
 from trajopt.model.requirements.point_on_arc import PointOnArc
 from trajopt.model.requirements.position_in_region import PositionInRegion
 from trajopt.model.requirements.requirement import Requirement
@@ -34,7 +37,12 @@ def _units(required: Requirement) -> tuple[str, ...]:
         case FramePlacement():
             sizes = ((LENGTH, required.position_tolerance), (ANGLE, required.rotation_tolerance))
             return tuple(unit for unit, tolerance in sizes if np.isfinite(tolerance).any())
-        case DistanceBetween() | PointOnArc() | PositionInRegion():
+        case FollowsCurve():
+            return (LENGTH, ANGLE) if np.isfinite(required.rotation_tolerance) else (LENGTH,)
+        case Gaze():
+            ranged = required.nearest > 0.0 or np.isfinite(required.farthest)
+            return (ANGLE, LENGTH) if ranged else (ANGLE,)
+        case DistanceBetween() | LineOfSight() | PointOnArc() | PositionInRegion():
             return (LENGTH,)
         case AxisAlignment():
             return (ANGLE,)

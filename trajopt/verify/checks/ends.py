@@ -3,8 +3,9 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.motion import Motion
 
 
@@ -34,16 +35,17 @@ def _check(motion: Motion, name: str, sizes: Floats, *, time: float, bound: floa
     joint = int(sizes.argmax())
     subject = motion.reduced.joint_names[joint]
     value = float(sizes[joint])
+    unit = joint_unit(motion.reduced.scene.robot.model, subject, order=order)
     return Check(
         kind=CheckKind.ENDS,
         name=name,
         subject=subject,
         value=value,
         bound=bound,
-        unit=joint_unit(motion.reduced.scene.robot, subject, order=order),
+        unit=unit,
         time=time,
         slack=bound - value,
         evidence=Evidence.PROVEN,
         holds=value <= bound,
-        detail=f"{subject} {'moves at' if name.endswith('rest') else 'is off by'} {value:.3g}",
+        detail=f"{subject} {'moves at' if name.endswith('rest') else 'is off by'} {in_unit(value, unit)}",
     )

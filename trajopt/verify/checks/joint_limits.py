@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits
+from trajopt.model.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.moving_limits import joint_words
-from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.motion import Motion
 
 QUANTITIES = ("joint position", "velocity", "acceleration", "jerk")
@@ -70,6 +71,7 @@ def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
         if not limited[joint] or worst[joint] <= motion.options.excess * scale[joint]:
             continue
         row = int(jumps[:, joint].argmax())
+        jump = in_unit(worst[joint], joint_unit(motion.reduced.scene.robot.model, name, order=2))
         checks.append(
             Check(
                 kind=CheckKind.LIMIT,
@@ -77,13 +79,13 @@ def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
                 subject=name,
                 value=None,
                 bound=float(limits.jerk[joint]),
-                unit=joint_unit(motion.reduced.scene.robot, name, order=3),
+                unit=joint_unit(motion.reduced.scene.robot.model, name, order=3),
                 time=float(motion.trajectory.times[row]),
                 slack=None,
                 evidence=Evidence.PROVEN,
                 holds=False,
                 detail=f"the acceleration of {joint_words(motion.reduced, name)} jumps by "
-                f"{worst[joint]:.4g}, its jerk is limited",
+                f"{jump}, its jerk is limited",
             )
         )
     return checks
@@ -101,8 +103,9 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
             break
         name = motion.reduced.moving_joints[joint]
         limited = bool(np.isfinite(found.bounds[joint]))
-        detail = f"{joint_words(motion.reduced, name)} reaches {found.values[joint]:.6g}"
-        detail += f", its limit is {found.bounds[joint]:.6g}" if limited else " and has no limit"
+        unit = joint_unit(motion.reduced.scene.robot.model, name, order=order)
+        detail = f"{joint_words(motion.reduced, name)} reaches {in_unit(found.values[joint], unit)}"
+        detail += f", its limit is {in_unit(found.bounds[joint], unit)}" if limited else " and has no limit"
         checks.append(
             Check(
                 kind=CheckKind.LIMIT,
@@ -110,7 +113,7 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
                 subject=name,
                 value=float(found.values[joint]),
                 bound=float(found.bounds[joint]) if limited else None,
-                unit=joint_unit(motion.reduced.scene.robot, name, order=order),
+                unit=unit,
                 time=float(found.times[joint]),
                 slack=float(found.slack[joint]) if limited else None,
                 evidence=Evidence.PROVEN,

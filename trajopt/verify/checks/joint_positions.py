@@ -3,11 +3,12 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_unit
 from trajopt.model.requirements import JointPositions
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
 from trajopt.verify.checks.requirement import When, proof_at_end
-from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.polynomials import Extremes
 from trajopt.verify.search.interval_proof import Proof
@@ -58,18 +59,19 @@ def _(requirement: JointPositions, motion: Motion, when: When) -> tuple[Check, .
     proof = proof_at_end(motion, excess)
     if when is When.ALWAYS:
         proof = Proof(Evidence.PROVEN, float(side.times[joint]), None)
+    unit = joint_unit(reduced.scene.robot.model, joints[joint])
     return (
         Check(
             name=f"{when.value}: joints",
             subject=joints[joint],
             value=float(side.values[joint]),
             bound=float(bound[joint]),
-            unit=joint_unit(reduced.scene.robot, joints[joint]),
+            unit=unit,
             time=proof.time,
             slack=-excess,
             evidence=proof.evidence,
             holds=excess <= motion.options.excess,
-            detail=f"must not {'exceed' if above else 'fall below'} {bound[joint]:.6g}",
+            detail=f"must not {'exceed' if above else 'fall below'} {in_unit(float(bound[joint]), unit)}",
         ),
     )
 

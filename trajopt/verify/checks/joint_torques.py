@@ -3,10 +3,10 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.description.pinocchio_model import effort_unit
 from trajopt.model.limits import JointLimits
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import counting
-from trajopt.verify.kernel.joint_unit import joint_unit
 from trajopt.verify.kernel.moments import steps_in_pieces
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.payload import payload_torques
@@ -36,7 +36,7 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
         name = motion.reduced.joint_names[joint]
         row = int(share[:, joint].argmax())
         value, bound = float(torques[row, joint]), float(limits.effort[joint])
-        turns = joint_unit(motion.reduced.scene.robot, name) == "rad"
+        unit = effort_unit(motion.reduced.scene.robot.model, name)
         checks.append(
             Check(
                 kind=CheckKind.TORQUE,
@@ -44,12 +44,12 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
                 subject=name,
                 value=value,
                 bound=bound,
-                unit="Nm" if turns else "N",
+                unit=unit,
                 time=float(times[row]),
                 slack=bound - abs(value),
                 evidence=Evidence.SAMPLED,
                 holds=holds,
-                detail=f"{name} needs {abs(value):.4g}, its limit is {bound:.4g}",
+                detail=f"{name} needs {abs(value):.4g} {unit}, its limit is {bound:.4g} {unit}",
             )
         )
     return tuple(checks)

@@ -6,6 +6,7 @@ from enum import Enum
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.printed import in_unit
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.search.interval_proof import Proof
@@ -58,7 +59,8 @@ def requirement_check(
         component: The tightest number at the tightest time.
         proof: What is known of all times.
     """
-    many = f"{component.name} is {component.value:.4g} {unit}, {component.tolerance:.4g} is accepted"
+    many = f"{component.name} is {in_unit(component.value, unit)}, "
+    many += f"{in_unit(component.tolerance, unit)} is accepted"
     if proof.interval is not None:
         many += f"; no proof from {proof.interval[0]:.5f} to {proof.interval[1]:.5f} s"
     return Check(

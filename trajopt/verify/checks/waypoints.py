@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.printed import in_unit
 from trajopt.model.requirements import During, Requirement
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.quantities import Quantity, quantities
@@ -84,7 +85,7 @@ def _passed(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: fl
     excess = float(over.max())
     holds = excess <= motion.options.excess
     missed = f"the nearest moment from {earliest:.3f} s on is {time:.3f} s"
-    missed += f", and misses {tightest.name} by {excess:.4g} {tightest.unit}".rstrip()
+    missed += f", and misses {tightest.name} by {in_unit(excess, tightest.unit)}"
     check = Check(
         name=f"{name}: {tightest.kind}",
         subject=tightest.subject,
