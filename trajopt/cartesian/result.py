@@ -123,7 +123,7 @@ class Followed:
         if self.certificate is None:
             return float("inf")
         found = [check.value for check in self.certificate.checks if check.kind is kind]
-        return next((value for value in found if value is not None), default)
+        return max((value for value in found if value is not None), default=default)
 
     def require(self, fraction: float = 1.0) -> Plan:
         """Return the plan if so much of the curve is followed.
