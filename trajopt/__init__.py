@@ -21,23 +21,7 @@ from trajopt.model.meshes.mesh_cover import MeshPolicy as MeshPolicy
 from trajopt.model.meshes.mesh_file import load_mesh as load_mesh
 from trajopt.model.placement import Placement as Placement
 from trajopt.model.placement import placement as placement
-from trajopt.model.requirements import Requirement as Requirement
-from trajopt.model.requirements import RotationCoordinates as RotationCoordinates
-from trajopt.model.requirements import any_of as any_of
-from trajopt.model.requirements import axis_alignment as axis_alignment
-from trajopt.model.requirements import coupled_joints as coupled_joints
-from trajopt.model.requirements import distance_between as distance_between
-from trajopt.model.requirements import during as during
-from trajopt.model.requirements import frame_placement as frame_placement
-from trajopt.model.requirements import gaze as gaze
-from trajopt.model.requirements import gravity_torque as gravity_torque
-from trajopt.model.requirements import joint_positions as joint_positions
-from trajopt.model.requirements import line_of_sight as line_of_sight
-from trajopt.model.requirements import point_on_arc as point_on_arc
-from trajopt.model.requirements import point_on_line as point_on_line
-from trajopt.model.requirements import point_on_plane as point_on_plane
-from trajopt.model.requirements import position_in_region as position_in_region
-from trajopt.model.requirements import singularity_distance as singularity_distance
+from trajopt.model.requirements import *  # every kind is named there
 from trajopt.model.robot import Robot as Robot
 from trajopt.model.scene import Scene as Scene
 from trajopt.model.shapes import Box as Box

@@ -10,7 +10,7 @@ from trajopt.infeasibility.reasons import unreachable
 from trajopt.kinematics import self_motion
 from trajopt.model.curve import joined
 from trajopt.model.requirements import Requirement
-from trajopt.model.requirements.missed import missed_by
+from trajopt.model.requirements.requirement import missed_by
 
 INF = np.inf
 AT = to.placement((0.41, 0.3, 0.14))

@@ -10,7 +10,7 @@ from trajopt.explanation.remedies import Remedy
 from trajopt.infeasibility.reasons import Block
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.printed import in_unit
-from trajopt.model.requirements.missed import missed_by
+from trajopt.model.requirements.requirement import missed_by
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Attempt
 from trajopt.planning.status import Certainty

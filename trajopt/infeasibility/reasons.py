@@ -13,7 +13,7 @@ from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import EXCESS, LimitKind
 from trajopt.model.printed import in_joint_position, in_range, in_unit
 from trajopt.model.requirements import JointPositions, Requirement
-from trajopt.model.requirements.missed import missed_by
+from trajopt.model.requirements.requirement import missed_by
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult
 from trajopt.terms import Clearance

@@ -13,7 +13,7 @@ from trajopt.kinematics.clearance import clear
 from trajopt.kinematics.projection import Projection
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.model.requirements.missed import missed_by
+from trajopt.model.requirements.requirement import missed_by
 from trajopt.query import Query
 
 STEP = 0.05

@@ -13,7 +13,7 @@ from trajopt.infeasibility.conflict import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.model.limits import EXCESS
 from trajopt.model.requirements import JointPositions, Requirement
-from trajopt.model.requirements.missed import missed_by
+from trajopt.model.requirements.requirement import missed_by
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status

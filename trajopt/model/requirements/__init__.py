@@ -52,3 +52,23 @@ from trajopt.model.requirements.requirement import Requirement as Requirement
 from trajopt.model.requirements.requirement import ShownUnit as ShownUnit
 from trajopt.model.requirements.singularity_distance import SingularityDistance as SingularityDistance
 from trajopt.model.requirements.singularity_distance import singularity_distance as singularity_distance
+
+__all__ = [
+    "Requirement",
+    "RotationCoordinates",
+    "any_of",
+    "axis_alignment",
+    "coupled_joints",
+    "distance_between",
+    "during",
+    "frame_placement",
+    "gaze",
+    "gravity_torque",
+    "joint_positions",
+    "line_of_sight",
+    "point_on_arc",
+    "point_on_line",
+    "point_on_plane",
+    "position_in_region",
+    "singularity_distance",
+]

@@ -30,6 +30,11 @@ class AxisAlignment(Requirement):
         return (self.frame, self.reference)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Radians."""
+        return ("rad",)
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The cone."""
         return (

@@ -31,6 +31,11 @@ class DistanceBetween(Requirement):
         return (self.first, self.second)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Metres."""
+        return ("m",)
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """Both bounds, as far as there are any."""
         what, found = f"distance of {self.first} from {self.second}", list[Relaxation]()

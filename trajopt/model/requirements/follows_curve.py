@@ -54,6 +54,11 @@ class FollowsCurve(Requirement):
         return self.until / self.curve.length
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Metres, and radians where the orientation is followed."""
+        return ("m", "rad") if np.isfinite(self.rotation_tolerance) else ("m",)
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The distance from the curve."""
         return (

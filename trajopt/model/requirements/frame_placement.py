@@ -55,6 +55,15 @@ class FramePlacement(Requirement):
         return (self.frame, self.reference)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Metres, radians, or both, as far as there are tolerances."""
+        return tuple(
+            unit
+            for unit, tolerance in (("m", self.position_tolerance), ("rad", self.rotation_tolerance))
+            if np.isfinite(tolerance).any()
+        )
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The tolerances of position and rotation, as far as there are any."""
         position, rotation = self.position_tolerance, self.rotation_tolerance

@@ -35,6 +35,11 @@ class Gaze(Requirement):
         return (self.frame, self.reference)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Radians, and metres where the distance is bounded."""
+        return ("rad", "m") if self.nearest > 0.0 or np.isfinite(self.farthest) else ("rad",)
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The cone."""
         return (

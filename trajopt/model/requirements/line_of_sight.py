@@ -36,6 +36,11 @@ class LineOfSight(Requirement):
         return (self.frame, self.reference, *sorted(self.ignored))
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Metres."""
+        return ("m",)
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The margin."""
         return (

@@ -33,6 +33,11 @@ class PointOnArc(Requirement):
         return (self.frame, self.reference)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Metres."""
+        return ("m",)
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """The distance from the arc."""
         return (

@@ -45,6 +45,11 @@ class PositionInRegion(Requirement):
         return (self.frame, self.reference)
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Metres."""
+        return ("m",)
+
+    @property
     def relaxations(self) -> tuple[Relaxation, ...]:
         """All shapes, grown on every side."""
         what = f"region of {self.frame} grown on every side"

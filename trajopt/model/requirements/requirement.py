@@ -1,6 +1,6 @@
 """The base of every requirement, and what several of them need."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number, readonly
 from trajopt.errors import ProblemError, ShapeError
+from trajopt.model.printed import in_degrees, in_length
 
 WORLD = "world"
 """Name of the frame that everything is placed in at last."""
@@ -57,6 +58,11 @@ class Requirement(Value):
     def relaxations(self) -> "tuple[Relaxation, ...]":
         """How it can be relaxed: remedies and prices try these; none unless told otherwise."""
         return ()
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The units that what misses it is measured in: "m", "rad", or empty for what is not known."""
+        return ("",)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -110,6 +116,19 @@ class Relaxation:
         """State the change by an amount."""
         unit, after = self.unit, self.now - amount if self.shrinks else self.now + amount
         return f"{self.what} {self.now / unit.size:.3g} to {after / unit.size:.3g} {unit.name}".rstrip()
+
+
+def missed_by(amount: float, requirements: Sequence[Requirement]) -> str:
+    """Print by how much requirements are missed: 12 mm, 3 deg, or the bare number where units mix.
+
+    Args:
+        amount: What is missing, or the sum of it, each part in its own unit [m, rad].
+        requirements: What is missed.
+    """
+    units = {unit for required in requirements for unit in required.units}
+    if units == {MILLIMETRES.base}:
+        return in_length(amount)
+    return in_degrees(amount) if units == {DEGREES.base} else f"{amount:.3g}"
 
 
 def direction_of(name: str, value: ArrayLike) -> Floats:

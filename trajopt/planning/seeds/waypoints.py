@@ -13,7 +13,7 @@ from trajopt.model.collisions.clearances import how_near
 from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.model.requirements.missed import missed_by
+from trajopt.model.requirements.requirement import missed_by
 from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 
