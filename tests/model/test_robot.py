@@ -106,7 +106,7 @@ def write(folder: Path, old: str, new: str) -> Path:
 
 def test_what_is_refused(tmp_path: Path) -> None:
     with pytest.raises(UnsupportedJoint, match="prismatic"):
-        to.load(write(tmp_path, 'name="pan" type="continuous"', 'name="pan" type="floating"'))
+        to.load(write(tmp_path, 'name="pan" type="continuous"', 'name="pan" type="ball"'))
     box = '<box size="0.1 0.1 0.1"/>'
     with pytest.raises(MeshFileError, match=r"gone\.stl"):
         to.load(write(tmp_path, box, '<mesh filename="package://arm/gone.stl"/>'))

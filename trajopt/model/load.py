@@ -9,6 +9,7 @@ from pkgutil import iter_modules
 from trajopt.arrays import path
 from trajopt.errors import MissingExtra, ModelError, RobotNotFound
 from trajopt.model.meshes.mesh_cover import MeshPolicy
+from trajopt.model.moving_base import MovingBase
 from trajopt.model.robot import Robot
 
 _PACKAGE = "robot_descriptions"
@@ -22,6 +23,7 @@ def load(
     limits: Path | str | None = None,
     package_dirs: Sequence[Path | str] = (),
     meshes: MeshPolicy | None = None,
+    base: MovingBase | None = None,
 ) -> Robot:
     """Load an installed robot by name ("panda"), or any robot from its URDF file.
 
@@ -34,6 +36,8 @@ def load(
         limits: With a path or a description: MoveIt's `joint_limits.yaml`.
         package_dirs: With a path or a description: folders to look in for `package://` meshes.
         meshes: With a path or a description: how collision meshes become convex.
+        base: With a path or a description: how the robot's base moves, of `trajopt.model.moving_base`; it
+            stands still when None.
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
@@ -44,17 +48,19 @@ def load(
 
     installed = {entry.name: entry for entry in entry_points(group="trajopt.robots")}
     if str(robot) in installed:
-        if srdf or limits or package_dirs or meshes:
+        if srdf or limits or package_dirs or meshes or base:
             raise ModelError(f"robot {robot!r} is installed by name and brings its own files")
         return installed[str(robot)].load()()
     file = path("robot", robot)
     if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not file.exists():
         urdf, folders = _description(str(robot), installed)
         dirs = (*package_dirs, *folders)
-        return Robot.from_urdf(urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes)
+        return Robot.from_urdf(urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes, base=base)
     if not file.is_file():
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
-    return Robot.from_urdf(robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes)
+    return Robot.from_urdf(
+        robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes, base=base
+    )
 
 
 def _description(name: str, installed: Iterable[str]) -> tuple[Path, tuple[Path, ...]]:

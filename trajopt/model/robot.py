@@ -12,15 +12,16 @@ import pinocchio as pin
 from trajopt.arrays import Floats, Ints, Value, floats
 from trajopt.errors import FileFormatError, FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
+from trajopt.model.description.base_joints import with_base
 from trajopt.model.description.from_pinocchio import check_joints, described, group_elements
 from trajopt.model.description.groups import Group, resolve_groups
-from trajopt.model.description.mimics import followed, resolve_mimics
+from trajopt.model.description.mimics import completed, followed, resolve_mimics
 from trajopt.model.description.pinocchio_model import (
     ModelData,
     adjacent_links,
     configuration,
     described_limits,
-    joint_frame_names,
+    fixed_joint_names,
     link_names,
     model_data,
     model_of,
@@ -30,6 +31,7 @@ from trajopt.model.description.urdf import LinkGeometry, Mimic, Urdf, read_urdf
 from trajopt.model.frame_attachment import FrameAttachment, tool_frames
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.meshes.mesh_cover import MeshPolicy
+from trajopt.model.moving_base import MovingBase, RobotBase
 from trajopt.model.placement import IDENTITY, PlacementLike
 from trajopt.model.printed import in_number, in_short
 
@@ -56,6 +58,8 @@ class Robot(Value):
         bodies: Collision bodies of all links.
         visuals: Visual elements of all links, for viewers.
         mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
+        notes: Sentences on what the files say that was left out, or taken differently.
+        base: How it stands in the world, and what moves it there.
         urdf_path: The file it came from; an empty path where it came from a Pinocchio model.
         urdf_xml: Its text without collision and visual elements; then only the robot's name.
     """
@@ -74,6 +78,8 @@ class Robot(Value):
     bodies: tuple[CollisionBody, ...]
     visuals: tuple[LinkGeometry, ...]
     mesh_notes: tuple[str, ...]
+    notes: tuple[str, ...]
+    base: RobotBase
     urdf_path: Path
     urdf_xml: str
 
@@ -87,6 +93,7 @@ class Robot(Value):
         frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None = None,
         name: str | None = None,
         meshes: MeshPolicy | None = None,
+        base: MovingBase | None = None,
     ) -> "Robot":
         """Load a robot from its files.
 
@@ -100,29 +107,30 @@ class Robot(Value):
                 placement in it.
             name: A name in place of the URDF's.
             meshes: How collision meshes become convex; the default policy when None.
+            base: How its base moves, of `trajopt.model.moving_base`; it stands still when None.
 
         Raises:
             FileFormatError: If a file does not say what it must.
             MeshFileError: If a collision mesh is missing, empty or unreadable.
-            UnsupportedJoint: If a joint has more than one degree of freedom.
+            UnsupportedJoint: If a joint is of no type that URDF has.
             MimicCycle: If joints mimic each other in a circle.
             NameNotFound: If the SRDF, the limits, a frame or a mimic joint name what the URDF does not have.
         """
-        description = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs])
+        semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
+        based = with_base(read_urdf(Path(urdf), [Path(folder) for folder in package_dirs]), semantics, base)
         try:
-            model = pin.buildModelFromXML(description.xml)
+            model = pin.buildModelFromXML(based.urdf.xml)
         except ValueError as error:
             reason = f"{error} (what is wrong is told above, on standard error)"
             raise FileFormatError(str(urdf), reason) from error
-        semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
-        stated: Mapping[str, Mapping[str, Any]] = {} if limits is None else read_joint_limits(Path(limits))
-        movable = tuple(model.names[1:])
-        fixed = frozenset(joint_frame_names(model)) - frozenset(movable)
-        mimics = resolve_mimics(description.mimics, movable=movable, fixed=fixed)
+        stated = based.limits_beside({} if limits is None else read_joint_limits(Path(limits)))
+        fixed = fixed_joint_names(model)
+        mimics = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)
         return _assembled(
             model,
-            replace(description, name=name or description.name),
-            semantics,
+            replace(based.urdf, name=name or based.urdf.name),
+            based.srdf,
+            base=based.base,
             limits=with_stated(described_limits(model), stated, mimics=mimics),
             mimics=mimics,
             frames=frames,
@@ -170,6 +178,7 @@ class Robot(Value):
             own,
             described(own, collision_model, name),
             replace(semantics, groups={**semantics.groups, **group_elements(own, groups)}),
+            base=RobotBase(),
             limits=with_stated(described_limits(own), stated, mimics={}),
             mimics={},
             frames=frames,
@@ -184,7 +193,7 @@ class Robot(Value):
     @cached_property
     def fixed_joints(self) -> frozenset[str]:
         """Names of the joints that cannot move, which are not in `joint_names`."""
-        return frozenset(joint_frame_names(self.model)) - frozenset(self.joint_names)
+        return fixed_joint_names(self.model)
 
     @property
     def frame_names(self) -> tuple[str, ...]:
@@ -249,15 +258,9 @@ class Robot(Value):
         named = self.state(values, group=group) if isinstance(values, str) else (values or {})
         for joint, value in named.items():
             result[self.index([joint])[0]] = float(floats(f"position of {joint}", value, ()))
-        kept = () if isinstance(values, str) else named
-        for joint in kept:
-            mimic = self.mimics.get(joint)
-            if mimic is not None and mimic.multiplier and mimic.source not in kept:
-                if mimic.source in self.joint_names:
-                    leader = self.joint_names.index(mimic.source)
-                    result[leader] = (result[self.joint_names.index(joint)] - mimic.offset) / mimic.multiplier
-        following = {joint: mimic for joint, mimic in self.mimics.items() if joint not in kept}
-        return followed(self.joint_names, following, result)
+        return completed(
+            self.joint_names, self.mimics, result, given=() if isinstance(values, str) else named
+        )
 
     def followed(self, positions: Floats, *, checked: Iterable[str] = ()) -> Floats:
         """Return positions with each mimic joint where it follows.
@@ -307,10 +310,8 @@ class Robot(Value):
 
     def __repr__(self) -> str:
         """Say name, joints and groups."""
-        groups = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
-        return in_short(
-            f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {groups})"
-        )
+        names = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
+        return in_short(f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {names})")
 
 
 def _assembled(
@@ -318,6 +319,7 @@ def _assembled(
     description: Urdf,
     semantics: Srdf,
     *,
+    base: RobotBase,
     limits: JointLimits,
     mimics: Mapping[str, Mimic],
     frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None,
@@ -341,6 +343,8 @@ def _assembled(
         bodies=bodies,
         visuals=description.visuals,
         mesh_notes=notes,
+        notes=description.notes,
+        base=base,
         urdf_path=description.path,
         urdf_xml=description.xml,
     )

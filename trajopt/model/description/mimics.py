@@ -1,6 +1,6 @@
 """Mimic joints: which joint each follows in the end, and by what factor and offset."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -72,6 +72,32 @@ def followed(
             raise MimicContradiction(joint, mimic.source, position=asked, expected=follows)
         result[place] = follows
     return readonly(result)
+
+
+def completed(
+    joint_names: Sequence[str], mimics: Mapping[str, Mimic], positions: Floats, *, given: Collection[str]
+) -> Floats:
+    """Return positions of which some were given, with the joints that mimic or lead those where they belong.
+
+    Args:
+        joint_names: Names of all joints that move, n of them.
+        mimics: Mimic joints by name, each with the joint that leads it.
+        positions: Of all joints, shape (n,) [rad | m].
+        given: Joints whose position stays; the joint that a given mimic joint follows is placed to suit, and
+            all other mimic joints follow.
+
+    Returns:
+        Positions, shape (n,), read-only.
+    """
+    result = np.array(positions)
+    for joint in given:
+        mimic = mimics.get(joint)
+        if mimic is not None and mimic.multiplier and mimic.source not in given:
+            if mimic.source in joint_names:
+                leader = joint_names.index(mimic.source)
+                result[leader] = (result[joint_names.index(joint)] - mimic.offset) / mimic.multiplier
+    following = {joint: mimic for joint, mimic in mimics.items() if joint not in given}
+    return followed(joint_names, following, result)
 
 
 def _refuse_cycle(joint: str, stated: Mapping[str, Mimic]) -> None:

@@ -24,6 +24,11 @@ def joint_frame_names(model: pin.Model) -> tuple[str, ...]:
     return tuple(frame.name for frame in list(model.frames)[1:] if frame.type in _JOINTS)
 
 
+def fixed_joint_names(model: pin.Model) -> frozenset[str]:
+    """Return the names of the joints that cannot move."""
+    return frozenset(joint_frame_names(model)) - frozenset(model.names[1:])
+
+
 def link_frame(model: pin.Model, link: str) -> int:
     """Return the place of a link among the model's frames."""
     return int(model.getFrameId(link, pin.FrameType.BODY))

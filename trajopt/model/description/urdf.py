@@ -19,6 +19,7 @@ from trajopt.model.shapes import Box, Capsule, Cylinder, Shape, Sphere
 _LONGEST_NAME = 4096  # characters of a file's name
 _SHORTEST_AXIS = 1e-6
 ONE_DEGREE_OF_FREEDOM = ("revolute", "continuous", "prismatic")
+SEVERAL_DEGREES_OF_FREEDOM = ("planar", "floating")
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,13 @@ class Urdf:
 
     Attributes:
         path: The file.
-        xml: Its text without collision and visual elements: kinematics and inertias.
+        xml: Its text without collision and visual elements: kinematics and inertias; joints of several
+            degrees of freedom are in it as they are written.
         name: The robot's name.
         collisions: Collision elements of all links.
         visuals: Visual elements of all links.
         mimics: Mimicking joints by name.
+        notes: Sentences on what was left out, or taken differently.
     """
 
     path: Path
@@ -79,6 +82,7 @@ class Urdf:
     collisions: tuple[LinkGeometry, ...]
     visuals: tuple[LinkGeometry, ...]
     mimics: Mapping[str, Mimic]
+    notes: tuple[str, ...] = ()
 
 
 def resolve_mesh(filename: str, urdf: Path, package_dirs: Sequence[Path]) -> Path:
@@ -241,14 +245,14 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = ()) -> Urdf:
     Raises:
         FileFormatError: If it is missing or no URDF.
         MeshFileError: If a collision mesh cannot be found.
-        UnsupportedJoint: If a joint has more than one degree of freedom.
+        UnsupportedJoint: If a joint is of no type that URDF has.
     """
     root = read_xml(path, "URDF")
     _check_links(path, root)
     mimics: dict[str, Mimic] = {}
     for joint in root.findall("joint"):
         name, kind = joint.get("name", ""), joint.get("type", "")
-        if kind not in (*ONE_DEGREE_OF_FREEDOM, "fixed"):
+        if kind not in (*ONE_DEGREE_OF_FREEDOM, *SEVERAL_DEGREES_OF_FREEDOM, "fixed"):
             raise UnsupportedJoint(name, kind)
         _check_joint(path, joint)
         mimic = joint.find("mimic")
