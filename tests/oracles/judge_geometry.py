@@ -18,9 +18,9 @@ from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.shapes import Shape
+from trajopt.verify.checks.line_of_sight import support
 from trajopt.verify.kernel.coal_geometry import coal_geometry
 from trajopt.verify.kernel.kinematics import Poses
-from trajopt.verify.kernel.support import support
 
 _DIRECTIONS = 2000
 _STEPS = 300

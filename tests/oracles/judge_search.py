@@ -10,8 +10,7 @@ from trajopt.verify.kernel.intervals import counting, cut, pieces_needed
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.travel import Travel, relative_chain
-from trajopt.verify.kernel.windows import Windows
-from trajopt.verify.search.clearance_search import Contact, Findings, Gap, Tally
+from trajopt.verify.search.clearance_search import Contact, Findings, Gap, Tally, Windows
 
 _FIRST_INTERVALS = 16
 _NEAR_ENOUGH = 0.75

@@ -11,9 +11,8 @@ from trajopt.arrays import Floats
 from trajopt.planning.seeds import straight_line
 from trajopt.query import Query
 from trajopt.transcription import KnotsNlp, fixed_goal, transcribe
-from trajopt.transcription.knots import shortest_duration
+from trajopt.transcription.knots import COARSE_SAMPLES, SWEEP, shortest_duration, swept_samples
 from trajopt.transcription.margins import TaperedMargins
-from trajopt.transcription.sweep import COARSE_SAMPLES, SWEEP, swept_samples
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 GOAL = {"pan": 1.0, "reach": 0.2, "elbow": 0.3, "wrist": 0.0}

@@ -16,7 +16,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Plane, Shape, convex
 from trajopt.verify import Certificate, Check, Evidence, Moment, examine, verify
-from trajopt.verify.kernel.windows import Windows
+from trajopt.verify.search.clearance_search import Windows
 
 SUNK = 0.0004
 """How deep the part stands in the table at the start [m]."""

@@ -21,8 +21,8 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
+from trajopt.verify.checks.line_of_sight import support
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.support import support
 
 ERROR = 1e-6
 CLOUD = np.random.default_rng(3).normal(size=(30, 3)) * 0.08

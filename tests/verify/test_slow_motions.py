@@ -8,8 +8,8 @@ import pytest
 import trajopt as to
 from trajopt.errors import ProblemError, ShapeError
 from trajopt.verify.checks.joint_torques import inverse_dynamics
+from trajopt.verify.kernel.intervals import sampled_times, steps_in_pieces
 from trajopt.verify.kernel.kinematics import Kinematics
-from trajopt.verify.kernel.moments import sampled_times, steps_in_pieces
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
 

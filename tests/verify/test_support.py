@@ -16,8 +16,8 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Shape, Sphere, convex
+from trajopt.verify.checks.line_of_sight import support
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
-from trajopt.verify.kernel.support import support
 
 CLOUD = np.random.default_rng(1).normal(size=(20, 3))
 SHAPES: tuple[Shape, ...] = (

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from trajopt.benchmark.entry import Entry, outcome
+from trajopt.model.printed import aligned
 from trajopt.verify import Check
-from trajopt.verify.table import aligned
 
 HEAD = ("", "problem", "instance", "constraint", "where", "worst", "bound", "unit", "at [s]", "evidence")
 WIDEST = 48

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import JsonOption
+from trajopt.cli.plan import report
 from trajopt.cli.progress import ProgressLine, progress_line
-from trajopt.cli.report import report
 from trajopt.moveit import write_trajectory
 from trajopt.moveit.trajectory_files import write_json
 from trajopt.planning.plan import plan

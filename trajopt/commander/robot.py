@@ -3,17 +3,62 @@
 from collections.abc import Sequence
 from typing import Any
 
-from trajopt.commander.conversions import stamped
+from trajopt.arrays import Floats
+from trajopt.commander.conversions import pose_of, stamped
 from trajopt.commander.documents import is_message
 from trajopt.commander.exception import MoveItCommanderException, speaks_moveit
-from trajopt.commander.geometry_msgs.msg import PoseStamped
-from trajopt.commander.markers import markers
+from trajopt.commander.geometry_msgs.msg import PoseStamped, Vector3
 from trajopt.commander.move_group import MoveGroupCommander
 from trajopt.commander.moveit_msgs.msg import RobotState
 from trajopt.commander.robot_states import joint_names, link_names, state_message, state_positions
-from trajopt.commander.visualization_msgs.msg import MarkerArray
+from trajopt.commander.std_msgs.msg import ColorRGBA, Header
+from trajopt.commander.visualization_msgs.msg import Marker, MarkerArray
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import FrameNotFound, JointNotFound, shown
+from trajopt.model.description.urdf import MeshReference
+from trajopt.model.scene import Scene
+from trajopt.model.shapes import Box, Cylinder, Sphere
+
+GREY = (0.5, 0.5, 0.5, 1.0)
+"""Colour of what the description leaves without one."""
+
+
+def markers(scene: Scene, positions: Floats, links: Sequence[str]) -> MarkerArray:
+    """Return a marker for every visual element of links.
+
+    Args:
+        scene: The scene.
+        positions: Of all joints [rad | m].
+        links: The links.
+
+    Raises:
+        FrameNotFound: If one is unknown.
+    """
+    robot = scene.robot
+    for link in links:
+        if link not in robot.links:
+            raise FrameNotFound("link", link, robot.links)
+    found: list[Marker] = []
+    for element in robot.visuals:
+        if element.link not in links:
+            continue
+        where = scene.placement_of(element.link, positions) * element.placement
+        marker = Marker(Header(frame_id=robot.links[0]), element.link, len(found), pose=pose_of(where))
+        marker.color = ColorRGBA(*(element.colour or GREY))
+        match element.geometry:
+            case MeshReference(path=path, scale=scale):
+                marker.type, marker.mesh_resource = Marker.MESH_RESOURCE, f"file://{path}"
+                marker.scale = Vector3(*scale)
+            case Box(x=x, y=y, z=z):
+                marker.type, marker.scale = Marker.CUBE, Vector3(x, y, z)
+            case Sphere(radius=radius):
+                marker.type, marker.scale = Marker.SPHERE, Vector3(2 * radius, 2 * radius, 2 * radius)
+            case Cylinder(radius=radius, length=length):
+                marker.type, marker.scale = Marker.CYLINDER, Vector3(2 * radius, 2 * radius, length)
+            case _:
+                continue  # URDF has no other primitives.
+        found.append(marker)
+    return MarkerArray(found)
 
 
 class Joint:

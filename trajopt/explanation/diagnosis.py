@@ -9,7 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, conflict_at_goal, least_missed, nearest_free
 from trajopt.infeasibility.chain import Chain
-from trajopt.infeasibility.conflict import conflicting
+from trajopt.infeasibility.exclusion import conflicting
 from trajopt.infeasibility.reasons import (
     Block,
     BlockKind,

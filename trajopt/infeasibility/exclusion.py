@@ -1,16 +1,19 @@
-"""Proofs that two requirements exclude each other, whatever the robot: by angles and distances alone.
+"""Requirements that exclude each other: a proof for two of them, or a search for the fewest that seem to.
 
-A frame turned to within an angle of a rotation, and an axis of it held within a cone, have a say about the
-same rotation; the triangle inequality of angles decides whether both can be held. Likewise two points
-of one body keep their distance, wherever the body goes.
+The proofs hold for any robot, by angles and distances alone. A frame turned to within an angle of a rotation,
+and an axis of it held within a cone, have a say about the same rotation; the triangle inequality of angles
+decides whether both can be held. Likewise two points of one body keep their distance, wherever the body goes.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.kinematics.goal_candidates import random_starts
+from trajopt.kinematics.projection import Projection
 from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
@@ -22,6 +25,7 @@ from trajopt.model.requirements import (
     RotationCoordinates,
 )
 from trajopt.model.shapes import Box, Cylinder, Shape, Sphere
+from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import without_followers
 
 ACCURACY = 1e-6
@@ -187,3 +191,31 @@ def distance(shape: Shape, point: Floats) -> float:
             return float(np.linalg.norm(np.maximum(off, 0.0)))
         case _:
             return max(float(point[2]), 0.0)
+
+
+STARTS = 1024
+"""Configurations that each subset is searched from: a set that can be held must not be called a conflict."""
+
+
+def conflicting(
+    reduced: ReducedModel, requirements: Sequence[Requirement], *, rng: np.random.Generator, counts: Counts
+) -> tuple[Requirement, ...]:
+    """Return requirements of which no configuration was found that holds them together.
+
+    Whichever one is left out, the others can be held together. A single one cannot be held alone.
+    Source: the deletion filter of Chinneck and Dravnieks, Locating minimal infeasible constraint sets in
+    linear programs, ORSA J. Computing 1991, with the search of goal configurations as its oracle.
+
+    Args:
+        reduced: The robot and its limits; collisions are not looked at.
+        requirements: What no configuration was found for.
+        rng: Draws the starts of the search.
+        counts: Takes the work done.
+    """
+    query, begin = Query(reduced, counts), random_starts(reduced, rng, STARTS)
+    kept = list(requirements)
+    for item in requirements:
+        rest = [other for other in kept if other is not item]
+        if rest and (Projection(reduced, rest, query)(begin).violation > 0.0).all():
+            kept = rest
+    return tuple(kept)

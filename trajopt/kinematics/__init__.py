@@ -8,7 +8,7 @@ from trajopt.kinematics.forward import Placements as Placements
 from trajopt.kinematics.forward import forward_kinematics as forward_kinematics
 from trajopt.kinematics.forward import frame_jacobian as frame_jacobian
 from trajopt.kinematics.forward import manipulability as manipulability
-from trajopt.kinematics.goal_configurations import goal_configurations as goal_configurations
+from trajopt.kinematics.goal_candidates import goal_configurations as goal_configurations
 from trajopt.kinematics.inverse import InverseSolutions as InverseSolutions
 from trajopt.kinematics.inverse import inverse_kinematics as inverse_kinematics
 from trajopt.kinematics.methods import INVERSE_METHODS as INVERSE_METHODS

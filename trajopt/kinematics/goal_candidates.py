@@ -11,6 +11,7 @@ from trajopt.kinematics.projection import Projection, turning_joints
 from trajopt.model.limits import JointLimits, draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import joint_box
 
@@ -220,3 +221,20 @@ def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Flo
         nearer = np.abs(shifted - start) < np.abs(best - start)
         best = np.where(inside & (nearer | outside_now), shifted, best)
     return best
+
+
+def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = None) -> tuple[Floats, ...]:
+    """Return configurations at which a motion may end: they hold goal and path constraints, clear of all.
+
+    Constraints in code of your own are not looked at.
+
+    Args:
+        problem: What the motion must achieve.
+        rng: Draws the starts of the search; a fixed seed when None.
+
+    Returns:
+        Positions of the group's joints, each of shape (n,) [rad | m], nearest to the start first;
+        none if none was found.
+    """
+    wanted = (*problem.goals, *problem.requirements_at(len(problem.waypoint_names) + 1))
+    return goal_candidates(problem.reduced, wanted, rng=rng or np.random.default_rng(0), counts=Counts()).free

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, Ints, Value, floats, number, readonly
 from trajopt.errors import FileFormatError, ShapeError
 from trajopt.kinematics.arguments import count_of, frame_of
-from trajopt.kinematics.clearance import pair_margins
 from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress, Sampler
+from trajopt.kinematics.validity import pair_margins
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.requirements.requirement import direction_of

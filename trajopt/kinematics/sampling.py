@@ -7,8 +7,8 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
 from trajopt.kinematics.arguments import count_of, requirements_of
-from trajopt.kinematics.clearance import clear, pair_margins
 from trajopt.kinematics.projection import Projection
+from trajopt.kinematics.validity import clear, pair_margins
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement

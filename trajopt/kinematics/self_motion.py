@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Bools, Floats, Value, floats, number, one_of, readonly
 from trajopt.errors import JointNotFound, ProblemError, ShapeError
 from trajopt.kinematics.arguments import requirements_of
-from trajopt.kinematics.clearance import clear
 from trajopt.kinematics.projection import Projection
+from trajopt.kinematics.validity import clear
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.model.requirements.requirement import missed_by

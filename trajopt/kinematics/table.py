@@ -9,9 +9,9 @@ import numpy as np
 from trajopt.arrays import Bools, Floats, Value, readonly
 from trajopt.errors import FileFormatError, MissingExtra, ShapeError
 from trajopt.kinematics.arguments import count_of, frame_of
-from trajopt.kinematics.clearance import clear, pair_margins
 from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress
+from trajopt.kinematics.validity import clear, pair_margins
 from trajopt.model.limits import draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD

@@ -1,6 +1,6 @@
 """How numbers are printed: short, in the units that people speak in: mm, m, deg, s, Nm."""
 
-from collections.abc import Sized
+from collections.abc import Sequence, Sized
 
 import numpy as np
 
@@ -84,3 +84,23 @@ def seen_from(reference: str) -> str:
 
 def _numbers(values: Floats) -> str:
     return ", ".join(f"{value + 0.0:.4g}" for value in np.asarray(values).round(4).tolist())
+
+
+def aligned(rows: Sequence[Sequence[str]], *, right: frozenset[int]) -> list[str]:
+    """Pad the cells of each column to one width.
+
+    Args:
+        rows: Rows of equal length.
+        right: Columns that are flush right.
+
+    Returns:
+        One line a row, without trailing blanks.
+    """
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return [
+        "  ".join(
+            cell.rjust(width) if column in right else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.infeasibility import box_breaks, box_collides, exclusion, out_of_reach, reasons
-from trajopt.infeasibility.conflict import conflicting
+from trajopt.infeasibility.exclusion import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.model.limits import EXCESS
 from trajopt.model.requirements import JointPositions, Requirement

@@ -9,8 +9,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import PointOnArc
 from trajopt.model.rotations import from_rpy
 from trajopt.nlp import Rows
-from trajopt.terms.frames import relative_frame
-from trajopt.terms.lengths import lengths
+from trajopt.terms.frames import lengths, relative_frame
 from trajopt.terms.motion import Motion
 from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import Constraint, Window, constraint

@@ -12,9 +12,8 @@ from trajopt.arrays import Floats, Ints, readonly
 from trajopt.model.trajectory import Path
 from trajopt.terms.motion import Motion
 from trajopt.transcription.basis import SplineBasis
-from trajopt.transcription.knots import KnotsNlp
+from trajopt.transcription.knots import KnotsNlp, swept_samples
 from trajopt.transcription.motion_nlp import MotionNlp
-from trajopt.transcription.sweep import swept_samples
 
 COARSE_SAMPLES = 2
 """Samples per piece while the motion is not free yet."""

@@ -6,8 +6,7 @@ from trajopt.arrays import Floats
 from trajopt.model.description.pinocchio_model import effort_unit
 from trajopt.model.limits import JointLimits
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.kernel.intervals import counting
-from trajopt.verify.kernel.moments import steps_in_pieces
+from trajopt.verify.kernel.intervals import counting, steps_in_pieces
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.payload import payload_torques
 

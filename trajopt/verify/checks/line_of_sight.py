@@ -13,14 +13,13 @@ from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import LineOfSight
-from trajopt.model.shapes import Mesh, Plane, Shape
+from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
 from trajopt.verify.certificate import Check
 from trajopt.verify.checks.quantities import Quantity, check_requirement, checks_of, quantities
 from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.coal_geometry import coal_geometry
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.relative_motion import RelativeMotion
-from trajopt.verify.kernel.support import support
 
 _THIN = 1e-3
 
@@ -123,3 +122,33 @@ def _axes(way: Floats) -> Floats:
     # A half turn about the bisector of z and the axis; upside down where that is nearer.
     turn = 2.0 * np.outer(mirror, mirror) - np.eye(3)
     return turn if z[2] >= 0.0 else turn @ np.diag((1.0, -1.0, -1.0))
+
+
+def support(shape: Shape, directions: Floats) -> Floats:
+    """Return how far a shape reaches along directions, from its own origin.
+
+    Args:
+        shape: The shape; a mesh reaches as far as its convex hull, a plane infinitely far.
+        directions: Unit vectors in the shape's frame, shape (c, 3).
+
+    Returns:
+        Largest value of `direction @ point` over its points, shape (c,) [m].
+    """
+    along = directions[:, 2]
+    across = np.hypot(directions[:, 0], directions[:, 1])
+    match shape:
+        case Box():
+            reach = np.abs(directions) @ np.array((shape.x, shape.y, shape.z)) / 2
+        case Sphere():
+            reach = np.full(len(directions), shape.radius)
+        case Cylinder():
+            reach = across * shape.radius + np.abs(along) * shape.length / 2
+        case Capsule():
+            reach = shape.radius + np.abs(along) * shape.length / 2
+        case Cone():
+            reach = np.maximum(along * shape.length / 2, across * shape.radius - along * shape.length / 2)
+        case Plane():
+            reach = np.full(len(directions), np.inf)
+        case Convex() | Mesh():
+            reach = (directions @ shape.vertices.T).max(axis=1)
+    return np.asarray(reach, dtype=np.float64)

@@ -17,7 +17,7 @@ from trajopt.model.requirements import Requirement
 from trajopt.model.requirements.registered import has, import_installed, registered
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.requirement import When, proof_at_end
-from trajopt.verify.kernel.moments import sampled_times
+from trajopt.verify.kernel.intervals import sampled_times
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.search.interval_proof import Excess, Proof, prove_over_time
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.kernel.moments import sampled_times
+from trajopt.verify.kernel.intervals import sampled_times
 from trajopt.verify.kernel.motion import Motion
 
 

@@ -14,7 +14,7 @@ from trajopt.model.printed import in_unit
 from trajopt.model.requirements import During, Requirement
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.checks.quantities import Quantity, quantities
-from trajopt.verify.kernel.moments import sampled_times
+from trajopt.verify.kernel.intervals import sampled_times
 from trajopt.verify.kernel.motion import Motion
 
 _ZOOMS = 8
