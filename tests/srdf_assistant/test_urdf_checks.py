@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import trajopt as to
@@ -123,3 +124,19 @@ def test_a_mimic_range_that_nothing_reaches_is_told_and_not_fatal(tmp_path: Path
     assert finding.subject == "m1" and "no position of j1" in finding.problem
     proposal = propose_srdf(robot, rng=np.random.default_rng(0), confidence=Confidence(share=0.1, level=0.9))
     assert proposal.groups
+
+
+def test_a_robot_of_a_pinocchio_model_is_not_passed_over(tmp_path: Path) -> None:
+    """It has no URDF: the model's own inertias and limits are looked at, and that is said."""
+    (tmp_path / "arm.urdf").write_text(PLANAR_ARM.replace('<mimic joint="left_slide"/>', ""))
+    model = pin.buildModelFromUrdf(str(tmp_path / "arm.urdf"))
+    impossible = np.diag((1.0, 0.1, 0.1))
+    model.inertias[1] = pin.Inertia(1.0, np.zeros(3), impossible)
+    model.lowerPositionLimit[1] = model.upperPositionLimit[1] = 0.2
+    found = check_urdf(to.Robot.from_pinocchio(model))
+    said = {(item.severity, item.subject, item.problem.split(" (")[0]) for item in found}
+    first, second = list(model.names)[1:3]
+    assert (Severity.ERROR, first, "has moments of inertia that no body has") in said
+    assert (Severity.ERROR, second, "cannot move: both limits are 0.2") in said
+    assert any(item.severity is Severity.NOTE and "there is no URDF" in item.problem for item in found)
+    assert any("carries no mass" in item.problem for item in found)

@@ -1,8 +1,9 @@
 """What is odd about a URDF: units, inertias, limits, shapes, mimicking joints."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError, MimicOutOfRange
 from trajopt.model.description.mimic_limits import followed_limits
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.description.urdf import MeshReference
 from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.placement import Placement
@@ -58,15 +60,37 @@ class Finding:
 
 
 def check_urdf(robot: Robot) -> tuple[Finding, ...]:
-    """Look for what is odd in a robot's description, errors first."""
-    root = ElementTree.fromstring(robot.urdf_xml)
-    found = [*_inertias(root, robot), *_joints(root), *_mimics(root, robot), *_shapes(robot)]
+    """Look for what is odd in a robot's description, errors first.
+
+    Of a robot made of a Pinocchio model, which has no URDF, the model's inertias and limits are looked at.
+    """
+    if robot.urdf_path == Path():
+        described = _model(robot)
+    else:
+        root = ElementTree.fromstring(robot.urdf_xml)
+        described = (*_inertias(root, robot), *_joints(root))
+    found = [*described, *_mimics(robot), *_shapes(robot)]
     order = list(Severity)
     return tuple(sorted(found, key=lambda finding: order.index(finding.severity)))
 
 
+def _model(robot: Robot) -> Iterator[Finding]:
+    """Look at what a Pinocchio model states of its joints and of the bodies that they carry."""
+    model, limits = robot.model, robot.limits
+    yield Finding(Severity.NOTE, robot.name, "was made of a Pinocchio model: there is no URDF to check")
+    for name, inertia in zip(list(model.names)[1:], list(model.inertias)[1:], strict=True):
+        if inertia.mass == 0.0:
+            yield Finding(Severity.WARNING, name, "carries no mass: torques leave it out")
+        yield from _moments(name, np.asarray(inertia.inertia))
+    for joint, name in enumerate(robot.joint_names):
+        lower, upper = float(limits.lower[joint]), float(limits.upper[joint])
+        slides = joint_unit(model, name) == "m"
+        kind = "prismatic" if slides else "revolute" if np.isfinite(lower) else "continuous"
+        rates = {"velocity": float(limits.velocity[joint]), "effort": float(limits.effort[joint])}
+        yield from _limit(name, kind, lower, upper, rates)
+
+
 def _inertias(root: ElementTree.Element, robot: Robot) -> Iterator[Finding]:
-    """Source of the inequality: principal moments are integrals, e.g. ixx + iyy - izz = 2 int z^2 dm >= 0."""
     shaped = {element.owner for element in robot.bodies} | {element.link for element in robot.visuals}
     moved = {child.get("link", "") for child in root.iterfind("joint[@type!='fixed']/child")}
     for link in root.findall("link"):
@@ -88,17 +112,22 @@ def _inertias(root: ElementTree.Element, robot: Robot) -> Iterator[Finding]:
                 [entries["ixz"], entries["iyz"], entries["izz"]],
             ]
         )
-        moments: Floats = np.linalg.eigvalsh(matrix)
-        shown = ", ".join(f"{moment:.3g}" for moment in moments.tolist())
-        slack = 1e-3 * max(float(np.abs(moments).max()), 1e-12)
-        if moments[0] < -slack:
-            yield Finding(Severity.ERROR, name, f"has a negative moment of inertia ({shown} kg m^2)")
-        elif moments[0] + moments[1] < moments[2] - slack:
-            yield Finding(
-                Severity.ERROR,
-                name,
-                f"has moments of inertia that no body has ({shown} kg m^2): two are less than the third",
-            )
+        yield from _moments(name, matrix)
+
+
+def _moments(name: str, inertia: Floats) -> Iterator[Finding]:
+    """Source of the inequality: principal moments are integrals, e.g. ixx + iyy - izz = 2 int z^2 dm >= 0."""
+    moments = np.asarray(np.linalg.eigvalsh(inertia), dtype=np.float64)
+    shown = ", ".join(f"{moment:.3g}" for moment in moments.tolist())
+    slack = 1e-3 * max(float(np.abs(moments).max()), 1e-12)
+    if moments[0] < -slack:
+        yield Finding(Severity.ERROR, name, f"has a negative moment of inertia ({shown} kg m^2)")
+    elif moments[0] + moments[1] < moments[2] - slack:
+        yield Finding(
+            Severity.ERROR,
+            name,
+            f"has moments of inertia that no body has ({shown} kg m^2): two are less than the third",
+        )
 
 
 def _joints(root: ElementTree.Element) -> Iterator[Finding]:
@@ -124,11 +153,11 @@ def _joints(root: ElementTree.Element) -> Iterator[Finding]:
                 Severity.ERROR if kind != "continuous" else Severity.WARNING, name, "has no <limit>"
             )
             continue
-        yield from _limit(name, kind, limit)
+        rates = {key: _number(limit, key) for key in ("velocity", "effort")}
+        yield from _limit(name, kind, _number(limit, "lower"), _number(limit, "upper"), rates)
 
 
-def _limit(name: str, kind: str, limit: ElementTree.Element) -> Iterator[Finding]:
-    lower, upper = _number(limit, "lower"), _number(limit, "upper")
+def _limit(name: str, kind: str, lower: float, upper: float, rates: Mapping[str, float]) -> Iterator[Finding]:
     if kind != "continuous":
         if lower == upper:
             yield Finding(Severity.ERROR, name, f"cannot move: both limits are {lower:g}")
@@ -140,12 +169,12 @@ def _limit(name: str, kind: str, limit: ElementTree.Element) -> Iterator[Finding
             yield Finding(
                 Severity.WARNING, name, f"slides by {upper - lower:g} m: millimetres, meant as metres?"
             )
-    for key in ("velocity", "effort"):
-        if _number(limit, key) <= 0.0:
+    for key, rate in rates.items():
+        if rate <= 0.0:
             yield Finding(Severity.WARNING, name, f"has a limit of zero on its {key}")
 
 
-def _mimics(root: ElementTree.Element, robot: Robot) -> Iterator[Finding]:
+def _mimics(robot: Robot) -> Iterator[Finding]:
     ranges = {
         name: (lower, upper)
         for name, lower, upper in zip(

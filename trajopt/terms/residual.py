@@ -104,6 +104,23 @@ class Constraint(Value):
     window: Window = WHOLE
     reach: float = np.inf
 
+    def __post_init__(self) -> None:
+        """Refuse bounds that hold nothing and tolerances that measure nothing.
+
+        Raises:
+            ShapeError: If a bound, the tolerance or the reach is not a number.
+            ProblemError: If the tolerance or the reach is negative, or a lower bound exceeds its upper one.
+        """
+        name = self.residual.name
+        lower, upper = (
+            floats(side, getattr(self, side), (None,), infinite=True) for side in ("lower", "upper")
+        )
+        if (lower > upper).any():
+            raise ProblemError(f"constraint {name!r}: a lower bound exceeds its upper one")
+        for what, value in (("tolerance", self.tolerance), ("reach", self.reach)):
+            if number(what, value, infinite=True) < 0.0:
+                raise ProblemError(f"constraint {name!r}: {what} is negative: {value:g}")
+
     def bounds(self, rows: Rows) -> tuple[Floats, Floats]:
         """Return lower and upper bound of each row, shape (m,)."""
         lower, upper = (
@@ -145,11 +162,6 @@ def constraint(
     """
     low = floats("lower", np.atleast_1d(np.asarray(lower, dtype=float)), (None,), infinite=True)
     high = floats("upper", np.atleast_1d(np.asarray(upper, dtype=float)), (None,), infinite=True)
-    if (low > high).any():
-        raise ProblemError(f"constraint {residual.name!r}: a lower bound exceeds its upper one")
-    for name, value in (("tolerance", tolerance), ("reach", reach)):
-        if number(name, value, infinite=True) < 0.0:
-            raise ProblemError(f"constraint {residual.name!r}: {name} is negative: {value:g}")
     return Constraint(residual, low, high, tolerance, window, reach)
 
 
