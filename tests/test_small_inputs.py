@@ -23,7 +23,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> to.Problem:
 
 
 REFUSED: dict[str, tuple[Callable[[to.Problem], object], type[Exception], str]] = {
-    "knots": (lambda problem: replace(problem, knots=100_000), ProblemError, "3 to 2000; are 100000"),
+    "knots": (lambda problem: replace(problem, knots=100_000), ProblemError, "3 to 2000, not 100000"),
     "slow tool": (lambda _: to.tool_speed("tip", linear=1e-300), ProblemError, "1e-09 m/s is the least"),
     "slow turn": (lambda _: to.tool_speed("tip", angular=1e-10), ProblemError, "1e-09 rad/s is the least"),
     "far goal": (lambda _: to.placement((1e300, 0.0, 0.0)), SizeError, "1e+06 m is the farthest"),

@@ -145,7 +145,7 @@ def mapping(name: str, value: Mapping[K, V]) -> Mapping[K, V]:
         ProblemError: If it is none.
     """
     if not isinstance(value, Mapping):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ProblemError(f"{name} is a mapping by name, is {shown(value)}")
+        raise ProblemError(f"{name} must be a mapping by name, is {shown(value)}")
     return value
 
 
@@ -156,8 +156,15 @@ def sequence(name: str, value: Iterable[V]) -> Sequence[V]:
         ProblemError: If it is none, or a single text.
     """
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
-        raise ProblemError(f"{name} is a collection, is {shown(value)}")
+        raise ProblemError(f"{name} must be a list or another collection, is {shown(value)}")
     return tuple(value)
+
+
+def _kind_words(kind: type[object]) -> str:
+    """Return what a class is called in messages, with its article."""
+    if kind is str:
+        return "a name"
+    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
 
 
 def one_of(name: str, value: object, kind: type[V]) -> V:
@@ -167,8 +174,17 @@ def one_of(name: str, value: object, kind: type[V]) -> V:
         ProblemError: If it is of another.
     """
     if not isinstance(value, kind):
-        raise ProblemError(f"{name} is a {kind.__name__}, is {shown(value)}")
+        raise ProblemError(f"{name} must be {_kind_words(kind)}, is {shown(value)}")
     return value
+
+
+def several(name: str, value: Iterable[V], kind: type[V]) -> tuple[V, ...]:
+    """Return the items of a collection that are all of a class.
+
+    Raises:
+        ProblemError: If it is no collection, or an item is of another class.
+    """
+    return tuple(one_of(f"each of {name}", item, kind) for item in sequence(name, value))
 
 
 def path(name: str, value: Path | str) -> Path:
@@ -178,5 +194,5 @@ def path(name: str, value: Path | str) -> Path:
         ProblemError: If it is none.
     """
     if not isinstance(value, Path | str):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise ProblemError(f"{name} is the path of a file, is {shown(value)}")
+        raise ProblemError(f"{name} must be the path of a file, is {shown(value)}")
     return Path(value)

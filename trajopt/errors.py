@@ -49,15 +49,14 @@ class NameNotFound(ModelError, KeyError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
         """Find the near matches of `name` among `known`."""
-        self.kind = kind
-        self.name = name
+        self.kind, self.name = kind, name
         names = sorted(known)
         self.known: Sequence[str] = tuple(names)
         self.near: Sequence[str] = tuple(get_close_matches(shown(name).strip("'"), names, n=3, cutoff=0.4))
         if self.near:
-            hint = "did you mean " + " or ".join(repr(near) for near in self.near) + "?"
+            hint = "did you mean " + " or ".join(map(shown, self.near)) + "?"
         elif names:
-            hint = "known: " + ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+            hint = f"known: {listed(names)}"
         else:
             hint = "there are none here"
         self.message = f"no {kind} named {shown(name)}; {hint}"
@@ -119,7 +118,7 @@ class MimicCycle(ModelError):
     def __init__(self, joints: Sequence[str]) -> None:
         """Name the joints of the circle."""
         self.joints = tuple(joints)
-        circle = ", which mimics ".join(repr(joint) for joint in (*self.joints, self.joints[0]))
+        circle = ", which mimics ".join(map(shown, (*self.joints, self.joints[0])))
         super().__init__(f"joints mimic each other in a circle, and none leads: {circle}")
 
 
@@ -177,9 +176,8 @@ class MeshFileError(ModelError):
 
     def __init__(self, path: str, reason: str) -> None:
         """Name the file and the reason."""
-        self.path = path
-        self.reason = reason
-        super().__init__(f"mesh file {path}: {reason}")
+        self.path, self.reason = path, reason
+        super().__init__(f"mesh file {end_of(path)}: {reason}")
 
 
 class GripperError(ModelError):
@@ -187,10 +185,9 @@ class GripperError(ModelError):
 
     def __init__(self, robot: str, reason: str) -> None:
         """Name the robot, what is missing, and the way out."""
-        self.robot = robot
-        self.reason = reason
+        self.robot, self.reason = robot, reason
         super().__init__(
-            f"robot {robot!r} has no gripper to grasp with: {reason}; "
+            f"robot {shown(robot)} has no gripper to grasp with: {reason}; "
             "describe one with trajopt.grasping.Gripper(...)"
         )
 
@@ -205,9 +202,8 @@ class FileFormatError(ModelError):
 
     def __init__(self, path: str, reason: str) -> None:
         """Name the file and what is wrong in it."""
-        self.path = path
-        self.reason = reason
-        super().__init__(f"{path}: {reason}")
+        self.path, self.reason = path, reason
+        super().__init__(f"{end_of(path)}: {reason}")
 
 
 class UnsupportedJoint(ModelError):
@@ -268,8 +264,7 @@ class MissingExtra(TrajoptError, ImportError):
 
     def __init__(self, package: str, extra: str) -> None:
         """Name the package and the extra that brings it."""
-        self.package = package
-        self.extra = extra
+        self.package, self.extra = package, extra
         super().__init__(f'{package} is not installed; run: pip install "trajopt-planner[{extra}]"')
 
 
@@ -293,10 +288,17 @@ class PlanningFailed(TrajoptError):
         super().__init__(message)
 
 
+LISTED = 12
+"""Names that a message lists."""
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names, the first of them where they are many: for messages."""
+    return ", ".join(end_of(name) for name in names[:LISTED]) + (", ..." if len(names) > LISTED else "")
+
+
 SHOWN_LENGTH = 80
 """Characters of a value in a message."""
-
-
 VECTOR = 8
 """Numbers of a vector that is written out in a message."""
 
@@ -336,3 +338,12 @@ def shown(value: object) -> str:
     """
     text = _Short().repr(value)
     return text if len(text) <= SHOWN_LENGTH else f"{text[: SHOWN_LENGTH - 3]}..."
+
+
+PATH_LENGTH = 200
+"""Characters of a path in a message."""
+
+
+def end_of(path: str) -> str:
+    """Return a path as it is, or only its end where it is very long: for messages."""
+    return path if len(path) <= PATH_LENGTH else f"...{path[3 - PATH_LENGTH :]}"

@@ -8,7 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
+from trajopt.arrays import Floats, Value, floats, mapping, number, one_of, readonly, sequence, several
 from trajopt.errors import JointNotFound, ProblemError, ProblemNotFound, WaypointNotFound, shown
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits, LimitKind
@@ -82,7 +82,7 @@ class Problem(Value):
 
     def __post_init__(self) -> None:
         """Keep each field in one form, its exact type under an underscore, and check names and numbers."""
-        robot = self.scene.robot
+        robot = one_of("scene", self.scene, Scene).robot
         object.__setattr__(self, "group", one_of("group", self.group, str) or _only_group(robot))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
@@ -97,10 +97,10 @@ class Problem(Value):
             goal = goals = _several("goal", self.goal)
         constraints = tuple(sequence("constraints", self.constraints))
         _check_kinds(goals, constraints, self.knots)
-        waypoints = _named(self.waypoints)
-        _check_waypoints(waypoints, self.knots)
-        costs = default_costs() if self.costs is None else tuple(sequence("costs", self.costs))
-        tools = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else tuple(self.tool_speed)
+        _check_waypoints(waypoints := _named(self.waypoints), self.knots)
+        costs = default_costs() if self.costs is None else several("costs", self.costs, Cost)
+        speeds = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else self.tool_speed
+        tools = several("tool_speed", speeds, ToolSpeed)
         names = ("start", "_start", "goal", "_goals", "constraints", "costs")
         values = (start, start, goal, goals, constraints, costs)
         names += ("waypoints", "_waypoints", "tool_speed", "_tool_speeds")
@@ -118,7 +118,7 @@ class Problem(Value):
             self.span(part)
         for tool in self._tool_speeds:
             self.scene.holder(tool.frame)
-        if self.start_velocity:
+        if mapping("start_velocity", self.start_velocity):
             _ = self.start_velocities  # names and sizes are checked there
 
     @cached_property
@@ -322,7 +322,7 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
     for item in constraints:
         check_path_constraint(cast("During[object]", item).required if isinstance(item, During) else item)
     if not isinstance(knots, int) or not 3 <= knots <= MOST_KNOTS:
-        raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}; are {knots}")
+        raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}, not {shown(knots)}")
 
 
 def _check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:

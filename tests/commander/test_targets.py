@@ -186,7 +186,7 @@ def test_joint_tolerance(arm: MoveGroupCommander, jumping: World) -> None:
         (lambda arm: arm.set_joint_value_target("elbo", 0.1), "there are: elbow, shoulder, wrist"),
         (
             lambda arm: arm.set_joint_value_target("elbow", 2.6),
-            r"to 2.6000: its limits are \[-2.5",
+            r"to 149 deg \(2.6000 rad\): its limits are \[-143.2",
         ),
         (lambda arm: arm.set_joint_value_target([0.1, 0.2]), r"needs shape \(3\), has \(2,\)"),
         (lambda arm: arm.set_joint_value_target([0.1, 0.2, 0.3], 1.0), "for a joint's name or a pose only"),

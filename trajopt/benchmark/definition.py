@@ -8,7 +8,7 @@ from inspect import signature
 import numpy as np
 
 from trajopt.arrays import one_of, sequence
-from trajopt.errors import ProblemError, ProblemNotFound
+from trajopt.errors import ProblemError, ProblemNotFound, shown
 from trajopt.planning.result import Status
 from trajopt.problem import Problem
 
@@ -87,7 +87,7 @@ class Definition:
         if draw == 0:
             return self.make()
         if not self.randomised:
-            raise ProblemError(f"problem {self.name!r} has no random instances")
+            raise ProblemError(f"problem {shown(self.name)} has no random instances")
         return self.make(rng=np.random.default_rng((zlib.crc32(self.name.encode()), draw)))
 
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number, readonly
+from trajopt.arrays import Floats, floats, number, readonly, sequence
 from trajopt.errors import ProblemError
 from trajopt.model.curve import TURN_LENGTH, Curve, Piece, bezier, joined
 from trajopt.model.placement import Placement, PlacementLike, as_placement, placement
@@ -50,7 +50,7 @@ def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
         ProblemError: If there are fewer than two poses, two that follow each other are the same, or the
             radius is negative.
     """
-    poses = [as_placement("pose", pose) for pose in poses]
+    poses = [as_placement("pose", pose) for pose in sequence("poses", poses)]
     if len(poses) < 2:
         raise ProblemError(f"a polyline needs at least two poses, has {len(poses)}")
     radius = number("blend", blend)

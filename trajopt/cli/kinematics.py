@@ -7,7 +7,7 @@ import numpy as np
 import typer
 
 from trajopt.cli.options import RobotSource
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.kinematics.arguments import frame_of
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
@@ -52,7 +52,7 @@ def chosen_frame(reduced: ReducedModel, frame: str) -> str:
     """
     tip = frame or reduced.scene.robot.group(reduced.group).tip
     if not tip:
-        raise ProblemError(f"group {reduced.group!r} is no single chain; name the frame with --frame")
+        raise ProblemError(f"group {shown(reduced.group)} is no single chain; name the frame with --frame")
     return frame_of(reduced, tip)
 
 

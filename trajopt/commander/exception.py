@@ -5,7 +5,7 @@ from functools import wraps
 from inspect import getmembers_static, isfunction
 from typing import ParamSpec, TypeVar
 
-from trajopt.errors import NameNotFound, TrajoptError
+from trajopt.errors import NameNotFound, TrajoptError, shown
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -20,9 +20,9 @@ def full_message(error: TrajoptError) -> str:
     """Return the sentence of an error; of an unknown name, with all names that exist."""
     if not isinstance(error, NameNotFound):
         return str(error)
-    near = f" (did you mean {error.near[0]!r}?)" if error.near else ""
+    near = f" (did you mean {shown(error.near[0])}?)" if error.near else ""
     there = ", ".join(error.known) or "none"
-    return f"no {error.kind} named {error.name!r}{near}; there are: {there}"
+    return f"no {error.kind} named {shown(error.name)}{near}; there are: {there}"
 
 
 def as_moveit(function: Callable[P, R]) -> Callable[P, R]:

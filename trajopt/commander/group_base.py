@@ -9,7 +9,7 @@ from trajopt.commander.moveit_msgs.msg import Constraints, RobotState, Trajector
 from trajopt.commander.settings import Settings
 from trajopt.commander.targets import PoseTarget, Targets
 from trajopt.commander.world import World, world_or_current
-from trajopt.errors import FrameNotFound
+from trajopt.errors import FrameNotFound, shown
 from trajopt.grasping import PickPlaceResult
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
@@ -76,7 +76,7 @@ class GroupBase:
         link = name or self._tip
         if not link:
             raise MoveItCommanderException(
-                f"group {self._group.name!r} is no chain and has no end effector; "
+                f"group {shown(self._group.name)} is no chain and has no end effector; "
                 "set_end_effector_link says which"
             )
         known = (*scene.robot.frame_names, *(key for key in scene.objects if scene.holder(key).link != WORLD))

@@ -21,6 +21,7 @@ from trajopt.commander.robot_states import state_positions
 from trajopt.commander.settings import Settings
 from trajopt.commander.targets import Part, PoseTarget
 from trajopt.commander.trajectories import trajectory_message
+from trajopt.errors import shown
 from trajopt.grasping import GraspingOptions, PickPlaceResult, grasps_of, gripper_of
 from trajopt.methods import method_named
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions
@@ -102,7 +103,7 @@ class GroupMotions(GroupBase):
         if not isinstance(avoid_collisions, bool):
             raise MoveItCommanderException(
                 "compute_cartesian_path: the third argument is avoid_collisions, True or False, not "
-                f"{avoid_collisions!r}; jump_threshold is gone, as in MoveIt: nothing jumps"
+                f"{shown(avoid_collisions)}; jump_threshold is gone, as in MoveIt: nothing jumps"
             )
         if path_constraints is not None:
             raise MoveItCommanderException("compute_cartesian_path: path constraints are not supported yet")
@@ -176,7 +177,7 @@ class GroupMotions(GroupBase):
         constraints, scene = self._while_held(self._world.scene)
         places: list[Any] = [location] if field_names(location) else list(location or ())
         if not places:
-            raise MoveItCommanderException(f"place: say where {object_name!r} is put: a pose or several")
+            raise MoveItCommanderException(f"place: say where {shown(object_name)} is put: a pose or several")
         result = grasping.place(
             scene,
             object_name,

@@ -12,10 +12,12 @@ from trajopt.commander.documents import document_of, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.group_base import GroupBase
 from trajopt.commander.targets import Part, PoseTarget
-from trajopt.errors import JointNotFound, StateNotFound
+from trajopt.errors import JointNotFound, StateNotFound, shown
 from trajopt.kinematics import goal_configurations
 from trajopt.model.description.mimic_limits import followed_limits
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.placement import placement
+from trajopt.model.printed import in_joint_position, in_range
 from trajopt.model.requirements import frame_placement
 from trajopt.moveit.robot_state import read_joint_positions
 from trajopt.problem import Problem
@@ -133,7 +135,7 @@ class GroupTargets(GroupBase):
         if target in self._remembered:
             return self._by_place(target, self._remembered[target])
         if target not in self.get_named_targets():
-            raise StateNotFound(f"state of group {self._group.name!r}", target, self.get_named_targets())
+            raise StateNotFound(f"state of group {shown(self._group.name)}", target, self.get_named_targets())
         values = self._world.robot.state(target, group=self._group.name)
         return {joint: value for joint, value in values.items() if joint in self._group.joints}
 
@@ -184,12 +186,14 @@ class GroupTargets(GroupBase):
         limits = self._world.robot.limits
         for joint, value in values.items():
             if joint not in self._group.joints:
-                raise JointNotFound(f"joint of group {self._group.name!r}", joint, self._group.joints)
+                raise JointNotFound(f"joint of group {shown(self._group.name)}", joint, self._group.joints)
             place = int(self._world.robot.index([joint])[0])
             lower, upper = float(limits.lower[place]), float(limits.upper[place])
             if not lower <= float(floats(f"position of {joint}", value, ())) <= upper:
+                unit = joint_unit(self._world.robot.model, joint)
+                where, span = in_joint_position(float(value), unit), in_range(lower, upper, unit)
                 raise MoveItCommanderException(
-                    f"joint {joint!r} cannot go to {value:.4f}: its limits are [{lower:.4f}, {upper:.4f}]"
+                    f"joint {shown(joint)} cannot go to {where}: its limits are {span}"
                 )
         self._targets = replace(self._targets, joints={**self._targets.joints, **values}, poses={})
 
@@ -223,5 +227,7 @@ class GroupTargets(GroupBase):
         )
         found = goal_configurations(problem)
         if not found:
-            raise MoveItCommanderException(f"no configuration free of collisions brings {link!r} to {where}")
+            raise MoveItCommanderException(
+                f"no configuration free of collisions brings {shown(link)} to {where}"
+            )
         return self._by_place("joint values", found[0])

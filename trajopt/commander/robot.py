@@ -102,7 +102,7 @@ class Joint:
         """Move it alone, by the smallest group that has it [rad | m]."""
         owner = self._robot.get_default_owner_group(self._name)
         if owner is None:
-            raise MoveItCommanderException(f"joint {self._name!r} is in no group and cannot be moved")
+            raise MoveItCommanderException(f"joint {shown(self._name)} is in no group and cannot be moved")
         group = self._robot.get_group(owner)
         group.set_joint_value_target(group.get_current_joint_values())
         group.set_joint_value_target(self._name, position)
@@ -246,4 +246,4 @@ class RobotCommander:
             return Joint(self, name)
         if name in self.get_link_names():
             return Link(self, name)
-        raise AttributeError(f"RobotCommander has no attribute, group, joint or link {name!r}")
+        raise AttributeError(f"RobotCommander has no attribute, group, joint or link {shown(name)}")

@@ -13,7 +13,7 @@ from trajopt.commander.execution import Execution, Executor
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.commander.outcome import Outcome
 from trajopt.commander.simulated_executor import SimulatedExecutor
-from trajopt.errors import ModelError
+from trajopt.errors import ModelError, shown
 from trajopt.model.load import load
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
@@ -55,7 +55,9 @@ class World:
         self.robot = load(robot) if isinstance(robot, str) else robot
         self._scene = Scene(self.robot) if scene is None else scene
         if self._scene.robot is not self.robot:
-            raise ModelError(f"the scene is one of {self._scene.robot.name!r}, not of {self.robot.name!r}")
+            raise ModelError(
+                f"the scene is one of {shown(self._scene.robot.name)}, not of {shown(self.robot.name)}"
+            )
         if executor is not None and start is not None:
             raise ModelError("give a start or an executor: an executor knows where its robot stands")
         self.executor: Executor = executor or SimulatedExecutor(_standing(self.robot, start))

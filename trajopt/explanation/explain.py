@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from trajopt.arrays import one_of
+from trajopt.errors import shown
 from trajopt.explanation.candidates import candidates
 from trajopt.explanation.diagnosis import diagnose
 from trajopt.explanation.explanation import Explanation
@@ -23,7 +25,7 @@ def explain(
         plan_again: Whether to look for remedies of a failure, and for the prices of a success in seconds.
         plan: Plans a changed problem; give one of your own for another method than the default.
     """
-    if result.alternatives:
+    if one_of("result", result, Result).alternatives:
         return _of_a_goal_set(result, plan_again, plan)
     found = diagnose(result)
     if result.verified:
@@ -37,5 +39,5 @@ def _of_a_goal_set(result: Result, plan_again: bool, plan: Callable[[Problem], R
     """Explain a set of goals by the goal that was tried first: the nearest of those not refused."""
     name, nearest = next(iter(result.alternatives.items()))
     alone = explain(nearest, plan_again=plan_again, plan=plan)
-    grounds = f"of the goal {name!r}, {alone.grounds}"
+    grounds = f"of the goal {shown(name)}, {alone.grounds}"
     return replace(alone, reason=result.reason, grounds=grounds, certainty=result.certainty)

@@ -6,7 +6,7 @@ from functools import singledispatch
 import numpy as np
 
 from trajopt.arrays import Floats, floats, one_of, readonly
-from trajopt.errors import ModelError
+from trajopt.errors import ModelError, shown
 from trajopt.grasping.grasp import FORCE, Grasp
 from trajopt.grasping.gripper import Gripper
 from trajopt.model.placement import Placement
@@ -57,7 +57,7 @@ def grasps_of(
     positive("reach", reach)
     item = one_of("scene", scene, Scene).object(one_of("name", name, str))
     if len(item.parts) != 1:
-        raise ModelError(f"object {name!r} has {len(item.parts)} shapes; make its grasps by hand")
+        raise ModelError(f"object {shown(name)} has {len(item.parts)} shapes; make its grasps by hand")
     shape, where = item.parts[0]
     found: list[Grasp] = []
     for width, grip, label in grips(shape, reach):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number, one_of
-from trajopt.errors import ShapeError
+from trajopt.errors import ShapeError, shown
 from trajopt.methods import Knots, Method
 from trajopt.model.placement import Placement, as_placement
 from trajopt.model.requirements import (
@@ -85,7 +85,7 @@ class Grasp:
         if number("opening", self.opening) < self.width:
             raise ShapeError(
                 "opening",
-                f"of grasp {self.name!r} is {self.opening:g} m, less than the object is wide: "
+                f"of grasp {shown(self.name)} is {self.opening:g} m, less than the object is wide: "
                 f"{self.width:g} m",
             )
 

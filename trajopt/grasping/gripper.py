@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trajopt.arrays import Floats, Value, floats, one_of
-from trajopt.errors import GripperError, NameNotFound, ShapeError
+from trajopt.errors import GripperError, NameNotFound, ShapeError, shown
 from trajopt.model.description.srdf import EndEffector
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, reduce_model, tool_frame
@@ -168,9 +168,9 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
     reduced = reduce_model(scene, effector.group, standing)
     limits = reduced.limits
     if not (np.isfinite(limits.lower).all() and np.isfinite(limits.upper).all()):
-        raise GripperError(robot.name, f"the joints of group {effector.group!r} turn without end")
+        raise GripperError(robot.name, f"the joints of group {shown(effector.group)} turn without end")
     if not np.isfinite(limits.effort).any():
-        raise GripperError(robot.name, f"the joints of group {effector.group!r} state no effort limit")
+        raise GripperError(robot.name, f"the joints of group {shown(effector.group)} state no effort limit")
     fingers = _fingers(reduced)
     parted = _parted(reduced, fingers)
     frame = tool_frame(reduce_model(scene, _arm(robot, effector), standing)) if tool is None else tool
@@ -180,7 +180,7 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
     reach = at.rotation.T @ (at.translation - base.translation)
     approach = reach - (reach @ closing) * closing
     if np.linalg.norm(approach) < 1e-6:
-        reason = f"{frame!r} is not before {effector.parent_link!r}; name its tool frame"
+        reason = f"{shown(frame)} is not before {shown(effector.parent_link)}; name its tool frame"
         raise GripperError(robot.name, reason)
     known = Gripper(
         group=effector.group,
@@ -208,7 +208,7 @@ def arm_of(robot: Robot, gripper: Gripper) -> str:
     for effector in robot.end_effectors.values():
         if effector.group == gripper.group:
             return _arm(robot, effector)
-    raise GripperError(robot.name, f"its SRDF does not say what group {gripper.group!r} is mounted on")
+    raise GripperError(robot.name, f"its SRDF does not say what group {shown(gripper.group)} is mounted on")
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,7 +252,7 @@ def _fingers(reduced: ReducedModel) -> tuple[str, str]:
     moved = tuple(dict.fromkeys(body.owner for body in reduced.bodies if body.joint > 0))
     if len(moved) != 2:
         named = ", ".join(moved) or "none"
-        reason = f"group {reduced.group!r} should move two fingers with a shape, moves {named}"
+        reason = f"group {shown(reduced.group)} should move two fingers with a shape, moves {named}"
         raise GripperError(reduced.scene.robot.name, reason)
     return moved[0], moved[1]
 
@@ -267,7 +267,7 @@ def _effector(robot: Robot, name: str | None) -> EndEffector:
         if name not in robot.end_effectors:
             raise NameNotFound("end effector", name, robot.end_effectors)
         if name not in known:
-            raise GripperError(robot.name, f"end effector {name!r} has no joint to close")
+            raise GripperError(robot.name, f"end effector {shown(name)} has no joint to close")
         return known[name]
     if len(known) != 1:
         reason = (
@@ -285,4 +285,4 @@ def _arm(robot: Robot, effector: EndEffector) -> str:
     for group in robot.groups.values():
         if group.tip == effector.parent_link:
             return group.name
-    raise GripperError(robot.name, f"no group ends at {effector.parent_link!r}; state its parent_group")
+    raise GripperError(robot.name, f"no group ends at {shown(effector.parent_link)}; state its parent_group")

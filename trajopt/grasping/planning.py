@@ -6,7 +6,7 @@ from threading import Event
 import numpy as np
 
 from trajopt.arrays import Floats, floats, one_of, sequence
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.grasping.grasp import Grasp, GraspingOptions, Place
 from trajopt.grasping.gripper import Gripper, arm_of, gripper_of
 from trajopt.grasping.result import PickPlaceResult
@@ -141,7 +141,7 @@ def place(
     tracker = _tracker(budget, cancel, progress)
     task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
     if scene.holder(name).link == WORLD:
-        raise ProblemError(f"object {name!r} is in no hand; pick it first, or attach it")
+        raise ProblemError(f"object {shown(name)} is in no hand; pick it first, or attach it")
     if opening is None:
         opening = task.gripper.opening_at(scene.robot, task.start) + LET_GO
     opening = min(opening, task.gripper.widest)
@@ -204,10 +204,10 @@ def _graspable(task: Task, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
     """Check the grasps: that there are some, that their frames are known, and that the object stands."""
     listed = tuple(one_of("a grasp", grasp, Grasp) for grasp in sequence("grasps", grasps))
     if not listed:
-        raise ProblemError(f"name at least one grasp of {task.name!r}")
+        raise ProblemError(f"name at least one grasp of {shown(task.name)}")
     for each in listed:
         for frame in (each.approach.frame, each.lift.frame):
             task.scene.holder(frame)
     if task.scene.holder(task.name).link != WORLD:
-        raise ProblemError(f"object {task.name!r} is in a hand already; place it, or detach it first")
+        raise ProblemError(f"object {shown(task.name)} is in a hand already; place it, or detach it first")
     return listed

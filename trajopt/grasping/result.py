@@ -7,7 +7,7 @@ from enum import Enum
 import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
-from trajopt.errors import PlanningFailed
+from trajopt.errors import PlanningFailed, shown
 from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.gripper import Gripper
 from trajopt.model.scene import Scene
@@ -140,7 +140,9 @@ class Refusal:
 
     def __str__(self) -> str:
         """Return one line."""
-        which = [f"grasp {self.grasp!r}"] * bool(self.grasp) + [f"place {self.place!r}"] * bool(self.place)
+        which = [f"grasp {shown(self.grasp)}"] * bool(self.grasp) + [f"place {shown(self.place)}"] * bool(
+            self.place
+        )
         return f"{', '.join(which)}: {self.stage.name}: {self.reason}"
 
 
@@ -221,12 +223,12 @@ class PickPlaceResult(Value):
     def reason(self) -> str:
         """How planning ended, in a sentence: what was planned, or which stage failed."""
         if self.segments:
-            how = f" by grasp {self.grasp.name!r}" if self.grasp else ""
-            where = f", put at {self.place.name!r}" if self.place else ""
+            how = f" by grasp {shown(self.grasp.name)}" if self.grasp else ""
+            where = f", put at {shown(self.place.name)}" if self.place else ""
             steps = ", ".join(f"{item.stage.name} {item.duration:.2f} s" for item in self.segments)
-            return f"{self.name!r} is taken{how}{where}: {steps}"
+            return f"{shown(self.name)} is taken{how}{where}: {steps}"
         stage = "" if self.failed is None else f"; the farthest candidate failed in {self.failed.name}"
-        return f"{self.status.name}: {self.status.value} (no way to handle {self.name!r}{stage})"
+        return f"{self.status.name}: {self.status.value} (no way to handle {shown(self.name)}{stage})"
 
     def explain(self) -> Summary:
         """Return what was planned, or for each grasp and place why it was rejected: print it."""

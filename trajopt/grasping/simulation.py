@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from trajopt.arrays import number
-from trajopt.errors import ModelError, ShapeError
+from trajopt.errors import ModelError, ShapeError, shown
 from trajopt.grasping.result import STAGES, PickPlaceResult, Segment, Stage
 from trajopt.simulate import Friction, Phase, PoseError, SequenceLog, SimulationOptions, simulate_phases
 
@@ -92,7 +92,9 @@ class PickPlaceRollout:
         if self.slip is not None:
             parts.append(f"slipped first at {self.slip.time:.2f} s, in {self.slip.stage.name}")
         if self.final_error is not None:
-            parts.append(f"{self.result.name!r} ended {_words(self.final_error)} from the place asked for")
+            parts.append(
+                f"{shown(self.result.name)} ended {_words(self.final_error)} from the place asked for"
+            )
         parts += [str(contact) for contact in log.contacts[:3]]
         return "; ".join(parts) + "."
 
@@ -143,7 +145,7 @@ def simulate_handling(
     """
     segments = result.require()
     if result.grasp is None:
-        raise ModelError(f"object {result.name!r} was in the hand from the beginning: there is no grasp")
+        raise ModelError(f"object {shown(result.name)} was in the hand from the beginning: there is no grasp")
     log = simulate_phases(
         result.scene,
         result.start,

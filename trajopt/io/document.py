@@ -49,7 +49,7 @@ class Node:
         for key in self._mapping():
             if key not in known:
                 near = get_close_matches(shown(key), known, n=1)
-                hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}"
+                hint = f"; did you mean {shown(near[0])}?" if near else f"; known: {', '.join(known)}"
                 raise self.error(f"unknown key {shown(key)}{hint}")
         return self
 

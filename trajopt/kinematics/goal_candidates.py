@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints, Value
+from trajopt.arrays import Floats, Ints, Value, one_of
 from trajopt.kinematics.methods import InverseMethod, LevenbergMarquardt
 from trajopt.kinematics.projection import Projection, turning_joints
 from trajopt.model.limits import JointLimits, draw_positions
@@ -236,5 +236,7 @@ def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = N
         Positions of the group's joints, each of shape (n,) [rad | m], nearest to the start first;
         none if none was found.
     """
-    wanted = (*problem.goals, *problem.requirements_at(len(problem.waypoint_names) + 1))
-    return goal_candidates(problem.reduced, wanted, rng=rng or np.random.default_rng(0), counts=Counts()).free
+    one_of("problem", problem, Problem)
+    required = (*problem.goals, *problem.requirements_at(problem.last_stop))
+    draws = np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator)
+    return goal_candidates(problem.reduced, required, rng=draws, counts=Counts()).free

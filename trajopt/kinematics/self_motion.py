@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Bools, Floats, Value, floats, number, one_of, readonly
-from trajopt.errors import JointNotFound, ProblemError, ShapeError
+from trajopt.errors import JointNotFound, ProblemError, ShapeError, shown
 from trajopt.kinematics.arguments import requirements_of
 from trajopt.kinematics.projection import Projection
 from trajopt.kinematics.validity import clear
@@ -109,7 +109,7 @@ class _Sweep:
         names = self._reduced.joint_names
         place = int(np.argmax(freedom)) if joint is None else names.index(joint)
         if freedom[place] < RANK_TOLERANCE:
-            what = f"joint {joint!r} cannot move" if joint else "no joint can move"
+            what = f"joint {shown(joint)} cannot move" if joint else "no joint can move"
             raise ProblemError(f"{what} there while the goal holds")
         return _scaled(null.T @ null[:, place])
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Value, readonly
-from trajopt.errors import FileFormatError, MissingExtra, ShapeError
+from trajopt.errors import FileFormatError, MissingExtra, ShapeError, shown
 from trajopt.kinematics.arguments import count_of, frame_of
 from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress
@@ -78,7 +78,7 @@ class ConfigurationTable(Value):
 
         taken = set(COLUMNS) & set(self.joint_names)
         if taken:
-            raise FileFormatError(str(path), f"joint {min(taken)!r} is named like a column; write .npz")
+            raise FileFormatError(str(path), f"joint {shown(min(taken))} is named like a column; write .npz")
         numbers = [
             *self.positions.T,
             *self.translation.T,

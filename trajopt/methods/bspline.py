@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trajopt.arrays import Floats, Printed
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
@@ -66,7 +66,8 @@ def windowed_differences(problem: Problem) -> str:
     """Return the objection to costs of differences that count in a part of the motion only."""
     for cost in problem.costs or ():
         if isinstance(cost.residual, Velocity | Acceleration | Jerk) and cost.window != WHOLE:
-            return f"cost {cost.residual.name!r} is of a part of the motion, which control points do not know"
+            name = shown(cost.residual.name)
+            return f"cost {name} is of a part of the motion only, which control points cannot state"
     return ""
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from trajopt.arrays import Floats, Value
+from trajopt.errors import shown
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
@@ -103,4 +104,4 @@ def followed_curve(problem: Problem) -> str:
     """Return the objection of a method that has no knots to lay along a curve."""
     path = (*problem.requirements, *(part.required for part in problem.partial))
     curves = [item for item in path if isinstance(item, FollowsCurve)]
-    return f"cannot follow the curve of {curves[0].frame!r}" if curves else ""
+    return f"cannot follow the curve of {shown(curves[0].frame)}" if curves else ""

@@ -54,5 +54,5 @@ def tool_frames(
         if frame.link not in links:
             raise FrameNotFound("link", frame.link, links)
         if tool in links or tool == WORLD:
-            raise ModelError(f"tool frame {tool!r} has the name of a link or of the world; choose another")
+            raise ModelError(f"tool frame {shown(tool)} has the name of a link or of the world: rename it")
     return tools

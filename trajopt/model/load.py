@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Sequence
 from importlib import import_module
 from importlib.util import find_spec
+from os.path import isfile
 from pathlib import Path
 from pkgutil import iter_modules
 
 from trajopt.arrays import path
-from trajopt.errors import MissingExtra, ModelError, RobotNotFound
+from trajopt.errors import MissingExtra, ModelError, RobotNotFound, shown
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.moving_base import MovingBase
 from trajopt.model.robot import Robot
@@ -49,14 +50,14 @@ def load(
     installed = {entry.name: entry for entry in entry_points(group="trajopt.robots")}
     if str(robot) in installed:
         if srdf or limits or package_dirs or meshes or base:
-            raise ModelError(f"robot {robot!r} is installed by name and brings its own files")
+            raise ModelError(f"robot {shown(robot)} is installed by name and brings its own files")
         return installed[str(robot)].load()()
     file = path("robot", robot)
-    if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not file.exists():
+    if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not isfile(file):
         urdf, folders = _description(str(robot), installed)
         dirs = (*package_dirs, *folders)
         return Robot.from_urdf(urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes, base=base)
-    if not file.is_file():
+    if not isfile(file):  # never raises, as `Path.is_file` does on what cannot be a path
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     return Robot.from_urdf(
         robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes, base=base
@@ -75,6 +76,6 @@ def _description(name: str, installed: Iterable[str]) -> tuple[Path, tuple[Path,
     module = import_module(f"{_PACKAGE}.{name}")
     urdf: object = getattr(module, "URDF_PATH", None)
     if urdf is None:
-        raise ModelError(f"{name!r} of {_PACKAGE} has no URDF; only robots with one can be loaded")
+        raise ModelError(f"{shown(name)} of {_PACKAGE} has no URDF; only robots with one can be loaded")
     folder = Path(str(getattr(module, "PACKAGE_PATH", Path(str(urdf)).parent)))
     return Path(str(urdf)), (folder, folder.parent)

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, Value, floats
+from trajopt.arrays import Floats, Ints, Value, floats, mapping, one_of
 from trajopt.errors import FileFormatError, FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
 from trajopt.model.description.base_joints import with_base
@@ -206,7 +206,7 @@ class Robot(Value):
         Raises:
             FrameNotFound: If there is none of that name.
         """
-        if name in self.frames:
+        if one_of("frame", name, str) in self.frames:
             return self.frames[name]
         if name not in self.links:
             raise FrameNotFound("frame", name, self.frame_names)
@@ -218,7 +218,7 @@ class Robot(Value):
         Raises:
             GroupNotFound: If there is none of that name.
         """
-        if str(name) not in self.groups:
+        if one_of("group", name, str) not in self.groups:
             raise GroupNotFound("group", name, self.groups)
         return self.groups[name]
 
@@ -228,12 +228,10 @@ class Robot(Value):
         Raises:
             JointNotFound: If one is no movable joint.
         """
-        places: list[int] = []
-        for joint in joints:
+        for joint in (names := tuple(joints)):
             if joint not in self.joint_names:
                 raise JointNotFound("joint", joint, self.joint_names)
-            places.append(self.joint_names.index(joint))
-        return np.array(places, dtype=np.int64)
+        return np.array([self.joint_names.index(joint) for joint in names], dtype=np.int64)
 
     def positions(
         self, values: Mapping[str, float] | str | None = None, *, group: str | None = None
@@ -255,7 +253,8 @@ class Robot(Value):
             StateNotFound: If there is no named state of that name.
         """
         result = np.clip(np.zeros(len(self.joint_names)), self.limits.lower, self.limits.upper)
-        named = self.state(values, group=group) if isinstance(values, str) else (values or {})
+        stated = dict[str, float]() if values is None else values
+        named = self.state(stated, group=group) if isinstance(stated, str) else mapping("positions", stated)
         for joint, value in named.items():
             result[self.index([joint])[0]] = float(floats(f"position of {joint}", value, ()))
         return completed(
@@ -284,6 +283,7 @@ class Robot(Value):
         Raises:
             StateNotFound: If there is none of that name.
         """
+        _ = one_of("state", name, str), None if group is None else one_of("group", group, str)
         for (owner, state), values in self.states.items():
             if state == name and group in (None, owner):
                 return {joint: v for joint, v in values.items() if joint in self.joint_names}

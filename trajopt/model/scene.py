@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from trajopt.arrays import Floats, Value, floats, number
+from trajopt.arrays import Floats, Value, floats, number, one_of, several
 from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, ObjectNotFound, ShapeError, shown
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.collisions.bodies import CollisionBody
@@ -49,13 +49,12 @@ class Scene(Value):
 
     def __post_init__(self) -> None:
         """Check the margin; start from the robot's disabled pairs when no matrix was given."""
-        margin = number("margin", self.margin)
+        robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
         if margin < 0.0:
             raise ShapeError("margin", f"is negative: {margin:g} m")
         object.__setattr__(self, "margin", margin)
         if self.allowed is FROM_SRDF:
-            entries = dict.fromkeys(self.robot.disabled_pairs, True)
-            object.__setattr__(self, "allowed", AllowedCollisions(entries))
+            object.__setattr__(self, "allowed", AllowedCollisions(dict.fromkeys(robot.disabled_pairs, True)))
 
     def add(
         self,
@@ -85,7 +84,7 @@ class Scene(Value):
             FrameNotFound: If `frame` or a touch link is unknown.
             ShapeError: If the mass is negative or not finite.
         """
-        if name in self.objects:
+        if one_of("the object's id", name, str) in self.objects:
             raise DuplicateObject(name)
         if not name or name == WORLD or name in self.robot.frame_names:
             raise ModelError(f"object id {shown(name)} is taken by a frame of the robot or is empty")
@@ -106,7 +105,7 @@ class Scene(Value):
         self.object(name)
         for other in self.objects.values():
             if other.frame == name:
-                raise ModelError(f"object {other.name!r} is placed in {shown(name)}; remove or move it first")
+                raise ModelError(f"{shown(other.name)} is placed in {shown(name)}; remove or move it first")
         return replace(
             self,
             objects={key: item for key, item in self.objects.items() if key != name},
@@ -250,7 +249,7 @@ class Scene(Value):
         Raises:
             ObjectNotFound: If there is none of that id.
         """
-        if name not in self.objects:
+        if one_of("object", name, str) not in self.objects:
             raise ObjectNotFound("object", name, self.objects)
         return self.objects[name]
 
@@ -260,7 +259,7 @@ class Scene(Value):
         Raises:
             FrameNotFound: If the name is no frame.
         """
-        if name == WORLD:
+        if one_of("frame", name, str) == WORLD:
             return FrameAttachment(WORLD, IDENTITY)
         if name in self.objects:
             item = self.objects[name]
@@ -297,7 +296,7 @@ class Scene(Value):
 
     def may_touch(self, a: str, b: str) -> bool:
         """Say whether two links or objects are excused from keeping apart."""
-        for one, other in ((a, b), (b, a)):
+        for one, other in ((one_of("link or object", a, str), one_of("link or object", b, str)), (b, a)):
             if one in self.objects and other in self.objects[one].touch_links:
                 return True
         return self.allowed.allowed(a, b)
@@ -327,11 +326,12 @@ class Scene(Value):
         return replace(self, objects={**self.objects, item.name: item})
 
     def _check_frame(self, name: str) -> None:
-        if name != WORLD and name not in self.objects and name not in self.robot.frame_names:
-            raise FrameNotFound("frame", name, (WORLD, *self.robot.frame_names, *self.objects))
+        known = (WORLD, *self.robot.frame_names, *self.objects)
+        if one_of("frame", name, str) not in known:
+            raise FrameNotFound("frame", name, known)
 
     def _check_owner(self, name: str) -> None:
-        if name not in self.objects and name not in self.robot.links:
+        if one_of("link or object", name, str) not in self.objects and name not in self.robot.links:
             raise FrameNotFound("link or object", name, (*self.robot.links, *self.objects))
 
     def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
@@ -344,7 +344,7 @@ class Scene(Value):
         return frozenset((a, b))
 
     def _links(self, names: Iterable[str]) -> frozenset[str]:
-        links = frozenset(names)
+        links = frozenset(several("touch_links", names, str))
         for link in sorted(links.difference(self.robot.links)):
             raise FrameNotFound("touch link", link, self.robot.links)
         return links

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value, number, readonly
+from trajopt.arrays import Floats, Value, number, readonly, sequence
 from trajopt.errors import ModelError, ShapeError, shown
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
@@ -126,10 +126,10 @@ def covered_parts(
     """
     parts: list[Part] = []
     notes: list[str] = []
-    given = [(shape, IDENTITY)] if isinstance(shape, Shape) else list(shape)
+    given = [(shape, IDENTITY)] if isinstance(shape, Shape) else sequence(f"shape of {shown(name)}", shape)
     for item in given:
         if not _is_part(item):
-            raise ModelError(f"object {name!r}: give a shape, or pairs (shape, placement)")
+            raise ModelError(f"object {shown(name)}: give a shape, or pairs (shape, placement)")
         part, where = item[0], as_placement(f"placement in {shown(name)}", item[1])
         if isinstance(part, Mesh):
             cover = cover_mesh(part, policy)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.printed import in_degrees, in_length
 
 SLOWEST = 1e-9
@@ -44,10 +44,7 @@ class ToolSpeed(Value):
 
     def __repr__(self) -> str:
         """Show frame and limits."""
-        limits = ((self.linear, "m/s"), (self.angular, "rad/s"))
-        text = " and ".join(f"{limit:g} {unit}" for limit, unit in limits if np.isfinite(limit))
-        steady = f", steady within {self.steady:.0%}" if np.isfinite(self.steady) else ""
-        return f"ToolSpeed({self.frame!r} at most {text}{steady})"
+        return f"ToolSpeed({self})"
 
 
 def tool_speed(
@@ -81,16 +78,16 @@ def tool_speed(
         speed = number(f"{name} speed of {frame}", limit, infinite=True)
         if 0.0 < speed < SLOWEST:
             least = f"{SLOWEST:g} {'m/s' if name == 'linear' else 'rad/s'} is the least"
-            raise ProblemError(f"tool_speed({frame!r}): the {name} limit is {limit:g}; {least}")
+            raise ProblemError(f"tool_speed({shown(frame)}): the {name} limit is {limit:g}; {least}")
         if not speed > 0.0:
-            raise ProblemError(f"tool_speed({frame!r}): the {name} limit must be positive, is {limit:g}")
+            raise ProblemError(f"tool_speed({shown(frame)}): the {name} limit must be positive, is {limit:g}")
     if np.isinf(list(limits.values())).all():
-        raise ProblemError(f"tool_speed({frame!r}): give a linear limit, an angular one or both")
+        raise ProblemError(f"tool_speed({shown(frame)}): give a linear limit, an angular one or both")
     if number(f"steady speed of {frame}", steady, infinite=True) != np.inf and (
         not 0.0 < steady < 1.0 or np.isinf(linear)
     ):
         raise ProblemError(
-            f"tool_speed({frame!r}): steady is a share in (0, 1) of a linear limit, "
+            f"tool_speed({shown(frame)}): steady is a share in (0, 1) of a linear limit, "
             f"is {steady:g} of {linear:g}"
         )
     return ToolSpeed(frame, float(linear), float(angular), floats("offset", offset, (3,)), float(steady))

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Value, floats, readonly
-from trajopt.errors import JointNotFound, ShapeError
+from trajopt.arrays import Floats, Value, floats, readonly, sequence
+from trajopt.errors import JointNotFound, ShapeError, listed
 from trajopt.model.printed import in_number
 
 
@@ -26,7 +26,8 @@ class Path(Value):
 
     def __post_init__(self) -> None:
         """Check the shape."""
-        object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(self.joint_names))))
+        joints = sequence("joint_names", self.joint_names)
+        object.__setattr__(self, "knots", floats("knots", self.knots, (None, len(joints))))
         if len(self.knots) < 2:
             raise ShapeError("knots", "a path needs at least two")
 
@@ -86,7 +87,7 @@ class Trajectory(Value):
             ShapeError: If they do not fit, or times are no times from 0 to at most 1e9 s.
         """
         object.__setattr__(self, "times", floats("times", self.times, (None,)))
-        count, joints = len(self.times), len(self.joint_names)
+        count, joints = len(self.times), len(sequence("joint_names", self.joint_names))
         for name in ("positions", "velocities", "accelerations"):
             value = getattr(self, name)
             if value is not None:
@@ -96,7 +97,7 @@ class Trajectory(Value):
         if self.times[-1] > LONGEST:
             raise ShapeError("times", f"end at {self.times[-1]:g} s; {LONGEST:g} s are the most")
         if len(set(self.joint_names)) != joints:
-            raise ShapeError("joint_names", f"name a joint twice: {', '.join(self.joint_names)}")
+            raise ShapeError("joint_names", f"name a joint twice: {listed(self.joint_names)}")
         if self.accelerations is not None and self.velocities is None:
             raise ShapeError("velocities", "are missing while accelerations are given")
 

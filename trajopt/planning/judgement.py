@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, one_of
 from trajopt.model.requirements import During, Requirement
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
@@ -70,9 +70,10 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
         workspace: The judge of the problem's reduced model; a new one when None.
 
     Raises:
-        ProblemError: If the trajectory is of other joints than the group's, or the goal is a set.
+        ProblemError: If the trajectory is of other joints than the group's, the goal is a set, or an argument
+            is of the wrong kind.
     """
-    return (workspace or Judge(problem.reduced)).verify(
+    return (workspace or Judge(one_of("problem", problem, Problem).reduced)).verify(
         trajectory,
         goals=problem.goals,
         constraints=problem.requirements,

@@ -57,7 +57,8 @@ def plan(
     if cancel is not None:
         one_of("cancel", cancel, Event)
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
-    search = Search(problem, method_of(method), rng or np.random.default_rng(0), tracker, on_incumbent)
+    draws = np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator)
+    search = Search(one_of("problem", problem, Problem), method_of(method), draws, tracker, on_incumbent)
     stopped: Stop | None = None
     try:
         for candidates in search.rounds():

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
-from trajopt.errors import ModelError, ProblemError
+from trajopt.errors import ModelError, ProblemError, shown
 from trajopt.model.description.pinocchio_model import configuration
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.trajectory import Trajectory
@@ -114,7 +114,7 @@ def in_group_order(reduced: ReducedModel, trajectory: Trajectory) -> Trajectory:
     if set(trajectory.joint_names) != set(reduced.joint_names):
         raise ModelError(
             f"the trajectory moves {', '.join(trajectory.joint_names)}; "
-            f"group {reduced.group!r} has {', '.join(reduced.joint_names)}"
+            f"group {shown(reduced.group)} has {', '.join(reduced.joint_names)}"
         )
     order = [trajectory.joint_names.index(name) for name in reduced.joint_names]
     velocities, accelerations = trajectory.velocities, trajectory.accelerations

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
-from trajopt.errors import ModelError
+from trajopt.errors import ModelError, shown
 from trajopt.model.description.groups import Group
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
@@ -315,7 +315,7 @@ def _whole(scene: Scene, joints: tuple[str, ...], start: Floats) -> ReducedModel
     """Return the reduced model of the joints of all phases."""
     robot = scene.robot
     if WHOLE in robot.groups:
-        raise ModelError(f"group {WHOLE!r} of robot {robot.name!r} stands in the way; rename it")
+        raise ModelError(f"group {shown(WHOLE)} of robot {shown(robot.name)} stands in the way; rename it")
     group = Group(WHOLE, joints, robot.links, None)
     wider = replace(robot, groups={**robot.groups, WHOLE: group})
     return reduce_model(replace(scene, robot=wider), WHOLE, start)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trajopt.errors import ModelError
+from trajopt.errors import ModelError, shown
 from trajopt.model.placement import Placement
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Shape, bounding_box
@@ -47,9 +47,9 @@ def add_loose(
         ModelError: If its mass is not known, or it has no shape.
     """
     if item.mass <= 0.0:
-        raise ModelError(f"object {item.name!r} has no mass to simulate it with: add(..., mass=...)")
+        raise ModelError(f"object {shown(item.name)} has no mass to simulate it with: add(..., mass=...)")
     if not item.parts:
-        raise ModelError(f"object {item.name!r} has no shape to take hold of")
+        raise ModelError(f"object {shown(item.name)} has no shape to take hold of")
     spec = report.spec
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = FRICTION_TO_NORMAL

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
-from trajopt.errors import ModelError
+from trajopt.errors import ModelError, shown
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.rotations import from_quaternion
@@ -105,6 +105,6 @@ class Plant:
         for name, inertia in zip(reduced.joint_names, np.diag(moved), strict=True):
             if inertia < SMALLEST_MOVED_INERTIA:
                 raise ModelError(
-                    f"joint {name!r} moves no mass, so nothing can be simulated; "
+                    f"joint {shown(name)} moves no mass, so nothing can be simulated; "
                     "give the links beyond it an <inertial> in the URDF"
                 )

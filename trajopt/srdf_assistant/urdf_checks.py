@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import MeshFileError, MimicOutOfRange
+from trajopt.errors import MeshFileError, MimicOutOfRange, shown
 from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.description.urdf import MeshReference
@@ -188,7 +188,9 @@ def _mimics(robot: Robot) -> Iterator[Finding]:
         yield Finding(Severity.ERROR, error.joint, f"{error}: no motion of {error.source} can be planned")
     for name, mimic in robot.mimics.items():
         if mimic.source not in ranges:
-            yield Finding(Severity.ERROR, name, f"follows {mimic.source!r}, which is no joint that moves")
+            yield Finding(
+                Severity.ERROR, name, f"follows {shown(mimic.source)}, which is no joint that moves"
+            )
             continue
         ends = [mimic.multiplier * end + mimic.offset for end in ranges[mimic.source]]
         lower, upper = ranges[name]

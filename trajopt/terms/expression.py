@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
@@ -71,10 +71,14 @@ class _Compiled:
         import casadi as ca
 
         if value.shape[1] != 1:
-            raise ProblemError(f"expression {name!r}: needs a scalar or a column, has shape {value.shape}")
+            raise ProblemError(
+                f"expression {shown(name)}: needs a scalar or a column, has shape {value.shape}"
+            )
         strange = {str(symbol) for symbol in ca.symvar(value)} - {str(symbol) for symbol in ca.symvar(q)}
         if strange:
-            raise ProblemError(f"expression {name!r}: has symbols of its own, {', '.join(sorted(strange))}")
+            raise ProblemError(
+                f"expression {shown(name)}: has symbols of its own, {', '.join(sorted(strange))}"
+            )
         self._rows = value.shape[0]
         self._function = ca.Function("expression", [q], [value, ca.vec(ca.jacobian(value, q).T)])
         self._mapped: dict[int, ca.Function] = {}

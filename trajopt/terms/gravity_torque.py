@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Ints, Value
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.payload import loaded_model
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import GravityTorque
@@ -75,7 +75,7 @@ def _(
 ) -> tuple[Constraint, ...]:
     joints = np.flatnonzero(np.isfinite(reduced.limits.effort))
     if len(joints) == 0:
-        raise ProblemError(f"{required}: no joint of group {reduced.group!r} has an effort limit")
+        raise ProblemError(f"{required}: no joint of group {shown(reduced.group)} has an effort limit")
     within = required.share * (1.0 - inset)
     return (
         constraint(

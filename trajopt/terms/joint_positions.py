@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_joint_position
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions, Requirement, together
 from trajopt.nlp import Rows
@@ -101,11 +103,13 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
             continue
         stays = float(reduced.start[robot.index([joint])[0]])
         if not -required.below[joint] <= stays - value <= required.above[joint]:
-            mimic, why = robot.mimics.get(joint), f"it is not in group {reduced.group!r}"
+            mimic, why = robot.mimics.get(joint), f"it is not in group {shown(reduced.group)}"
             if mimic is not None:
-                why = f"it follows {mimic.source!r}, which is not in group {reduced.group!r}"
+                why = f"it follows {shown(mimic.source)}, which is not in group {shown(reduced.group)}"
                 why = why if mimic.multiplier else "it mimics with factor 0"
-            raise ProblemError(f"joint {joint!r} is required at {value:g}, but {why} and stays at {stays:g}")
+            unit = joint_unit(robot.model, joint)
+            at, fixed = in_joint_position(value, unit), in_joint_position(stays, unit)
+            raise ProblemError(f"joint {shown(joint)} is required at {at}, but {why} and stays at {fixed}")
     places = np.array([reduced.joint_names.index(joint) for joint in inside], dtype=np.int64)
     return places, tuple(inside)
 

@@ -10,7 +10,7 @@ import coal
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
@@ -89,7 +89,7 @@ def _counted(need: LineOfSight, reduced: ReducedModel) -> list[str]:
     for name in names:
         if any(isinstance(shape, Mesh) for shape, _ in reduced.scene.object(name).parts):
             raise ProblemError(
-                f"{need}: object {name!r} has an exact mesh; add it as convex pieces, or ignore it"
+                f"{need}: object {shown(name)} has an exact mesh; add it as convex pieces, or ignore it"
             )
     return names
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.errors import shown
 from trajopt.model.requirements import Requirement
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
@@ -24,7 +25,7 @@ class Exceeded:
     @property
     def name(self) -> str:
         """What is penalised."""
-        return f"excess of {self.required!r}"
+        return f"excess of {shown(self.required)}"
 
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at all samples."""

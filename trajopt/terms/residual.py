@@ -74,12 +74,14 @@ class Cost:
             ShapeError: If the weight is no finite number.
             ProblemError: If it is negative or above 1e12.
         """
-        weight = number(f"weight of cost {self.residual.name!r}", self.weight)
+        if not isinstance(self.residual, Residual):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise ProblemError(f"cost: {shown(self.residual)} is no residual: give it a name and linearise()")
+        weight = number(f"weight of cost {shown(self.residual.name)}", self.weight)
         if weight < 0.0:
-            raise ProblemError(f"cost {self.residual.name!r}: weight {weight:g} is negative")
+            raise ProblemError(f"cost {shown(self.residual.name)}: weight {weight:g} is negative")
         if weight > MOST_WEIGHT:
             raise ProblemError(
-                f"cost {self.residual.name!r}: weight {weight:g} leaves no digits for anything else; "
+                f"cost {shown(self.residual.name)}: weight {weight:g} leaves no digits for anything else; "
                 f"{MOST_WEIGHT:g} is the most"
             )
 
@@ -116,10 +118,10 @@ class Constraint(Value):
             floats(side, getattr(self, side), (None,), infinite=True) for side in ("lower", "upper")
         )
         if (lower > upper).any():
-            raise ProblemError(f"constraint {name!r}: a lower bound exceeds its upper one")
+            raise ProblemError(f"constraint {shown(name)}: a lower bound exceeds its upper one")
         for what, value in (("tolerance", self.tolerance), ("reach", self.reach)):
             if number(what, value, infinite=True) < 0.0:
-                raise ProblemError(f"constraint {name!r}: {what} is negative: {value:g}")
+                raise ProblemError(f"constraint {shown(name)}: {what} is negative: {value:g}")
 
     def bounds(self, rows: Rows) -> tuple[Floats, Floats]:
         """Return lower and upper bound of each row, shape (m,)."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats
-from trajopt.errors import ShapeError
+from trajopt.errors import ShapeError, shown
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 
@@ -58,18 +58,18 @@ class FunctionResidual:
 
     def _at(self, position: Floats) -> Floats:
         value = np.atleast_1d(np.asarray(self.function(position), dtype=np.float64))
-        return floats(f"value of {self.title!r}", value, (None,))
+        return floats(f"value of {shown(self.title)}", value, (None,))
 
     def _slope(self, position: Floats, count: int) -> Floats:
         joints = len(position)
         if self.jacobian is not None:
             given = np.atleast_2d(np.asarray(self.jacobian(position), dtype=np.float64))
-            return floats(f"Jacobian of {self.title!r}", given, (count, joints))
+            return floats(f"Jacobian of {shown(self.title)}", given, (count, joints))
         slope = np.empty((count, joints))
         for joint, away in enumerate(self.step * np.eye(joints)):
             high, low = self._at(position + away), self._at(position - away)
             if not len(high) == len(low) == count:
-                raise ShapeError(f"value of {self.title!r}", "has not the same length everywhere")
+                raise ShapeError(f"value of {shown(self.title)}", "has not the same length everywhere")
             slope[:, joint] = (high - low) / (2.0 * self.step)
         return slope
 

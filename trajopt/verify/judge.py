@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, one_of
 from trajopt.errors import WaypointNotFound
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
@@ -48,7 +48,7 @@ class Judge:
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
-        self._reduced, self._options = reduced, options
+        self._reduced, self._options = one_of("reduced", reduced, ReducedModel), options
         self._kinematics = Kinematics(reduced)
         self._distances = PairDistances(self._kinematics, error=options.distance_error)
 
@@ -69,6 +69,7 @@ class Judge:
         reduced, kinematics, distances = self._reduced, self._kinematics, self._distances
         moving = moving_limits(reduced, limits)
         bounds = group_part(reduced, moving)
+        one_of("trajectory", trajectory, Trajectory)
         motion = Motion(reduced, trajectory, kinematics=kinematics, options=self._options)
         before = (distances.calls, kinematics.calls)
         checks: list[Check] = [*end_checks(motion, start_velocities)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import MissingExtra, ShapeError
+from trajopt.errors import MissingExtra, ShapeError, shown
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.shapes import Plane, bounding_sphere
@@ -157,7 +157,7 @@ class Viewer:
 
     def __repr__(self) -> str:
         """Say where the page is."""
-        return f"Viewer({self.url!r}, {self._trajectory})"
+        return f"Viewer({shown(self.url)}, {self._trajectory})"
 
     def _add_controls(self) -> None:
         gui, duration = self._server.gui, self._trajectory.duration

@@ -7,6 +7,7 @@ from itertools import chain
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Printed
+from trajopt.errors import shown
 from trajopt.methods.casadi.nlpsol import Nlpsol
 from trajopt.methods.casadi.program import by_stages, objection, plainly, requirement_objection
 from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
@@ -103,7 +104,7 @@ class CasadiKnots:
         found = [text for text in words if text]
         if self._staged:
             found += [
-                f"cost {cost.residual.name!r} has a kink, which does not fit its structure"
+                f"cost {shown(cost.residual.name)} has a kink, which does not fit its structure"
                 for cost in costs
                 if cost.loss is not Loss.SQUARED
             ]

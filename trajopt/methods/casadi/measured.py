@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from trajopt.arrays import Floats, Ints
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.reduced import ReducedModel
 from trajopt.query import Query
 from trajopt.terms.motion import Motion
@@ -112,7 +112,7 @@ class EverySample:
         slot = sample * self.components + rows.component
         if len(np.unique(slot)) != len(self.segment):
             raise ProblemError(
-                f"{self.residual.name!r}: its rows come and go; it has no place in this program"
+                f"{shown(self.residual.name)}: its rows come and go; it has no place in this program"
             )
         return Filled(slot, rows.value, rows.jacobian)
 

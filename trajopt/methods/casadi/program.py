@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
+from trajopt.errors import shown
 from trajopt.methods.casadi.layout import Layout, Plain, Staged
 from trajopt.methods.casadi.measured import Ends, EverySample, Measured, NearestRows, links_of_pairs
 from trajopt.methods.casadi.nlpsol import CasadiProgram
@@ -44,7 +45,7 @@ def objection(residual: Residual, reduced: ReducedModel) -> str:
         known = not union and not any(objection(each, reduced) for each in inner)
     else:
         known = isinstance(residual, (*ORDERS, *SAMPLED, Symbolic))
-    return "" if known else f"{residual.name!r} has no CasADi expression, and its rows may come and go"
+    return "" if known else f"{shown(residual.name)} has no CasADi expression, and its rows may come and go"
 
 
 def requirement_objection(required: Requirement, reduced: ReducedModel) -> str:

@@ -52,14 +52,6 @@ class AxisAlignment(Requirement):
         aligned = f"{in_axis(self.axis)} of {self.frame} along {in_axis(self.direction)} of {self.reference}"
         return f"{aligned}, within {in_degrees(self.tolerance)}"
 
-    def __repr__(self) -> str:
-        """Show frame, axis, direction and cone."""
-        return (
-            f"AxisAlignment(axis {self.axis.round(4).tolist()} of {self.frame!r} along "
-            f"{self.direction.round(4).tolist()} in {self.reference!r}, within "
-            f"{np.degrees(self.tolerance):.3g} deg)"
-        )
-
 
 def axis_alignment(
     frame: str,

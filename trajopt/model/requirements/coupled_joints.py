@@ -47,11 +47,6 @@ class CoupledJoints(Requirement):
             total += sign + (joint if abs(weight) == 1.0 else f"{abs(weight):.4g} {joint}")
         return f"{total} = {self.value:.4g}, within {self.tolerance:.3g}"
 
-    def __repr__(self) -> str:
-        """Show the relation."""
-        terms = " + ".join(f"{weight:g} {joint}" for joint, weight in self.weights.items())
-        return f"CoupledJoints({terms} = {self.value:g}, within {self.tolerance:g})"
-
 
 def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, tolerance: float) -> CoupledJoints:
     """Couple joints: `coupled_joints({"left": 1, "right": -1}, tolerance=0.01)` keeps two equal.

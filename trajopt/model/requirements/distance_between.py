@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.printed import in_length
 from trajopt.model.requirements.requirement import MILLIMETRES, Relaxation, Requirement
 
@@ -60,10 +60,6 @@ class DistanceBetween(Requirement):
             apart = f"{in_length(self.lower)} to {in_length(self.upper)}"
         return f"{self.first} and {self.second} {apart} apart"
 
-    def __repr__(self) -> str:
-        """Show frames and bounds."""
-        return f"DistanceBetween({self.first!r} and {self.second!r}, in [{self.lower:g}, {self.upper:g}] m)"
-
 
 def distance_between(
     first: str,
@@ -92,6 +88,8 @@ def distance_between(
     if not 0.0 <= low < high:
         raise ProblemError(f"distance_between: 0 <= lower < upper must hold, are {low:g} and {high:g}")
     if low == 0.0 and np.isinf(high):
-        raise ProblemError(f"distance_between({first!r}, {second!r}): give a lower or an upper bound")
+        raise ProblemError(
+            f"distance_between({shown(first)}, {shown(second)}): give a lower or an upper bound"
+        )
     offsets = (floats("first_offset", first_offset, (3,)), floats("second_offset", second_offset, (3,)))
     return DistanceBetween(first, second, low, high, *offsets)

@@ -82,16 +82,6 @@ class FollowsCurve(Requirement):
         within = f"within {in_length(self.position_tolerance)}{turned}{spin}"
         return f"{self.frame} along {curve}{seen}, {within}"
 
-    def __repr__(self) -> str:
-        """Show frame, curve and tolerances."""
-        turned = f" and {np.degrees(self.rotation_tolerance):.4g} deg"
-        spin = "" if self.spin is None else f", free to spin about {self.spin.tolist()}"
-        return (
-            f"FollowsCurve({self.frame!r} along {self.fraction:.4g} of {self.curve} in {self.reference!r}, "
-            f"within {self.position_tolerance:g} m{turned if np.isfinite(self.rotation_tolerance) else ''}"
-            f"{spin})"
-        )
-
 
 def follows_curve(
     frame: str,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, readonly
-from trajopt.errors import ProblemError, ShapeError
+from trajopt.errors import ProblemError, ShapeError, shown
 from trajopt.model.placement import Placement, PlacementLike, as_placement
 from trajopt.model.requirements.requirement import (
     DEGREES,
@@ -108,13 +108,6 @@ class FramePlacement(Requirement):
         seen = "" if self.reference == WORLD else f" from {self.reference}"
         return ", ".join((f"{self.frame} at {self.placement}{seen}", f"within {' and '.join(within)}", *free))
 
-    def __repr__(self) -> str:
-        """Show frame, placement, reference and tolerances."""
-        return (
-            f"FramePlacement({self.frame!r} at {self.placement} in {self.reference!r}, within "
-            f"{self.position_tolerance.tolist()} m and {self.rotation_tolerance.tolist()} rad)"
-        )
-
 
 def _within(tolerance: Floats, unit: ShownUnit) -> str:
     """Return a tolerance in words: one number where all axes have the same; empty where all are free."""
@@ -157,8 +150,8 @@ def frame_placement(
     def three(name: str, value: ArrayLike) -> Floats:
         try:
             spread = np.broadcast_to(np.asarray(value, dtype=float), (3,))
-        except (TypeError, ValueError) as error:
-            raise ShapeError(name, "needs one number or three") from error
+        except (TypeError, ValueError, OverflowError) as error:
+            raise ShapeError(name, f"must be one number or three, is {shown(value)}") from error
         array = floats(name, spread, (3,), infinite=True)
         if (array < 0.0).any():
             raise ProblemError(f"{name} is negative: {array.tolist()}")
@@ -167,7 +160,7 @@ def frame_placement(
     position = three("position_tolerance", position_tolerance)
     rotation = three("rotation_tolerance", rotation_tolerance)
     if np.isinf(position).all() and np.isinf(rotation).all():
-        raise ProblemError(f"frame_placement({frame!r}): every axis is free, nothing is required")
+        raise ProblemError(f"frame_placement({shown(frame)}): every axis is free, nothing is required")
     return FramePlacement(
         frame,
         as_placement("placement", placement),

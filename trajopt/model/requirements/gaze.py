@@ -61,13 +61,6 @@ class Gaze(Requirement):
         ]
         return ", ".join((f"{self.frame} looks at {target}", f"within {in_degrees(self.angle)}", *away))
 
-    def __repr__(self) -> str:
-        """Show camera, target, cone and range."""
-        return (
-            f"Gaze({self.frame!r} at {self.target.tolist()} in {self.reference!r}, within "
-            f"{np.degrees(self.angle):.3g} deg, from {self.nearest:g} to {self.farthest:g} m)"
-        )
-
 
 def gaze(
     frame: str,

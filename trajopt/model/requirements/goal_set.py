@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from trajopt.arrays import mapping, sequence
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.requirements.requirement import Requirement
 
 
@@ -36,9 +36,9 @@ def any_of(goals: Mapping[str, Requirement | Sequence[Requirement]]) -> GoalSet:
     """
     alternatives: dict[str, tuple[Requirement, ...]] = {}
     for name, goal in mapping("any_of: goals", goals).items():
-        parts = (goal,) if isinstance(goal, Requirement) else sequence(f"goal {name!r}", goal)
+        parts = (goal,) if isinstance(goal, Requirement) else sequence(f"goal {shown(name)}", goal)
         if not parts:
-            raise ProblemError(f"goal {name!r} asks for nothing")
+            raise ProblemError(f"goal {shown(name)} asks for nothing")
         alternatives[name] = tuple(parts)
     if not alternatives:
         raise ProblemError("a goal set needs at least one goal")

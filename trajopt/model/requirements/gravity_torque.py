@@ -35,10 +35,6 @@ class GravityTorque(Requirement):
         """Say the share in percent."""
         return f"gravity takes at most {100.0 * self.share:.3g}% of the effort limits"
 
-    def __repr__(self) -> str:
-        """Show the share."""
-        return f"GravityTorque(at most {self.share:.0%} of the effort limits)"
-
 
 def gravity_torque(share: float = 0.9) -> GravityTorque:
     """Require that the joints can hold the arm and what it carries.

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from trajopt.arrays import mapping, number
-from trajopt.errors import ProblemError
+from trajopt.errors import JointNotFound, ProblemError
 from trajopt.model.limits import EXCESS
 from trajopt.model.requirements.requirement import RADIANS, Relaxation, Requirement
 
@@ -54,11 +55,6 @@ class JointPositions(Requirement):
             for joint, q in self.positions.items()
         )
 
-    def __repr__(self) -> str:
-        """Show joint = position."""
-        parts = (f"{joint}={value:.4g}" for joint, value in self.positions.items())
-        return "JointPositions(" + ", ".join(parts) + ")"
-
 
 def joint_positions(
     positions: Mapping[str, float],
@@ -78,12 +74,19 @@ def joint_positions(
     Raises:
         ProblemError: If no joint is named, or a tolerance is negative.
         ShapeError: If a number is not finite.
+        JointNotFound: If a tolerance names a joint without a position.
     """
     given = mapping("joint_positions: positions", positions)
     values = {joint: number(f"position of {joint}", value) for joint, value in given.items()}
 
     if not values:
         raise ProblemError("joint_positions: name at least one joint")
+
+    for label, by_joint in (("tolerance", tolerance), ("below", below), ("above", above)):
+        if isinstance(by_joint, Mapping) or (label != "tolerance" and by_joint is not None):
+            for joint in mapping(label, cast("Mapping[str, float]", by_joint)):
+                if joint not in values:
+                    raise JointNotFound(f"joint (in {label}, among those with a position)", joint, values)
 
     def bounds(side: Mapping[str, float] | None) -> dict[str, float]:
         result: dict[str, float] = {}

@@ -59,13 +59,6 @@ class LineOfSight(Requirement):
         target = f"{in_point(self.target)}{seen_from(self.reference)}"
         return f"{self.frame} sees {target}, its line of sight clear by {in_length(self.margin)}"
 
-    def __repr__(self) -> str:
-        """Show camera, target and margin."""
-        return (
-            f"LineOfSight({self.frame!r} to {self.target.tolist()} in {self.reference!r}, "
-            f"clear by {self.margin:g} m)"
-        )
-
 
 def line_of_sight(
     frame: str,

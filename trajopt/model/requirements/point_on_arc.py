@@ -58,13 +58,6 @@ class PointOnArc(Requirement):
         on = f"{self.frame} on {shape} of radius {in_length(self.radius)} about {where}"
         return f"{on}, within {in_length(self.tolerance)}"
 
-    def __repr__(self) -> str:
-        """Show frame, circle, sweep and tolerance."""
-        return (
-            f"PointOnArc({self.frame!r} on radius {self.radius:g} m about {self.centre} in "
-            f"{self.reference!r}, {np.degrees(self.sweep):.4g} deg, within {self.tolerance:g} m)"
-        )
-
 
 def point_on_arc(
     frame: str,

@@ -63,11 +63,6 @@ class PositionInRegion(Requirement):
         inside = " or ".join(_in_words(shape, where) for shape, where in self.members)
         return f"{self.frame} {inside}{seen_from(self.reference)}"
 
-    def __repr__(self) -> str:
-        """Show frame, shapes and reference."""
-        inside = " or ".join(f"{shape} at {where}" for shape, where in self.members)
-        return f"PositionInRegion({self.frame!r} in {inside} in {self.reference!r})"
-
 
 def position_in_region(
     frame: str,
@@ -96,12 +91,12 @@ def position_in_region(
     """
     given = [(region, IDENTITY)] if isinstance(region, Region) else sequence("region", region)
     if not given:
-        raise ProblemError(f"position_in_region({frame!r}): the region has no shape")
+        raise ProblemError(f"position_in_region({shown(frame)}): the region has no shape")
     for member in given:
         shape = member[0] if isinstance(member, tuple) else member  # pyright: ignore
         if not isinstance(shape, Region):  # pyright: ignore[reportUnnecessaryIsInstance]
             raise ProblemError(
-                f"position_in_region({frame!r}): {shown(shape)} is no Box, Sphere, Cylinder or Plane"
+                f"position_in_region({shown(frame)}): {shown(shape)} is no Box, Sphere, Cylinder or Plane"
             )
     base = IDENTITY if placement is None else as_placement("placement", placement)
     members = tuple((shape, base * as_placement("placement in the region", where)) for shape, where in given)

@@ -6,7 +6,7 @@ from importlib.metadata import entry_points
 from pkgutil import iter_modules
 from typing import Any, Protocol, TypeVar
 
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.requirements.requirement import Requirement
 
 GROUP = "trajopt.requirements"
@@ -64,6 +64,6 @@ def registered(dispatch: Dispatch[Result_co], kind: type[Requirement], what: str
     if not has(dispatch, kind):
         raise ProblemError(
             f"no {what} is registered for {kind.__name__}: import the module that registers it, or name that "
-            f"module in the entry-point group {GROUP!r}"
+            f"module in the entry-point group {shown(GROUP)}"
         )
     return dispatch.dispatch(kind)

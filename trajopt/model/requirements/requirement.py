@@ -44,6 +44,12 @@ class Requirement(Value):
     (`trajopt.verify.checks.quantities`); docs/extending.md shows them.
     """
 
+    def __repr__(self) -> str:
+        """Show its kind and what it says, or its fields where it says nothing."""
+        if type(self).__str__ is object.__str__:
+            return super().__repr__()
+        return f"{type(self).__name__}({self})"
+
     @property
     def frames(self) -> tuple[str, ...]:
         """The frames and objects it names, so that a problem with unknown ones is an error at once."""

@@ -53,13 +53,6 @@ class SingularityDistance(Requirement):
         """Say the bound."""
         return f"smallest singular value of {self.frame} at least {self.smallest:.3g}"
 
-    def __repr__(self) -> str:
-        """Show frame, bound and length."""
-        return (
-            f"SingularityDistance({self.frame!r}, smallest singular value at least {self.smallest:g} "
-            f"with {self.length:g} m a radian)"
-        )
-
 
 def singularity_distance(
     frame: str,

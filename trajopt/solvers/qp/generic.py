@@ -9,7 +9,7 @@ import qpsolvers
 from scipy.sparse import csc_matrix, eye, vstack
 
 from trajopt.arrays import Floats
-from trajopt.errors import BackendFailed, MissingExtra, SolverError, SolverNotFound
+from trajopt.errors import BackendFailed, MissingExtra, SolverError, SolverNotFound, shown
 from trajopt.solvers.qp.backend import BACKENDS, GENERAL, Qp, QpSolution, QpStatus
 
 OPTIONS: Mapping[str, Mapping[str, float]] = {
@@ -97,7 +97,7 @@ class Generic:
                     problem, solver=self.solver, **OPTIONS.get(self.solver, {})
                 )
         except Exception as error:  # any backend may raise anything; it is wrapped, never hidden
-            raise BackendFailed(f"QP solver {self.solver!r} raised: {error}") from error
+            raise BackendFailed(f"QP solver {shown(self.solver)} raised: {error}") from error
         if not solution.found or solution.x is None:
             return QpSolution(QpStatus.FAILED, np.zeros(len(qp.q)), np.full(len(qp.u), np.nan), 0)
         multipliers = np.zeros(len(qp.u))

@@ -10,7 +10,7 @@ import coal
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import LineOfSight
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
@@ -35,7 +35,7 @@ def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
         target = RelativeMotion(motion, requirement.reference, reference=name, offset=requirement.target)
         for shape, where in item.parts:
             if isinstance(shape, Mesh):
-                raise ProblemError(f"{requirement}: object {name!r} has an exact mesh")
+                raise ProblemError(f"{requirement}: object {shown(name)} has an exact mesh")
             found.append(_quantity(requirement, name, _Part(shape, where), camera, target))
     return tuple(found)
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from trajopt.arrays import readonly
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 
@@ -29,7 +29,7 @@ def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLim
         return stated
     if limits.joint_names != reduced.joint_names:
         raise ProblemError(
-            f"the limits are of {', '.join(limits.joint_names)}, but group {reduced.group!r} has the "
+            f"the limits are of {', '.join(limits.joint_names)}, but group {shown(reduced.group)} has the "
             f"joints {', '.join(reduced.joint_names)}"
         )
     places = np.array([moving.index(joint) for joint in reduced.joint_names], dtype=np.int64)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats
-from trajopt.errors import ShapeError
+from trajopt.errors import ShapeError, shown
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import sampled_times
 from trajopt.verify.kernel.motion import Motion
@@ -52,7 +52,7 @@ def sampled_check(check: SampledCheck, motion: Motion) -> Check:
         rows = values.reshape(len(times), -1)
         low, high = (np.broadcast_to(bound, values.shape).reshape(len(times), -1) for bound in (lower, upper))
     except (TypeError, ValueError) as error:
-        raise ShapeError(f"values of {check.name!r}", f"do not fit {len(times)} samples") from error
+        raise ShapeError(f"values of {shown(check.name)}", f"do not fit {len(times)} samples") from error
     excess = np.maximum(rows - high, low - rows)
     excess = np.where(np.isnan(excess), np.inf, excess)
     row, column = np.unravel_index(int(excess.argmax()), excess.shape)

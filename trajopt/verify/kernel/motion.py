@@ -3,7 +3,7 @@
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.trajectory import Interpolation, Trajectory
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
@@ -38,7 +38,7 @@ class Motion:
         if trajectory.joint_names != reduced.joint_names:
             raise ProblemError(
                 f"the trajectory moves {', '.join(trajectory.joint_names)}, but group "
-                f"{reduced.group!r} has the joints {', '.join(reduced.joint_names)}"
+                f"{shown(reduced.group)} has the joints {', '.join(reduced.joint_names)}"
             )
         self.reduced = reduced
         self.trajectory = trajectory
