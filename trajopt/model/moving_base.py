@@ -16,6 +16,13 @@ class Drive(Enum):
 
     HOLONOMIC = "holonomic"
     """In every direction at any time: by omnidirectional or steered wheels."""
+    DIFFERENTIAL = "differential"
+    """Forwards, backwards and about its own middle: by two wheels that roll and do not slide sideways."""
+
+
+DRIFT = 0.01
+"""How far a base whose wheels roll may stray from the planned motion, unless told otherwise [m]: as much as
+the optimiser's margin."""
 
 
 @dataclass(frozen=True)
@@ -50,12 +57,14 @@ class MovingBase:
         name: What their names begin with; empty for that of the joint that they stand for.
         groups: Groups that move it besides those that the SRDF says so of.
         drive: How it is driven.
+        drift: How far a base whose wheels roll may stray from the planned motion [m].
     """
 
     joints: tuple[BaseJoint, ...]
     name: str
     groups: tuple[str, ...]
     drive: Drive = Drive.HOLONOMIC
+    drift: float = DRIFT
 
 
 @dataclass(frozen=True)
@@ -67,12 +76,21 @@ class RobotBase:
         frame: What MoveIt's files call the world; empty where nobody named it.
         joints: Names of the joints that move the base, from the world to the robot; none where it is fixed.
         drive: How it is driven.
+        drift: How far a base whose wheels roll may stray from the planned motion [m].
     """
 
     name: str = ""
     frame: str = ""
     joints: tuple[str, ...] = ()
     drive: Drive = Drive.HOLONOMIC
+    drift: float = DRIFT
+
+    def rolling(self, moved: Sequence[str]) -> tuple[int, int, int] | None:
+        """Return where x, y and yaw are among joints that move; None where no wheels have to roll."""
+        if self.drive is not Drive.DIFFERENTIAL or not set(self.joints) <= set(moved):
+            return None
+        x, y, yaw = (moved.index(joint) for joint in self.joints)
+        return x, y, yaw
 
 
 PLANAR = ("/x", "/y", "/theta")
@@ -89,6 +107,7 @@ def planar_base(
     name: str = "",
     groups: Sequence[str] = (),
     drive: Drive = Drive.HOLONOMIC,
+    drift: float = DRIFT,
 ) -> MovingBase:
     """Let a robot's base move in the plane: joints `NAME/x` and `NAME/y` [m], then `NAME/theta` [rad].
 
@@ -97,6 +116,11 @@ def planar_base(
 
     The speeds of x and y are limited apart, as in MoveIt: along a diagonal of the world the base may be
     faster by the square root of 2. `tool_speed` on a link of the base limits the speed itself.
+
+    A base of `Drive.DIFFERENTIAL` cannot move sideways: the middle between its wheels, which is the origin of
+    its link, moves along the link's x axis only. Motions are planned and judged so: were the wheels to turn
+    as planned, forward speed and yaw rate, and nobody to correct, then the base would stray from the planned
+    motion by at most `drift` at any time. Bodies are judged where they are planned.
 
     Args:
         lower: Least x and y, shape (2,) [m].
@@ -108,11 +132,12 @@ def planar_base(
             what their names begin with: "base" when left out.
         groups: Groups that move the base besides those that the SRDF says so of.
         drive: How it is driven.
+        drift: How far a base whose wheels roll may stray from the planned motion, > 0 [m].
 
     Raises:
         ShapeError: If a number is not usable.
         ModelError: If limits leave no room.
-        ProblemError: If a speed is not positive.
+        ProblemError: If a speed or the drift is not positive.
     """
     (left, near), (right, far) = (_pair("lower", lower), _pair("upper", upper))
     speed, turn = (positive("velocity", value) for value in _pair("velocity", velocity))
@@ -129,6 +154,7 @@ def planar_base(
         one_of("name", name, str),
         tuple(sequence("groups", groups)),
         one_of("drive", drive, Drive),
+        positive("drift", drift),
     )
 
 

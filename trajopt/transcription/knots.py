@@ -17,6 +17,7 @@ from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE
+from trajopt.terms.rolling import rolling
 from trajopt.transcription.margins import tapered_margins
 from trajopt.transcription.motion_nlp import MotionNlp
 
@@ -146,7 +147,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
         tolerance=CLEARANCE_TOLERANCE,
         reach=distance.activation,
     )
-    items: list[Constraint] = [clearance]
+    items: list[Constraint] = [clearance, *rolling(reduced, count)]
     for given in problem.constraints:
         items.extend(_written(given, problem, waypoint_knots))
     if goal is None:

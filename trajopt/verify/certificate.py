@@ -29,6 +29,7 @@ class CheckKind(Enum):
     CLEARANCE = "clearance"
     CONTACT = "contact"
     TOOL_SPEED = "tool speed"
+    ROLLING = "rolling"
     CURVE_POSITION = "curve position"
     CURVE_ROTATION = "curve rotation"
     REQUIREMENT = "requirement"

@@ -19,6 +19,7 @@ from trajopt.verify.checks.moving_limits import group_part, moving_limits
 from trajopt.verify.checks.parts import part_checks
 from trajopt.verify.checks.quantities import check_requirement
 from trajopt.verify.checks.requirement import When
+from trajopt.verify.checks.rolling import rolling_checks
 from trajopt.verify.checks.sampled import SampledCheck, sampled_check
 from trajopt.verify.checks.tool_speed import tool_speed_checks
 from trajopt.verify.checks.waypoints import passages
@@ -80,6 +81,7 @@ class Judge:
         checks += [sampled_check(check, motion) for check in sampled]
         checks += limit_checks(motion, moving)
         checks += torque_checks(motion, bounds)
+        checks += rolling_checks(motion)
         for tool in tool_speeds:
             checks += tool_speed_checks(motion, tool)
         found = judge_clearance(motion, distances, self._search(motion))

@@ -17,6 +17,7 @@ from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers.solver import Iteration, SolveResult, SolverStatus
 from trajopt.terms.residual import Constraint
+from trajopt.terms.rolling import rolling
 from trajopt.transcription import KnotsNlp, transcribe
 
 ROUNDS = 6
@@ -94,6 +95,7 @@ class CasadiKnots:
         costs, reduced = problem.costs or (), problem.reduced
         partial = [part.required for part in problem.partial]
         held = [item for item in (*problem.residual_constraints, *partial) if isinstance(item, Constraint)]
+        held += rolling(reduced, problem.knots)
         required = [item for item in (*problem.requirements, *partial) if isinstance(item, Requirement)]
         required += [*problem.goals, *chain(*problem.waypoint_requirements)]
         words = [moving_start(problem), followed_curve(problem)]

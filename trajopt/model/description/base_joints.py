@@ -80,12 +80,14 @@ def with_base(urdf: Urdf, srdf: Srdf, base: MovingBase | None) -> Based:
     notes = [_still(joint.get("type", ""), name) for name, joint in inside.items()]
     for joint in inside.values():
         joint.set("type", "fixed")
-    drive = Drive.HOLONOMIC if base is None else base.drive
+    mounted = RobotBase(known, frame, moved)
+    if base is not None:
+        mounted = replace(mounted, drive=base.drive, drift=base.drift)
     return Based(
         replace(urdf, xml=ElementTree.tostring(root, encoding="unicode"), notes=(*urdf.notes, *notes)),
         srdf,
         limits,
-        RobotBase(known, frame, moved, drive),
+        mounted,
     )
 
 
@@ -231,6 +233,11 @@ def _in_groups(srdf: Srdf, base: MovingBase, moved: tuple[str, ...]) -> Srdf:
             raise GroupNotFound("group (that moves the base)", name, groups)
         others = tuple(joint for joint in groups[name].joints if joint not in moved)
         groups[name] = replace(groups[name], joints=(*moved, *others))
+    if base.drive is Drive.DIFFERENTIAL:
+        for name, group in groups.items():
+            if 0 < len(set(moved) & set(group.joints)) < len(moved):
+                reason = f"has some of {', '.join(moved)} only, but wheels that roll need all of them"
+                raise ModelError(f"base: group {shown(name)} {reason}")
     if groups and not any(moved[0] in group.joints for group in groups.values()):
         raise ModelError(
             f"base: no group of the SRDF has its joints; name in `groups` which move it: {', '.join(groups)}"

@@ -1,0 +1,127 @@
+"""The judge's check of a base on two driven wheels: they roll, and do not slide sideways.
+
+The wheels know of a planned motion the forward speed and the yaw rate only. Turned as planned, with nobody to
+correct them, they carry the base along a motion of the same yaw whose velocity lacks the part s(t) across the
+heading. So the base strays from the plan by e(t), the integral of s from the start: a property of the path
+that no timing changes. It is bounded at all times: over an interval of length h by the middle's value times h
+but for h^3 / 24 times a bound of the second derivative of s.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.printed import in_length
+from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.kernel.motion import Motion
+
+_FIRST_CUTS = 8
+"""Intervals of each piece of a trajectory at first; doubled until the answer is certain."""
+_MOST_INTERVALS = 200_000
+
+_EXACT = 0.01
+"""Error of the value that is reported, as a share of what is accepted."""
+
+
+@dataclass(frozen=True)
+class _Straying:
+    """How far a base strays at most.
+
+    Attributes:
+        measured: At the ends of intervals [m].
+        error: How far that may be off [m].
+        beside: By how much more it may be within an interval [m].
+        time: When it was measured [s].
+    """
+
+    measured: float
+    error: float
+    beside: float
+    time: float
+
+    @property
+    def most(self) -> float:
+        """What it stays below at all times [m]."""
+        return self.measured + self.error + self.beside
+
+    def decides(self, accepted: float) -> bool:
+        """Whether this says if so much is kept, and by how much."""
+        kept = self.most <= accepted
+        return self.error <= _EXACT * accepted and (kept or self.measured - self.error > accepted)
+
+
+def rolling_checks(motion: Motion) -> tuple[Check, ...]:
+    """Judge how far a base whose wheels have to roll strays from a motion; nothing of any other base."""
+    reduced = motion.reduced
+    base = reduced.scene.robot.base
+    places = base.rolling(reduced.joint_names)
+    if places is None:
+        return ()
+    cuts, accepted = _FIRST_CUTS, base.drift
+    found = _straying(motion, places, cuts)
+    while not found.decides(accepted) and 2 * cuts * len(motion.trajectory.times) <= _MOST_INTERVALS:
+        cuts *= 2
+        found = _straying(motion, places, cuts)
+    proven = found.most <= accepted
+    evidence = Evidence.PROVEN if proven else Evidence.UNPROVEN
+    if found.measured - found.error > accepted:
+        evidence = Evidence.SAMPLED
+    detail = (
+        f"wheels that turn as planned carry {base.name} {in_length(found.measured)} beside the planned "
+        f"motion, {in_length(accepted)} is accepted"
+    )
+    if not proven:
+        detail += "; more knots bring the motion nearer to one that rolls"
+    return (
+        Check(
+            kind=CheckKind.ROLLING,
+            name="rolling",
+            subject=base.name,
+            value=found.measured,
+            bound=accepted,
+            unit="m",
+            time=found.time,
+            slack=accepted - found.measured,
+            evidence=evidence,
+            holds=proven,
+            detail=detail,
+        ),
+    )
+
+
+def _straying(motion: Motion, places: tuple[int, int, int], cuts: int) -> _Straying:
+    """Integrate the velocity across the heading, on each piece of the trajectory cut evenly."""
+    times = motion.trajectory.times
+    share = np.arange(cuts) / cuts
+    begin = (times[:-1, None] + np.diff(times)[:, None] * share).ravel()
+    end = np.append(begin[1:], times[-1])
+    length, middle = end - begin, (begin + end) / 2.0
+    x, y, yaw = places
+    heading = motion.trajectory(middle)[:, yaw]
+    velocity = motion.trajectory(middle, 1)[:, [x, y]]
+    across = np.stack((-np.sin(heading), np.cos(heading)), axis=1)
+    slip = np.einsum("ci,ci->c", velocity, across)[:, None] * across
+    first, second = _changes(motion, places, begin, end)
+    steps = np.concatenate((np.zeros((1, 2)), np.cumsum(slip * length[:, None], axis=0)))
+    away = np.linalg.norm(steps, axis=1)
+    error = float((second * length**3).sum() / 24.0)
+    # Between its ends an interval strays from the nearer one by at most half its length times its speed.
+    beside = (np.linalg.norm(slip, axis=1) + first * length / 2.0) * length / 2.0
+    at = int(away.argmax())
+    return _Straying(float(away[at]), error, float(beside.max()), float(np.append(begin, times[-1])[at]))
+
+
+def _changes(
+    motion: Motion, places: tuple[int, int, int], begin: Floats, end: Floats
+) -> tuple[Floats, Floats]:
+    """Bound the first and second derivative of the velocity across the heading over intervals, (c,) each.
+
+    It is P v with P = n n', n across the heading: |P'| is the yaw rate w, |P''| at most |w'| + 2 w^2.
+    """
+    x, y, yaw = places
+    low, high = zip(*(motion.group[order].range(begin, end) for order in (1, 2, 3)), strict=True)
+    size = [np.maximum(high[order], -low[order]) for order in range(3)]
+    speed, bend, jerk = (np.hypot(each[:, x], each[:, y]) for each in size)
+    turn, turning = size[0][:, yaw], size[1][:, yaw]
+    return turn * speed + bend, (turning + 2.0 * turn**2) * speed + 2.0 * turn * bend + jerk
