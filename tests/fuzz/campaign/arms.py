@@ -2,6 +2,7 @@
 
 from functools import cache
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import trajopt_robots
@@ -70,13 +71,13 @@ def random_arm(rng: np.random.Generator, *, mimics: bool = False, tight: bool = 
         chained = chained + 1 if source else 0
         axis = " ".join(f"{part:.3f}" for part in rng.normal(size=3))
         length = float(rng.uniform(0.12, 0.28))
-        text.append(_link(f"link{number}", _limb(rng, length), (length / 2.0, 0, 0)))
+        text.append(_link(f"link{number}", limb(rng, length), (length / 2.0, 0, 0)))
         kind = ranges[source][2] if source else kind
-        low, high = (-0.05, float(rng.uniform(0.08, 0.2))) if kind == "prismatic" else _turns(rng)
+        low, high = (-0.05, float(rng.uniform(0.08, 0.2))) if kind == "prismatic" else turns(rng)
         mimic = ""
         if source:
             kind = "revolute" if kind == "continuous" else kind
-            low, high, mimic = _following(rng, source, ranges[source], tight)
+            low, high, mimic = following(rng, f"joint{source}", ranges[source], tight)
         speed = float(rng.uniform(0.3, 2.5))
         text.append(_joint(number, kind, at, axis, low, high, speed, mimic))
         limits.append((f"joint{number}", float(rng.uniform(1, 10))))
@@ -95,10 +96,10 @@ def _source(
     return int(rng.choice([place for place in ranges]))
 
 
-def _following(
-    rng: np.random.Generator, source: int, range_of: tuple[float, float, str], tight: bool
+def following(
+    rng: np.random.Generator, leader: str, range_of: tuple[float, float, str], tight: bool
 ) -> tuple[float, float, str]:
-    """Return limits of a follower and its element."""
+    """Return limits of a follower and its element; `range_of`: lowest, highest and kind of its leader."""
     factor = float(rng.choice([-1, 1])) * float(rng.uniform(0.3, 1.5))
     offset = float(rng.uniform(-0.2, 0.2)) * (0.1 if range_of[2] == "prismatic" else 1.0)
     if rng.random() < 0.3:
@@ -107,14 +108,16 @@ def _following(
     wide = ends[1] - ends[0]
     share = float(rng.uniform(0.1, 0.3)) if tight else -0.01
     low, high = ends[0] + share * wide, ends[1] - share * wide
-    return low, high, f'<mimic joint="joint{source}" multiplier="{factor!r}" offset="{offset!r}"/>'
+    return low, high, f'<mimic joint={quoteattr(leader)} multiplier="{factor!r}" offset="{offset!r}"/>'
 
 
-def _turns(rng: np.random.Generator) -> tuple[float, float]:
+def turns(rng: np.random.Generator) -> tuple[float, float]:
+    """Return limits of a joint that turns [rad]."""
     return -float(rng.uniform(0.8, 2.8)), float(rng.uniform(0.8, 2.8))
 
 
-def _limb(rng: np.random.Generator, length: float) -> Body:
+def limb(rng: np.random.Generator, length: float) -> Body:
+    """Return a body for a link of a length [m]."""
     thick = float(rng.uniform(0.02, 0.04))
     return [box(0.6 * length, thick, thick), cylinder(0.5 * thick, 0.6 * length), sphere(0.3 * length)][
         int(rng.choice(3, p=[0.6, 0.2, 0.2]))

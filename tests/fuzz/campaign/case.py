@@ -17,12 +17,13 @@ from trajopt.arrays import Floats
 
 @dataclass(frozen=True)
 class Source:
-    """Where a robot comes from: an installed name, or the text of its files."""
+    """Where a robot comes from: an installed name, or its files: their text, and the meshes by name."""
 
     name: str = ""
     urdf: str = ""
     srdf: str = ""
     limits: str = ""
+    meshes: tuple[tuple[str, bytes], ...] = ()
 
     def robot(self) -> to.Robot:
         """Load it."""
@@ -38,6 +39,9 @@ def _loaded(source: Source) -> to.Robot:
         (folder / "arm.urdf").write_text(source.urdf)
         (folder / "arm.srdf").write_text(source.srdf)
         (folder / "limits.yaml").write_text(source.limits)
+        for mesh, held in source.meshes:
+            (folder / mesh).parent.mkdir(exist_ok=True)
+            (folder / mesh).write_bytes(held)
         return to.load(
             folder / "arm.urdf",
             srdf=folder / "arm.srdf" if source.srdf else None,

@@ -169,9 +169,12 @@ def read_chain(
     srdf: str = "",
     limits: str = "",
     still: Mapping[str, float] | None = None,
-    packages: Path | None = None,
+    packages: Path | Mapping[str, Body] | None = None,
 ) -> Chain:
-    """Read a robot of its URDF; the driven joints are all that follow none where none are given."""
+    """Read a robot of its URDF; the driven joints are all that follow none where none are given.
+
+    `packages` is the folder with its meshes, or the meshes themselves by name.
+    """
     root = ElementTree.fromstring(text)
     joints = _outward([_joint(element) for element in root.findall("joint")])
     children = {joint.child for joint in joints}
@@ -263,7 +266,7 @@ def _moved(joint: Joint, values: Floats) -> Floats:
     return place
 
 
-def _body(element: ElementTree.Element, packages: Path | None) -> Body:
+def _body(element: ElementTree.Element, packages: Path | Mapping[str, Body] | None) -> Body:
     shape = element.find("geometry")
     assert shape is not None
     shape = shape[0]
@@ -274,6 +277,8 @@ def _body(element: ElementTree.Element, packages: Path | None) -> Body:
     if shape.tag == "cylinder":
         return cylinder(float(shape.get("radius", "")), float(shape.get("length", "")))
     assert shape.tag == "mesh" and packages is not None
+    if not isinstance(packages, Path):
+        return packages[shape.get("filename", "")]
     scale = _numbers(shape.get("scale", "1 1 1"))
     model = coal.MeshLoader().load(
         str(packages / shape.get("filename", "").removeprefix("package://")), scale

@@ -6,7 +6,7 @@ from zlib import crc32
 
 import numpy as np
 
-from tests.fuzz.campaign import families, families_apart
+from tests.fuzz.campaign import families, families_apart, families_robots
 from tests.fuzz.campaign.case import Case
 
 FAMILIES: dict[str, tuple[int, Callable[[np.random.Generator], Case]]] = {
@@ -28,6 +28,9 @@ FAMILIES: dict[str, tuple[int, Callable[[np.random.Generator], Case]]] = {
     "clutter_panda": (1, families_apart.clutter("panda")),
     "clutter_ur5": (1, families_apart.clutter("ur5")),
     "clutter_xarm7": (1, families_apart.clutter("xarm7")),
+    "serial_robots": (2, families_robots.robots()),
+    "tree_robots": (2, families_robots.robots(tree=True)),
+    "mimic_robots": (2, families_robots.robots(tree=True, mimics=True)),
 }
 """Name -> how many of each round are of it, and what draws one."""
 

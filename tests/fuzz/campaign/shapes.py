@@ -154,3 +154,28 @@ def ball(radius: float, rings: int = 6, sides: int = 8) -> Body:
                 (base + here, over + there, over + here),
             ]
     return Body("mesh", (), np.array(vertices), np.array(faces), True)
+
+
+def as_mesh(body: Body, rng: np.random.Generator) -> Body:
+    """A closed mesh in place of a body: a ball of triangles, or a prism along x, a star at times."""
+    if body.kind == "sphere":
+        return ball(body.sizes[0])
+    length, thick = (
+        (body.sizes[0], body.sizes[1]) if body.kind == "box" else (body.sizes[1], 2 * body.sizes[0])
+    )
+    angles = np.linspace(0.0, 2.0 * np.pi, int(rng.integers(5, 12)), endpoint=False)
+    far = thick * (rng.uniform(0.5, 1.0, len(angles)) if rng.random() < 0.3 else np.full(len(angles), 0.7))
+    upright = prism(np.stack((far * np.cos(angles), far * np.sin(angles)), axis=1), length, lids=True)
+    return Body("mesh", (), upright.vertices[:, [2, 0, 1]], upright.faces, True)
+
+
+def mesh_file(body: Body, name: str) -> bytes:
+    """A mesh as the bytes of a file: OBJ, or binary STL."""
+    if name.endswith(".obj"):
+        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(body.vertices).tolist()]
+        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in np.asarray(body.faces).tolist()]
+        return "\n".join([*lines, ""]).encode()
+    corners = np.asarray(body.vertices, dtype="<f4")[np.asarray(body.faces)].reshape(-1, 9)
+    rows = np.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", 9), ("spare", "<u2")])
+    rows["corners"] = corners
+    return bytes(80) + np.uint32(len(rows)).tobytes() + rows.tobytes()
