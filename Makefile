@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -49,9 +49,16 @@ docs: $(STAMP)
 	$(BIN)/sphinx-build -W --keep-going -b html docs out/docs
 
 # Each writes its section of benchmarks/README.md and its numbers in benchmarks/results/.
-# DATA: a folder with panda/<set>/ and ur5/<set>/ of MotionBenchMaker scenes and requests, and ur5/robot/.
+# DATA: a folder with panda/<set>/, ur5/<set>/, fetch/<set>/ and baxter/<set>/ of MotionBenchMaker scenes and requests,
+# and ur5/robot/, fetch/robot/ and baxter/robot/. Goes on where it was stopped (rows in out/bench).
+# OPTIONS: those of benchmarks/motion_bench_maker.py, such as --robots panda,fetch --limit 3.
 bench: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.motion_bench_maker $(DATA) --page benchmarks/README.md
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.motion_bench_maker $(DATA) --results benchmarks/results \
+	  --page benchmarks/README.md $(OPTIONS)
+
+# Which of a robot's problems anybody could answer, by code that knows nothing of the planner. ROBOT: fetch, ...
+askable: $(STAMP)
+	$(BIN)/python -m benchmarks.askable $(DATA)/$(ROBOT)
 
 bench-scaling: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.scaling --page benchmarks/README.md

@@ -8,9 +8,8 @@ hand's frame has there. Both start from files read anew, so that no scene has be
 
 import argparse
 import json
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
 
@@ -18,39 +17,19 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.benchmark.folders import Instance, find_instances
-from trajopt.moveit import read_request, read_scene
-from trajopt.planning.status import UNASKABLE
+from trajopt.benchmark import Instance, Outcome, run
+from trajopt.benchmark.folders import find_instances
 from trajopt.transcription import fixed_goal
 
 FRAME = "panda_hand"
 
 
 @dataclass(frozen=True)
-class Run:
-    """One plan: how it ended, process time of all of it and of its goal search [s], first guesses tried."""
-
-    status: str
-    cpu_seconds: float
-    seed_seconds: float
-    attempts: int
-    duration: float | None
-
-    @property
-    def verified(self) -> bool:
-        return self.status == to.Status.SOLVED.name
-
-
-@dataclass(frozen=True)
 class Pair:
-    set: str
-    index: int
-    joints: Run
-    pose: Run
+    """One problem both ways."""
 
-
-def read(robot: to.Robot, instance: Instance) -> to.Problem:
-    return read_request(instance.request, read_scene(instance.scene, robot)).problem()
+    joints: Outcome
+    pose: Outcome
 
 
 def with_pose_goal(problem: to.Problem) -> to.Problem:
@@ -61,28 +40,14 @@ def with_pose_goal(problem: to.Problem) -> to.Problem:
     return replace(problem, goal=to.frame_placement(FRAME, where))
 
 
-def planned(problem: to.Problem) -> tuple[Run, bool]:
-    begin = time.process_time()
-    result = to.plan(problem)
-    seconds = time.process_time() - begin
-    return Run(
-        result.status.name,
-        seconds,
-        result.cpu_seconds.get("seed", 0.0),
-        result.counts.get("attempts", 0),
-        None if result.trajectory is None else result.trajectory.duration,
-    ), result.status in UNASKABLE
-
-
-def compare(robot: to.Robot, instance: Instance) -> Pair | None:
+def compare(instance: Instance) -> Pair | None:
     """Plan both; None if the joint goal is one that nobody could reach."""
-    joints, unaskable = planned(read(robot, instance))
-    if unaskable:
+    joints = run(instance)
+    if not joints.askable:
         return None
     # Placing the hand is reading the problem; the scene it is planned in is read again after it.
-    goal = with_pose_goal(read(robot, instance)).goal
-    pose, _ = planned(replace(read(robot, instance), goal=goal))
-    return Pair(instance.set_name, instance.index, joints, pose)
+    goal = with_pose_goal(instance.make()).goal
+    return Pair(joints, run(replace(instance, make=lambda: replace(instance.make(), goal=goal))))
 
 
 COLUMNS = (
@@ -104,8 +69,8 @@ COLUMNS = (
 def sums(pairs: Sequence[Pair]) -> str:
     """Return the table: a row for each set and one for all."""
     rows: list[list[str]] = []
-    for name in [*dict.fromkeys(pair.set for pair in pairs), "all"]:
-        row = summary([pair for pair in pairs if name in (pair.set, "all")])
+    for name in [*dict.fromkeys(pair.joints.set_name for pair in pairs), "all"]:
+        row = summary([pair for pair in pairs if name in (pair.joints.set_name, "all")])
         rows.append([name, *(format(row[entry] * factor, style) for _, entry, factor, style in COLUMNS)])
     return table(["set", *(heading for heading, *_ in COLUMNS)], rows)
 
@@ -125,11 +90,30 @@ def summary(pairs: Sequence[Pair]) -> dict[str, float]:
         "cpu_pose": middle(lambda pair: pair.pose.cpu_seconds, pairs),
         "cpu_ratio": middle(lambda pair: pair.pose.cpu_seconds, pairs)
         / middle(lambda pair: pair.joints.cpu_seconds, pairs),
-        "goal_search": middle(lambda pair: pair.pose.seed_seconds, pairs),
+        "goal_search": middle(lambda pair: pair.pose.stages.get("seed", 0.0), pairs),
         "attempts_joints": float(np.mean([pair.joints.attempts for pair in pairs])),
         "attempts_pose": float(np.mean([pair.pose.attempts for pair in pairs])),
         "duration_joints": middle(lambda pair: pair.joints.duration, solved),
         "duration_pose": middle(lambda pair: pair.pose.duration, solved),
+    }
+
+
+def as_dict(pair: Pair) -> dict[str, object]:
+    """Return what the committed results hold of a problem."""
+    name, number = pair.joints.problem.split("/")
+    return {
+        "set": name,
+        "index": int(number),
+        **{
+            way: {
+                "status": told.status.name,
+                "cpu_seconds": told.cpu_seconds,
+                "seed_seconds": told.stages.get("seed", 0.0),
+                "attempts": told.attempts,
+                "duration": told.duration,
+            }
+            for way, told in (("joints", pair.joints), ("pose", pair.pose))
+        },
     }
 
 
@@ -140,17 +124,16 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("benchmarks/results/pose_goals.json"))
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     given = parser.parse_args()
-    robot = to.load("panda")
-    instances = find_instances(given.data / "panda", limit=given.each)
-    compare(robot, instances[0])  # imports what is imported late
-    pairs = [pair for instance in instances for pair in [compare(robot, instance)] if pair is not None]
+    instances = find_instances(given.data / "panda", to.load("panda"), limit=given.each)
+    compare(instances[0])  # imports what is imported late
+    pairs = [pair for pair in map(compare, instances) if pair is not None]
     text = sums(pairs)
     print(text)
     for pair in pairs:
         if not pair.pose.verified:
-            print(f"  {pair.set} {pair.index}: joints {pair.joints.status}, pose {pair.pose.status}")
+            print(f"  {pair.joints.problem}: {pair.joints.status.name}, pose {pair.pose.status.name}")
     given.json.parent.mkdir(parents=True, exist_ok=True)
-    lines = ",\n".join(json.dumps(asdict(pair)) for pair in pairs)
+    lines = ",\n".join(json.dumps(as_dict(pair)) for pair in pairs)
     given.json.write_text(f'{{"summary": {json.dumps(summary(pairs))},\n"problems": [\n{lines}\n]}}\n')
     if given.page is not None:
         write_section(given.page, "pose_goals", text)

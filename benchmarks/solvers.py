@@ -10,10 +10,10 @@ from pathlib import Path
 
 import trajopt as to
 from benchmarks.page import write_section
-from trajopt.benchmark import Allowance, Definition, Run, installed_definitions, runs
+from trajopt.benchmark import Allowance, Instance, Outcome, compared, installed_instances
 from trajopt.benchmark.comparison_page import page as page_of
 from trajopt.benchmark.comparison_table import markdown
-from trajopt.benchmark.folders import file_definitions
+from trajopt.benchmark.folders import find_instances
 from trajopt.cli.compare import read_runs
 from trajopt.methods import METHODS, method_named
 from trajopt.moveit.trajectory_files import write_json, write_text
@@ -21,7 +21,7 @@ from trajopt.view.comparison_plots import comparison_figures
 
 ALLOWANCE = Allowance(attempts=20, cpu_seconds=10.0)
 """What every method may use on every problem."""
-LEFT_OUT = ("history", "tip", "message")
+LEFT_OUT = ("history", "tip", "message", "constraints", "counts", "stages")
 """What the committed results do not hold, for their size."""
 
 
@@ -35,15 +35,15 @@ def main() -> None:
     parser.add_argument("--json", type=Path, default=Path("benchmarks/results/solvers.json"))
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     given = parser.parse_args()
-    definitions: list[Definition] = []
-    found: list[Run] = []
+    instances: list[Instance] = []
+    found: list[Outcome] = []
     for name in given.solver or METHODS:
         kept = given.runs / f"{name}.json"
         if not kept.is_file():
-            if not definitions:
-                files = file_definitions(given.data / "panda", to.load("panda"), limit=given.limit)
-                definitions = [*installed_definitions(), *files]
-            mine = list(runs(definitions, [method_named(name)], ALLOWANCE))
+            if not instances:
+                files = find_instances(given.data / "panda", to.load("panda"), limit=given.limit)
+                instances = [*installed_instances(), *files]
+            mine = list(compared(instances, [method_named(name)], ALLOWANCE))
             given.runs.mkdir(parents=True, exist_ok=True)
             write_json(kept, {"results": [run.as_dict() for run in mine]})
         found.extend(read_runs(kept))

@@ -8,10 +8,9 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
-from trajopt.benchmark.folders import Instance, find_instances, run, run_instance, summary
+from trajopt.benchmark import Instance, run
+from trajopt.benchmark.folders import find_instances, summary
 from trajopt.model.shapes import Box, Convex, Cylinder, Shape, Sphere
-from trajopt.moveit import read_request, read_scene
-from trajopt.planning.status import UNASKABLE
 from trajopt.query.geometry import collision_geometry
 
 SETS = (
@@ -38,9 +37,8 @@ def problems(shared_data: Path) -> Path:
     return shared_data / "motionbenchmaker" / "panda"
 
 
-def instance(folder: Path, name: str, index: int = 1) -> Instance:
-    (found,) = (item for item in find_instances(folder, [name], limit=index) if item.index == index)
-    return found
+def instance(folder: Path, robot: to.Robot, name: str, index: int = 1) -> Instance:
+    return {item.name: item for item in find_instances(folder, robot, [name], limit=index)}[f"{name}/{index}"]
 
 
 def densely_free(problem: to.Problem, trajectory: to.Trajectory) -> bool:
@@ -83,28 +81,27 @@ def densely_free(problem: to.Problem, trajectory: to.Trajectory) -> bool:
 
 @pytest.mark.parametrize("name", SETS)
 def test_first_of_each_set(panda: to.Robot, problems: Path, name: str) -> None:
-    record = run_instance(panda, instance(problems, name))
-    assert record.verified, record.message
-    assert record.counts["distance_calls"] > 0
+    outcome = run(instance(problems, panda, name))
+    assert outcome.verified, outcome.message
+    assert outcome.counts["distance_calls"] > 0
 
 
 @pytest.mark.parametrize("name", ["box", "cage"])
 def test_an_independent_dense_check_agrees(panda: to.Robot, problems: Path, name: str) -> None:
-    item = instance(problems, name, 3)
-    problem = read_request(item.request, read_scene(item.scene, panda)).problem()
+    problem = instance(problems, panda, name, 3).make()
     plan = to.plan(problem).require()
     assert densely_free(problem, plan.trajectory)
 
 
 def test_goal_beyond_a_limit_is_a_result(panda: to.Robot, problems: Path) -> None:
-    record = run_instance(panda, instance(problems, "table_under_pick", 3))
-    assert record.status is to.Status.GOAL_OUT_OF_LIMITS
-    assert "panda_joint4" in record.message
+    outcome = run(instance(problems, panda, "table_under_pick", 3))
+    assert outcome.status is to.Status.GOAL_OUT_OF_LIMITS and not outcome.askable
+    assert "panda_joint4" in outcome.message
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_success_on_the_whole_panda_sets(panda: to.Robot, problems: Path) -> None:
-    records = list(run(panda, find_instances(problems)))
-    assert sum(record.status in UNASKABLE for record in records) == 3
-    assert summary(records)["success"] >= 0.95  # pyright: ignore[reportOperatorIssue]
+    outcomes = [run(item) for item in find_instances(problems, panda)]
+    assert sum(not outcome.askable for outcome in outcomes) == 3
+    assert summary(outcomes)["success"] >= 0.95  # pyright: ignore[reportOperatorIssue]

@@ -8,7 +8,7 @@ import pytest
 
 import trajopt as to
 from benchmarks.peers.export import Asked, write_problems
-from trajopt.benchmark.folders import Instance
+from trajopt.benchmark import Instance
 from trajopt.verify import Judge
 
 
@@ -26,7 +26,8 @@ def test_exported_robot_keeps_its_distances(tmp_path: Path) -> None:
         start={**panda.state("ready"), **fingers},
         goal=to.joint_positions(dict(zip(joints, goal.tolist(), strict=True))),
     )
-    instance = Instance("set", 1, tmp_path / "scene.yaml", tmp_path / "request.yaml")
+    files = (tmp_path / "scene.yaml", tmp_path / "request.yaml")
+    instance = Instance("set/1", lambda: problem, files=files)
     write_problems(tmp_path, [Asked(instance, problem, goal)], time_limit=1.0)
 
     model = pin.buildModelFromUrdf(str(tmp_path / "robot.urdf"))

@@ -94,9 +94,9 @@ def main() -> None:
     work.mkdir(parents=True, exist_ok=True)
     robot = to.load("panda")
     sets = [name for name in options.sets.split(",") if name]
-    instances = find_instances(options.data, sets, limit=options.limit)
-    asked = read_asked(robot, instances)
-    kept = {item.instance for item in asked}
+    instances = find_instances(options.data, robot, sets, limit=options.limit)
+    asked = read_asked(instances)
+    kept = {item.instance.name for item in asked}
     problems = write_problems(work / "problems", asked, time_limit=options.time_limit)
     chosen = [peer for peer in PEERS if peer.label == REFERENCE or options.only in peer.label]
     judged: list[dict[str, Any]] = []
@@ -119,8 +119,8 @@ def main() -> None:
         "date": datetime.now(UTC).date().isoformat(),
         "problems": len(asked),
         "limit": options.limit,
-        "sets": sorted({item.set_name for item in instances}),
-        "left_out": [f"{item.set_name} {item.index}" for item in instances if item not in kept],
+        "sets": sorted({item.name.split("/")[0] for item in instances}),
+        "left_out": [item.name.replace("/", " ") for item in instances if item.name not in kept],
         "time_limit": options.time_limit,
         "planners": judged,
     }

@@ -11,11 +11,10 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 import trajopt as to
-from trajopt.benchmark.folders import Instance
+from trajopt.benchmark import Instance
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions
 from trajopt.model.shapes import Convex, Shape
-from trajopt.moveit import read_request, read_scene
 from trajopt.moveit.trajectory_files import write_json
 from trajopt.verify import Judge, Moment
 
@@ -38,14 +37,14 @@ class Asked:
     goal: np.ndarray
 
 
-def read_asked(robot: to.Robot, instances: Sequence[Instance]) -> list[Asked]:
+def read_asked(instances: Sequence[Instance]) -> list[Asked]:
     """Read problems, without those that nobody can solve."""
     asked: list[Asked] = []
     for instance in instances:
-        problem = read_request(instance.request, read_scene(instance.scene, robot)).problem()
+        problem = instance.make()
         (goal,) = problem.goals
         if not isinstance(goal, JointPositions) or problem.constraints:
-            raise ValueError(f"{instance.request}: only goals of joint positions can be compared")
+            raise ValueError(f"{instance.name}: only goals of joint positions can be compared")
         reduced = problem.reduced
         target = np.array([goal.positions[name] for name in reduced.joint_names])
         judge = Judge(reduced)
@@ -62,7 +61,7 @@ def write_problems(folder: Path, asked: Sequence[Asked], *, time_limit: float) -
     for item in asked:
         same = item.problem.group == first.group and _checked_links(item.problem.reduced) == checked
         if not same or not np.array_equal(_locked(item.problem), _locked(first)):
-            raise ValueError(f"{item.instance.scene}: needs another robot model than the first problem")
+            raise ValueError(f"{item.instance.name}: needs another robot model than the first problem")
     folder.mkdir(parents=True, exist_ok=True)
     _write_urdf(folder, first)
     _write_srdf(folder, first, checked)
@@ -121,12 +120,14 @@ def _problem(asked: Asked) -> dict[str, object]:
         kind, size = _primitive(body.shape)
         placement = body.placement.homogeneous.tolist()
         objects.append({"name": body.name, "kind": kind, "size": size, "placement": placement})
+    name, number = asked.instance.name.split("/")
+    scene, request = asked.instance.files
     return {
-        "set": asked.instance.set_name,
-        "index": asked.instance.index,
-        "scene": str(asked.instance.scene.resolve()),
-        "request": str(asked.instance.request.resolve()),
-        "seed": asked.instance.index,
+        "set": name,
+        "index": int(number),
+        "scene": str(scene.resolve()),
+        "request": str(request.resolve()),
+        "seed": int(number),
         "start": asked.problem.reduced.start_positions.tolist(),
         "goal": asked.goal.tolist(),
         "objects": objects,

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from benchmarks.rows import Rows
+from benchmarks.workers import run
 from tests.fuzz.campaign.arms import installed, random_arm
 from tests.fuzz.campaign.asked import near
 from tests.fuzz.campaign.case import Case, Contact, Thing
 from tests.fuzz.campaign.check import fault_of_configuration, fault_of_path, fault_of_trajectory
 from tests.fuzz.campaign.drawing import at, moving
 from tests.fuzz.campaign.registry import FAMILIES, case, keys
-from tests.fuzz.campaign.rows import Rows
 from tests.fuzz.campaign.shapes import ball, box, prism, sphere
 from tests.fuzz.campaign.summary import summary
 from tests.fuzz.campaign.trial import FALSE, trial
-from tests.fuzz.campaign.workers import run
 from tests.fuzz.hanging import hang_or_die
 
 SLOW, CHUNK = 500, 50

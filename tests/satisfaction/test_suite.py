@@ -19,14 +19,14 @@ def identify(value: object) -> str:
 
 def as_expected(definition: Definition, draw: int) -> None:
     try:
-        entry = run(definition, draw)
+        outcome = run(definition.instance(draw))
     except to.MissingExtra as error:
         pytest.skip(str(error))
-    assert entry.status is definition.expected, f"{entry.status.name}: {entry.message}"
-    assert [item for item in entry.constraints if not item.holds] == []
-    assert entry.as_expected
-    if entry.status is to.Status.SOLVED:
-        judged = {item.name.split(":")[0] for item in entry.constraints}
+    assert outcome.status is definition.expected, f"{outcome.status.name}: {outcome.message}"
+    assert [item for item in outcome.constraints if not item.holds] == []
+    assert outcome.good
+    if outcome.status is to.Status.SOLVED:
+        judged = {item.name.split(":")[0] for item in outcome.constraints}
         assert {"clearance", "start", "velocity", "acceleration"} <= judged, judged
 
 
@@ -59,7 +59,7 @@ def test_says_what_is_hard(definition: Definition) -> None:
 
 def test_random_instances_differ_and_come_again() -> None:
     (definition,) = (item for item in PROBLEMS if item.name == "past_pillar_panda")
-    first, again, other = (definition.problem(draw).start_positions for draw in (1, 1, 2))
+    first, again, other = (definition.instance(draw).make().start_positions for draw in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other).max() > 1e-3
 

@@ -7,12 +7,12 @@ import imageio.v3 as iio
 import numpy as np
 
 from tests.benchmark.comparison.runs_for_tests import ALL, REFUSED
-from trajopt.benchmark import Run
+from trajopt.benchmark import Outcome
 from trajopt.view.comparison_plots import comparison_figures
 from trajopt.view.palette import LINES
 
 
-def images(runs: tuple[Run, ...]) -> list[np.ndarray]:
+def images(runs: tuple[Outcome, ...]) -> list[np.ndarray]:
     return [iio.imread(b64decode(uri.split(",")[1])) for uri in comparison_figures(runs).values()]
 
 

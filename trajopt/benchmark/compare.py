@@ -3,25 +3,15 @@
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
-
-import numpy as np
 
 from trajopt.arrays import one_of, sequence
-from trajopt.benchmark.definition import Definition, definitions_of
-from trajopt.benchmark.run import Moment, Run, points
+from trajopt.benchmark.instance import Instance, instances_of
+from trajopt.benchmark.outcome import Outcome
+from trajopt.benchmark.running import run
 from trajopt.errors import MissingExtra
 from trajopt.methods import Method, method_named
-from trajopt.planning import Progress
 from trajopt.planning.budget import Budget
-from trajopt.planning.plan import plan
-from trajopt.planning.result import Result
 from trajopt.problem import Problem
-from trajopt.query import Query
-from trajopt.solvers import Iteration
-
-TIP_SAMPLES = 60
-"""Places along a motion at which the tip is noted."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +26,11 @@ class Allowance:
     attempts: int = 8
     cpu_seconds: float = 30.0
 
+    @property
+    def budget(self) -> Budget:
+        """The same as a budget of planning."""
+        return Budget(attempts=self.attempts, seconds=self.cpu_seconds, clock=time.process_time)
+
 
 def compare(
     problems: Mapping[str, Problem] | Sequence[Problem | str],
@@ -43,7 +38,7 @@ def compare(
     *,
     attempts: int = 8,
     cpu_seconds: float = 30.0,
-) -> tuple[Run, ...]:
+) -> tuple[Outcome, ...]:
     """Plan every problem with every method, and have every motion judged by the same judge.
 
     Args:
@@ -61,20 +56,20 @@ def compare(
         method_named(item) if isinstance(item, str) else one_of("method", item, Method)
         for item in sequence("methods", methods)
     ]
-    return tuple(runs(definitions_of(problems), chosen, Allowance(attempts, cpu_seconds)))
+    return tuple(compared(instances_of(problems), chosen, Allowance(attempts, cpu_seconds)))
 
 
-def runs(
-    problems: Sequence[Definition],
+def compared(
+    instances: Sequence[Instance],
     methods: Sequence[Method],
     allowance: Allowance,
     *,
     skipped: Callable[[Method, MissingExtra], None] | None = None,
-) -> Iterator[Run]:
-    """Yield every run, problem by problem.
+) -> Iterator[Outcome]:
+    """Yield every outcome, problem by problem.
 
     Args:
-        problems: The problems.
+        instances: The problems.
         methods: The methods.
         allowance: What each may use on each.
         skipped: Told of methods whose packages are missing, which are then left out; None to raise.
@@ -83,87 +78,22 @@ def runs(
         MissingExtra: If what a method runs on is not installed, and nobody is to be told.
     """
     ready: list[Method] | None = None
-    for definition in problems:
-        problem = definition.problem()
+    for instance in instances:
         if ready is None:
-            ready = [method for method in methods if _works(problem, method, skipped)]
+            ready = [method for method in methods if _works(instance, method, skipped)]
         for method in ready:
-            yield run(definition, problem, method, allowance)
+            yield run(instance, method, budget=allowance.budget, follow=True)
 
 
-def planned(problem: Problem, method: Method, allowance: Allowance, progress: Progress) -> Result:
-    """Plan within an allowance; always with the same random numbers, so with the same first guesses."""
-    budget = Budget(attempts=allowance.attempts, seconds=allowance.cpu_seconds, clock=time.process_time)
-    return plan(problem, method=method, budget=budget, progress=progress)
-
-
-def _works(problem: Problem, method: Method, skipped: Callable[[Method, MissingExtra], None] | None) -> bool:
+def _works(
+    instance: Instance, method: Method, skipped: Callable[[Method, MissingExtra], None] | None
+) -> bool:
     """Try a method once, unrecorded: what it imports when first used is no part of any measurement."""
     try:
-        planned(problem, method, Allowance(attempts=1), lambda stage, step: None)
+        run(instance, method, budget=Allowance(attempts=1).budget)
     except MissingExtra as error:
         if skipped is None:
             raise
         skipped(method, error)
         return False
     return True
-
-
-def run(definition: Definition, problem: Problem, method: Method, allowance: Allowance) -> Run:
-    """Plan one problem with one method."""
-    history: list[Moment] = []
-    attempt, fresh, begin = 0, False, time.process_time()
-
-    def note(stage: str, step: Iteration | None) -> None:
-        nonlocal attempt, fresh
-        if step is None:
-            fresh = fresh or stage == "optimise"
-            return
-        attempt, fresh = attempt + fresh, False
-        history.append(Moment(time.process_time() - begin, attempt, step.cost, step.violation))
-
-    result = planned(problem, method, allowance, note)
-    used = time.process_time() - begin
-    trajectory, certificate, path = result.trajectory, result.certificate, result.path
-    clearance = None if certificate is None else certificate.clearance
-    return Run(
-        problem=definition.name,
-        solver=method.name,
-        expected=definition.expected,
-        status=result.status,
-        message=result.message,
-        attempts=result.counts.get("attempts", 0),
-        cpu_seconds=used,
-        iterations=len(history),
-        cost=None if result.solve is None else result.solve.at.cost,
-        duration=None if trajectory is None else trajectory.duration,
-        path_length=None if path is None else path.length,
-        clearance=clearance if clearance is not None and isfinite(clearance) else None,
-        violations=_violations(result),
-        history=tuple(history),
-        tip=_tip(result),
-    )
-
-
-def _violations(result: Result) -> dict[str, float]:
-    """Return what is broken: as the judge says, or where nothing was judged as the solver says."""
-    if result.certificate is not None:
-        return {
-            check.name: -check.slack if check.slack is not None else float("nan")
-            for check in result.certificate.failed
-        }
-    if result.solve is None:
-        return {}
-    broken = [block for block in result.solve.at.constraints if block.worst > block.tolerance]
-    return {block.name: block.worst for block in sorted(broken, key=lambda block: block.worst)}
-
-
-def _tip(result: Result) -> tuple[tuple[float, ...], ...]:
-    """Return where the group's last joint goes."""
-    trajectory = result.trajectory
-    if trajectory is None:
-        return ()
-    reduced = result.problem.reduced
-    positions = trajectory(np.linspace(0.0, trajectory.duration, TIP_SAMPLES))
-    joint = reduced.model.getJointId(reduced.joint_names[-1])
-    return points(Query(reduced).kinematics(positions).translation[:, joint])

@@ -1,8 +1,9 @@
-"""Runs and summaries as rows of text, for the command line, the page and Markdown alike."""
+"""Outcomes and summaries as rows of text, for the command line, the page and Markdown alike."""
 
 from collections.abc import Sequence
 
-from trajopt.benchmark.run import Run
+from trajopt.benchmark.html import words
+from trajopt.benchmark.outcome import Outcome
 from trajopt.benchmark.summary import Summary, summaries
 
 RUN_HEAD = (
@@ -20,12 +21,12 @@ LEGEND = (
 )
 
 
-def run_cells(run: Run) -> tuple[str, ...]:
+def run_cells(run: Outcome) -> tuple[str, ...]:
     """Return a run's row under `RUN_HEAD`."""
     return (
         run.problem,
         run.solver,
-        run.status.name.replace("_", " ").lower() + ("" if run.good else " ✗"),
+        words(run.status) + ("" if run.good else " ✗"),
         str(run.attempts),
         f"{1000 * run.cpu_seconds:.0f}",
         str(run.iterations),
@@ -52,15 +53,15 @@ def summary_cells(item: Summary) -> tuple[str, ...]:
     )
 
 
-def markdown(runs: Sequence[Run]) -> str:
+def markdown(outcomes: Sequence[Outcome]) -> str:
     """Return tables: methods side by side, their successes by group, and what each did not solve."""
-    found = summaries(runs)
+    found = summaries(outcomes)
     groups = list(dict.fromkeys(name for item in found for name in item.groups))
     lines = [*_table(SUMMARY_HEAD, [summary_cells(item) for item in found]), "", LEGEND, ""]
     counted = [(item.solver, *(_share(item.groups.get(name, (0, 0))) for name in groups)) for item in found]
     lines += [*_table(("as expected", *groups), counted), "", "Not as expected:", ""]
     for item in found:
-        failed = [run for run in runs if run.solver == item.solver and run.askable and not run.good]
+        failed = [run for run in outcomes if run.solver == item.solver and run.askable and not run.good]
         told = ", ".join(f"{run.problem} ({run.status.name})" for run in failed)
         lines.append(f"- **{item.solver}** ({len(failed)}): {told or 'nothing'}")
     return "\n".join(lines) + "\n"

@@ -6,11 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.benchmark.run import Run
+from trajopt.benchmark.outcome import Outcome
 from trajopt.planning.status import Status
-
-INSTALLED = "installed"
-"""Group of the problems that belong to no set of files."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +41,7 @@ class Summary:
     clearance: float | None
 
 
-def group(problem: str) -> str:
-    """Return the set that a problem belongs to."""
-    return problem.split("/", maxsplit=1)[0] if "/" in problem else INSTALLED
-
-
-def summaries(runs: Sequence[Run]) -> tuple[Summary, ...]:
+def summaries(runs: Sequence[Outcome]) -> tuple[Summary, ...]:
     """Return the summary of each method, in the order met; left out is what nobody could answer."""
     asked = [run for run in runs if run.askable]
     return tuple(
@@ -58,17 +50,17 @@ def summaries(runs: Sequence[Run]) -> tuple[Summary, ...]:
     )
 
 
-def _summary(solver: str, mine: Sequence[Run], everybody: Sequence[Run]) -> Summary:
+def _summary(solver: str, mine: Sequence[Outcome], everybody: Sequence[Outcome]) -> Summary:
     solved = [run for run in mine if run.verified]
-    groups = dict.fromkeys(group(run.problem) for run in mine)
+    groups = dict.fromkeys(run.set_name for run in mine)
     return Summary(
         solver=solver,
         total=len(mine),
         good=sum(run.good for run in mine),
         groups={
             name: (
-                sum(run.good for run in mine if group(run.problem) == name),
-                sum(group(run.problem) == name for run in mine),
+                sum(run.good for run in mine if run.set_name == name),
+                sum(run.set_name == name for run in mine),
             )
             for name in groups
         },
@@ -83,7 +75,7 @@ def _summary(solver: str, mine: Sequence[Run], everybody: Sequence[Run]) -> Summ
 
 
 def _ratio(
-    solved: Sequence[Run], everybody: Sequence[Run], measure: Callable[[Run], float | None]
+    solved: Sequence[Outcome], everybody: Sequence[Outcome], measure: Callable[[Outcome], float | None]
 ) -> float | None:
     """Return the median ratio to the best of all methods, over the problems that a method solved."""
     least: dict[str, float] = {}
@@ -103,7 +95,7 @@ def _median(values: Sequence[float]) -> float | None:
     return float(np.median(values)) if values else None
 
 
-def performance_profile(runs: Sequence[Run]) -> Mapping[str, Floats]:
+def performance_profile(runs: Sequence[Outcome]) -> Mapping[str, Floats]:
     """Return for each method the ratios of its CPU time to the best one's, ascending.
 
     The profile rises by one over the number of problems at each ratio; what a method does not solve is no

@@ -8,7 +8,8 @@ from typing import Annotated, cast
 import typer
 from rich.progress import Progress
 
-from trajopt.benchmark.folders import Record, by_set, find_instances, run, summary
+from trajopt.benchmark import Outcome, run
+from trajopt.benchmark.folders import by_set, find_instances, row, summary
 from trajopt.cli.options import (
     ExactOption,
     LimitsOption,
@@ -30,7 +31,7 @@ SetsOption = Annotated[
 ]
 LimitOption = Annotated[int | None, typer.Option("--limit", min=1, help="Problems of each set at most.")]
 JsonFileOption = Annotated[
-    Path | None, typer.Option("--json", help="Write every record and the summary here.")
+    Path | None, typer.Option("--json", help="Write every outcome and the summary here.")
 ]
 
 
@@ -52,35 +53,35 @@ def bench(
     The time budget is for each problem, in CPU time.
     """
     source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
-    instances = find_instances(data, [name for name in sets.split(",") if name], limit=limit)
     budget = budget_of(time_budget, portfolio, clock=time.process_time)
     machine = source.load()
-    records: list[Record] = []
+    instances = find_instances(data, machine, [name for name in sets.split(",") if name], limit=limit)
+    outcomes: list[Outcome] = []
     with Progress(transient=True) as bar:
         task = bar.add_task("planning", total=len(instances))
-        for record in run(machine, instances, budget=budget):
-            records.append(record)
-            solved = sum(item.verified for item in records)
-            bar.update(task, advance=1, description=f"{solved} of {len(records)} solved")
-    total = summary(records)
+        for instance in instances:
+            outcomes.append(run(instance, budget=budget))
+            solved = sum(item.verified for item in outcomes)
+            bar.update(task, advance=1, description=f"{solved} of {len(outcomes)} solved")
+    total = summary(outcomes)
     if json_file is not None:
         document = {
             "robot": machine.name,
-            "problems": [record.as_dict() for record in records],
-            "sets": by_set(records),
+            "problems": [row(outcome) for outcome in outcomes],
+            "sets": by_set(outcomes),
             "summary": total,
         }
         write_json(json_file, document)
-    typer.echo(table({**by_set(records), "all": total}))
+    typer.echo(table({**by_set(outcomes), "all": total}))
     typer.echo("\n" + stage_table(total))
     typer.echo(f"\nwon by {winners(total)}")
     typer.echo(json.dumps(total["statuses"]))
     for name, count in cast("dict[str, int]", total["causes"]).items():
         typer.echo(f"  {count:4} x {name}")
-    for record in records:
-        if not record.verified:
-            name = f"{record.instance.set_name} {record.instance.index}"
-            typer.echo(f"  {name}: {record.status.name}: {record.message}")
+    for outcome in outcomes:
+        if not outcome.verified:
+            name = outcome.problem.replace("/", " ")
+            typer.echo(f"  {name}: {outcome.status.name}: {outcome.message}")
     raise typer.Exit(0 if total["success"] in (1.0, None) else 1)
 
 
@@ -91,15 +92,15 @@ def table(rows: dict[str, dict[str, object]]) -> str:
         "| distance calls | path rad | motion s |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for name, row in rows.items():
+    for name, sums in rows.items():
         lines.append(
-            f"| {name} | {row['problems']} | {row['left_out']} | {row['verified']} "
-            f"| {_number(row['success'], 100, '.1f')} % | {_number(row['first_try'], 100, '.1f')} % "
-            f"| {_number(row['cpu_seconds_median'], 1000, '.0f')} "
-            f"| {_number(row['cpu_seconds_p90'], 1000, '.0f')} "
-            f"| {_number(row['distance_calls_median'], 1, '.0f')} "
-            f"| {_number(row['path_length_median'], 1, '.2f')} "
-            f"| {_number(row['duration_median'], 1, '.2f')} |"
+            f"| {name} | {sums['problems']} | {sums['left_out']} | {sums['verified']} "
+            f"| {_number(sums['success'], 100, '.1f')} % | {_number(sums['first_try'], 100, '.1f')} % "
+            f"| {_number(sums['cpu_seconds_median'], 1000, '.0f')} "
+            f"| {_number(sums['cpu_seconds_p90'], 1000, '.0f')} "
+            f"| {_number(sums['distance_calls_median'], 1, '.0f')} "
+            f"| {_number(sums['path_length_median'], 1, '.2f')} "
+            f"| {_number(sums['duration_median'], 1, '.2f')} |"
         )
     return "\n".join(lines)
 

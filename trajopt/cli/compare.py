@@ -9,7 +9,14 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from trajopt.benchmark import STANDARD, Allowance, Definition, Run, installed_definitions, runs
+from trajopt.benchmark import (
+    STANDARD,
+    Allowance,
+    Instance,
+    Outcome,
+    compared,
+    installed_instances,
+)
 from trajopt.benchmark.comparison_page import page
 from trajopt.benchmark.comparison_table import (
     LEGEND,
@@ -19,7 +26,7 @@ from trajopt.benchmark.comparison_table import (
     run_cells,
     summary_cells,
 )
-from trajopt.benchmark.folders import file_definitions
+from trajopt.benchmark.folders import find_instances
 from trajopt.benchmark.summary import summaries
 from trajopt.cli.options import RobotSource
 from trajopt.errors import FileFormatError, MissingExtra
@@ -75,8 +82,8 @@ def compare(
     """
     found = [run for path in results or () for run in read_runs(path)]
     methods = [method_named(name) for name in solver or method_names()]
-    definitions = [] if results and not (problem or data) else _definitions(problem, data, robot, limit)
-    found.extend(_planned(definitions, methods, Allowance(attempts, cpu_seconds)))
+    instances = [] if results and not (problem or data) else _instances(problem, data, robot, limit)
+    found.extend(_planned(instances, methods, Allowance(attempts, cpu_seconds)))
     if json_file is not None:
         write_json(json_file, {"results": [run.as_dict() for run in found]})
     if html_file is not None:
@@ -89,7 +96,7 @@ def compare(
     console.print(LEGEND, style="dim")
 
 
-def read_runs(path: Path) -> tuple[Run, ...]:
+def read_runs(path: Path) -> tuple[Outcome, ...]:
     """Read what `--json` wrote.
 
     Raises:
@@ -97,32 +104,32 @@ def read_runs(path: Path) -> tuple[Run, ...]:
     """
     try:
         document = cast("dict[str, list[dict[str, object]]]", read_json(path))
-        return tuple(Run.from_dict(item) for item in document["results"])
+        return tuple(Outcome.from_dict(item) for item in document["results"])
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise FileFormatError(str(path), f"holds no runs of a comparison ({error})") from error
 
 
-def _definitions(
+def _instances(
     problem: Sequence[str] | None, data: Path | None, robot: str, limit: int | None
-) -> list[Definition]:
-    found: list[Definition] = []
+) -> list[Instance]:
+    found: list[Instance] = []
     if problem or data is None:
         names = STANDARD if not problem else () if "all" in problem else problem
-        found.extend(installed_definitions(names))
+        found.extend(installed_instances(names))
     if data is not None:
-        found.extend(file_definitions(data, RobotSource(robot).load(), limit=limit))
+        found.extend(find_instances(data, RobotSource(robot).load(), limit=limit))
     return found
 
 
-def _planned(definitions: Sequence[Definition], methods: Sequence[Method], allowance: Allowance) -> list[Run]:
-    console, found = Console(stderr=True), list[Run]()
+def _planned(instances: Sequence[Instance], methods: Sequence[Method], allowance: Allowance) -> list[Outcome]:
+    console, found = Console(stderr=True), list[Outcome]()
 
     def skipped(method: Method, error: MissingExtra) -> None:
         console.print(f"left out {method.name}: {error}", style="yellow")
 
     with Progress(console=console, transient=True) as bar:
-        task = bar.add_task("planning", total=len(definitions) * len(methods))
-        for run in runs(definitions, methods, allowance, skipped=skipped):
+        task = bar.add_task("planning", total=len(instances) * len(methods))
+        for run in compared(instances, methods, allowance, skipped=skipped):
             found.append(run)
             bar.update(task, advance=1, description=f"{run.problem}, {run.solver}")
     return found

@@ -59,12 +59,3 @@ class Certainty(Enum):
 
     PROVEN = "proven"
     EVIDENCE = "evidence, no proof"
-
-
-UNASKABLE = (
-    Status.START_IN_COLLISION,
-    Status.START_OUT_OF_LIMITS,
-    Status.GOAL_IN_COLLISION,
-    Status.GOAL_OUT_OF_LIMITS,
-)
-"""Outcomes of problems that nobody could solve; they leave the count of success."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.benchmark import Run
+from trajopt.benchmark import Outcome
 from trajopt.benchmark.summary import performance_profile
 from trajopt.view.palette import LINES, hexadecimal
 
@@ -33,7 +33,7 @@ WIDTH = 10.0
 """Of every figure [inch]."""
 
 
-def comparison_figures(runs: Sequence[Run]) -> Mapping[str, str]:
+def comparison_figures(runs: Sequence[Outcome]) -> Mapping[str, str]:
     """Draw a comparison.
 
     Args:
@@ -61,7 +61,7 @@ def comparison_figures(runs: Sequence[Run]) -> Mapping[str, str]:
     return {caption: _uri(figure) for caption, figure in figures.items()}
 
 
-def _profile(runs: Sequence[Run], styles: Mapping[str, tuple[str, str]]) -> "Figure":
+def _profile(runs: Sequence[Outcome], styles: Mapping[str, tuple[str, str]]) -> "Figure":
     figure = _figure(4.6)
     axes = figure.subplots()
     profile = performance_profile(runs)
@@ -88,7 +88,7 @@ def _profile(runs: Sequence[Run], styles: Mapping[str, tuple[str, str]]) -> "Fig
 
 
 def _histories(
-    runs: Sequence[Run], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]
+    runs: Sequence[Outcome], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]
 ) -> "Figure":
     columns = min(3, len(problems))
     rows = -(-len(problems) // columns)
@@ -114,7 +114,9 @@ def _histories(
     return figure
 
 
-def _paths(runs: Sequence[Run], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]) -> "Figure":
+def _paths(
+    runs: Sequence[Outcome], problems: Sequence[str], styles: Mapping[str, tuple[str, str]]
+) -> "Figure":
     figure = _figure(5.6)
     panels = _panels(figure, 2, len(problems))
     for column, problem in enumerate(problems):
@@ -140,7 +142,7 @@ def _paths(runs: Sequence[Run], problems: Sequence[str], styles: Mapping[str, tu
     return figure
 
 
-def _chosen(runs: Sequence[Run]) -> list[str]:
+def _chosen(runs: Sequence[Outcome]) -> list[str]:
     """Return a few problems, spread over those on which most methods have something to show."""
     counts: dict[str, int] = {}
     for run in runs:

@@ -1,11 +1,11 @@
-"""Runs as a comparison may bring them."""
+"""Outcomes as a comparison may bring them."""
 
 from dataclasses import replace
 
-from trajopt.benchmark import Moment, Run
-from trajopt.planning.result import Status
+from trajopt.benchmark import Moment, Outcome
+from trajopt.planning.status import Certainty, Status
 
-FAST = Run(
+FAST = Outcome(
     problem="past a post",
     solver="sqp",
     expected=Status.SOLVED,
@@ -33,6 +33,9 @@ REFUSED = replace(
     status=Status.NO_INVERSE_KINEMATICS, cost=None, path_length=None, violations={}, history=(),
 )  # fmt: skip
 REFUSED_TOO = replace(REFUSED, solver="chomp")
-UNASKABLE = replace(REFUSED, problem="box/2", expected=Status.SOLVED, status=Status.GOAL_IN_COLLISION)
+UNASKABLE = replace(
+    REFUSED, problem="box/2", expected=Status.SOLVED, status=Status.GOAL_IN_COLLISION,
+    certainty=Certainty.PROVEN,
+)  # fmt: skip
 UNASKABLE_TOO = replace(UNASKABLE, solver="chomp")
 ALL = (FAST, SLOW, EASY, FAILED, REFUSED, REFUSED_TOO, UNASKABLE, UNASKABLE_TOO)

@@ -10,10 +10,9 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from tests.test_plan import GOAL, START
 from trajopt.arrays import Floats
-from trajopt.benchmark import Allowance, Run, installed_definitions, runs
-from trajopt.benchmark.compare import run
-from trajopt.benchmark.definition import definitions_of
-from trajopt.benchmark.folders import file_definitions
+from trajopt.benchmark import Allowance, Outcome, compared, installed_definitions, run
+from trajopt.benchmark.folders import find_instances
+from trajopt.benchmark.instance import instances_of
 from trajopt.errors import FileFormatError, MissingExtra, ProblemNotFound, SolverNotFound
 from trajopt.methods import Knots, Program
 from trajopt.model.trajectory import Trajectory
@@ -28,7 +27,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> to.Problem:
 
 
 @pytest.fixture(scope="module")
-def found(problem: to.Problem) -> tuple[Run, ...]:
+def found(problem: to.Problem) -> tuple[Outcome, ...]:
     blocked = to.joint_positions({**GOAL, "pan": 0.0})
     refused = to.Problem(scene=problem.scene, start=START, goal=blocked)
     return to.compare(
@@ -37,13 +36,13 @@ def found(problem: to.Problem) -> tuple[Run, ...]:
     )  # fmt: skip
 
 
-def test_every_problem_by_every_method(found: tuple[Run, ...]) -> None:
+def test_every_problem_by_every_method(found: tuple[Outcome, ...]) -> None:
     assert [(item.problem, item.solver) for item in found] == [
         (name, solver) for name in ("pillar", "blocked") for solver in ("sqp", "chomp", "sqp-osqp", "sqp")
     ]
 
 
-def test_a_run_tells_what_planning_tells(problem: to.Problem, found: tuple[Run, ...]) -> None:
+def test_a_run_tells_what_planning_tells(problem: to.Problem, found: tuple[Outcome, ...]) -> None:
     plan = to.plan(problem).require()
     solved = found[0]
     assert solved.verified and solved.good and not solved.violations
@@ -56,7 +55,7 @@ def test_a_run_tells_what_planning_tells(problem: to.Problem, found: tuple[Run, 
     assert times == sorted(times) and 0.0 < times[0] and times[-1] < solved.cpu_seconds
 
 
-def test_the_tip_goes_where_the_last_joint_goes(problem: to.Problem, found: tuple[Run, ...]) -> None:
+def test_the_tip_goes_where_the_last_joint_goes(problem: to.Problem, found: tuple[Outcome, ...]) -> None:
     reduced = problem.reduced
     begin, end = found[0].tip[0], found[0].tip[-1]
     for point, positions in ((begin, START), (end, GOAL)):
@@ -70,20 +69,20 @@ def test_the_tip_goes_where_the_last_joint_goes(problem: to.Problem, found: tupl
     assert begin != end
 
 
-def test_a_failure_says_what_is_broken(found: tuple[Run, ...]) -> None:
+def test_a_failure_says_what_is_broken(found: tuple[Outcome, ...]) -> None:
     given_up = found[3]
     assert not given_up.good and given_up.status is to.Status.STUCK
     assert given_up.attempts == 3 and given_up.iterations == 0
     assert given_up.violations["clearance"] > 1e-3 and not given_up.tip
 
 
-def test_what_nobody_can_answer_is_left_out(found: tuple[Run, ...]) -> None:
+def test_what_nobody_can_answer_is_left_out(found: tuple[Outcome, ...]) -> None:
     assert all(item.status is to.Status.GOAL_IN_COLLISION and not item.askable for item in found[4:])
 
 
-def test_runs_survive_json(found: tuple[Run, ...]) -> None:
+def test_runs_survive_json(found: tuple[Outcome, ...]) -> None:
     for item in found:
-        again = Run.from_dict(json.loads(json.dumps(item.as_dict(), allow_nan=False)))
+        again = Outcome.from_dict(json.loads(json.dumps(item.as_dict(), allow_nan=False)))
         assert again == item
 
 
@@ -100,10 +99,9 @@ class NotInstalled:
 
 def test_a_method_that_is_not_installed_is_named_and_left_out(problem: to.Problem) -> None:
     told: list[str] = []
-    definitions = definitions_of([problem])
     done = list(
-        runs(
-            definitions, [NotInstalled(), Knots(Chomp())], Allowance(1),
+        compared(
+            instances_of([problem]), [NotInstalled(), Knots(Chomp())], Allowance(1),
             skipped=lambda method, error: told.append(f"{method.name}: {error}"),
         )
     )  # fmt: skip
@@ -117,8 +115,8 @@ def test_of_a_goal_set_any_goal_will_do(problem: to.Problem) -> None:
     blocked = to.joint_positions({**GOAL, "pan": 0.0})
     either = to.any_of({"blocked": blocked, "free": to.joint_positions(GOAL)})
     asked = to.Problem(scene=problem.scene, start=START, goal=either)
-    (definition,) = definitions_of({"either": asked})
-    assert run(definition, asked, Knots(), Allowance()).verified
+    (instance,) = instances_of({"either": asked})
+    assert run(instance, Knots(), budget=Allowance().budget).verified
 
 
 def test_names() -> None:
@@ -132,4 +130,4 @@ def test_names() -> None:
 
 def test_files_that_are_not_there(problem: to.Problem, tmp_path_factory: pytest.TempPathFactory) -> None:
     with pytest.raises(FileFormatError):
-        file_definitions(tmp_path_factory.mktemp("empty"), problem.scene.robot)
+        find_instances(tmp_path_factory.mktemp("empty"), problem.scene.robot)

@@ -1,11 +1,15 @@
 """Sums over runs, the performance profile and the tables, on runs with known numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tests.benchmark.comparison.runs_for_tests import ALL, FAILED, FAST
+from tests.benchmark.comparison.runs_for_tests import ALL, FAILED, FAST, UNASKABLE
+from tests.benchmark.suite.outcomes import BROKEN
 from trajopt.benchmark.comparison_table import RUN_HEAD, SUMMARY_HEAD, markdown, run_cells, summary_cells
 from trajopt.benchmark.summary import performance_profile, summaries
+from trajopt.planning.status import Certainty, Status
 
 
 def test_summaries() -> None:
@@ -37,3 +41,17 @@ def test_tables() -> None:
     text = markdown(ALL)
     assert "| sqp | 3 of 3 |" in text and "| chomp | 2/2 | 0/1 |" in text
     assert "- **chomp** (1): box/1 (STUCK)" in text and "- **sqp** (0): nothing" in text
+
+
+def test_only_what_is_proven_leaves_the_count() -> None:
+    guessed = replace(UNASKABLE, certainty=Certainty.EVIDENCE)
+    cannot = replace(UNASKABLE, status=Status.METHOD_CANNOT)
+    assert not UNASKABLE.askable and guessed.askable and cannot.askable
+    (sqp,) = summaries((UNASKABLE, guessed, cannot, FAST))
+    assert (sqp.good, sqp.total) == (1, 3)
+
+
+def test_a_motion_that_a_fresh_judge_refuses_is_no_success() -> None:
+    broken = replace(FAST, constraints=(BROKEN,))
+    assert broken.status is Status.SOLVED and broken.askable
+    assert not broken.verified and not broken.good

@@ -25,7 +25,7 @@ def turning(arm: to.Robot) -> Definition:
 
 def test_instances(turning: Definition) -> None:
     def goal(draw: int) -> float:
-        (asked,) = turning.problem(draw).goals
+        (asked,) = turning.instance(draw).make().goals
         return asked.positions["pan"]  # pyright: ignore[reportAttributeAccessIssue]
 
     assert turning.randomised and turning.expected is to.Status.SOLVED
@@ -37,26 +37,28 @@ def test_no_random_instances_without_rng(arm: to.Robot) -> None:
     definition = Definition("fixed", lambda: to.Problem(scene=to.Scene(arm), start={}, goal=()))
     assert not definition.randomised
     with pytest.raises(ProblemError, match="no random instances"):
-        definition.problem(1)
+        definition.instance(1)
 
 
 def test_run_judges_the_motion(turning: Definition) -> None:
-    entry = run(turning, 2)
-    assert entry.as_expected and entry.instance == "random 2"
-    told = {item.name.split(":")[0]: item for item in entry.constraints}
+    outcome = run(turning.instance(2))
+    assert outcome.good and outcome.instance == "random 2"
+    told = {item.name.split(":")[0]: item for item in outcome.constraints}
     assert {"start", "goal", "velocity", "acceleration"} <= set(told)
-    assert entry.duration is not None and told["velocity"].time is not None
-    assert 0.0 <= told["velocity"].time <= entry.duration
+    assert outcome.duration is not None and told["velocity"].time is not None
+    assert 0.0 <= told["velocity"].time <= outcome.duration
 
 
 def test_what_is_refused_must_say_the_right_reason(arm: to.Robot) -> None:
     def make() -> to.Problem:
         return to.Problem(scene=to.Scene(arm), start={}, goal=to.joint_positions({"reach": 9.0}))
 
-    unmarked = run(Definition("beyond", make))
-    assert unmarked.status is to.Status.GOAL_OUT_OF_LIMITS and not unmarked.as_expected
-    assert run(Definition("beyond", to.expected_status(to.Status.GOAL_OUT_OF_LIMITS)(make))).as_expected
-    assert not run(Definition("beyond", to.expected_status(to.Status.STUCK)(make))).as_expected
+    unmarked = run(Definition("beyond", make).instance())
+    assert unmarked.status is to.Status.GOAL_OUT_OF_LIMITS and not unmarked.good
+    right = to.expected_status(to.Status.GOAL_OUT_OF_LIMITS)(make)
+    assert run(Definition("beyond", right).instance()).good
+    wrong = to.expected_status(to.Status.STUCK)(make)
+    assert not run(Definition("beyond", wrong).instance()).good
 
 
 def test_solved_is_no_refusal() -> None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.benchmark.suite.entries import ALL
-from trajopt.benchmark import page as page_of
+from tests.benchmark.suite.outcomes import ALL
+from trajopt.benchmark.suite_page import page as page_of
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

@@ -1,18 +1,17 @@
-"""Entries as text and as data."""
+"""Outcomes as text and as data."""
 
 import json
 from dataclasses import replace
 
-from tests.benchmark.suite.entries import ALL, CLEAR, FAILED, FALSE, GOOD, REFUSED
-from trajopt.benchmark import table
+from tests.benchmark.suite.outcomes import ALL, CLEAR, FAILED, FALSE, GOOD, REFUSED
 from trajopt.benchmark.suite_page import page
-from trajopt.benchmark.suite_table import summary
+from trajopt.benchmark.suite_table import row, summary, table
 
 
 def test_as_expected() -> None:
-    assert GOOD.as_expected and REFUSED.as_expected
-    assert not FALSE.as_expected, "a judge that finds a broken constraint makes a success a failure"
-    assert not FAILED.as_expected
+    assert GOOD.good and REFUSED.good
+    assert not FALSE.good, "a judge that finds a broken constraint makes a success a failure"
+    assert not FAILED.good
 
 
 def test_table_shows_every_constraint() -> None:
@@ -31,7 +30,7 @@ def test_summary() -> None:
 
 
 def test_as_data() -> None:
-    good, _, refused, failed = (json.loads(json.dumps(entry.as_dict(), allow_nan=False)) for entry in ALL)
+    good, _, refused, failed = (json.loads(json.dumps(row(outcome), allow_nan=False)) for outcome in ALL)
     assert good["expected"] == good["outcome"] == "solved" and good["instance"] == "fixed"
     assert good["constraints"][0]["time"] == 0.5 and good["constraints"][2]["worst"] is None
     assert refused["expected"] == "NO_INVERSE_KINEMATICS" and refused["constraints"] == []
@@ -40,7 +39,7 @@ def test_as_data() -> None:
 
 def test_a_required_clearance_is_shown_beside_what_is_kept() -> None:
     kept = replace(CLEAR, value=0.0345, bound=0.03)
-    entry = replace(GOOD, constraints=(kept, CLEAR))
-    row = table([entry])[1]
-    assert "0.0345" in row and "0.03 " in row
-    assert "34.5 mm clear (30 mm required), 12.3 mm clear<" in page([entry])
+    outcome = replace(GOOD, constraints=(kept, CLEAR))
+    line = table([outcome])[1]
+    assert "0.0345" in line and "0.03 " in line
+    assert "34.5 mm clear (30 mm required), 12.3 mm clear<" in page([outcome])

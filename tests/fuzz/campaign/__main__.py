@@ -9,11 +9,11 @@ import argparse
 import sys
 from pathlib import Path
 
+from benchmarks.rows import Rows
+from benchmarks.workers import run
 from tests.fuzz.campaign.registry import FAMILIES, keys
-from tests.fuzz.campaign.rows import Rows
 from tests.fuzz.campaign.summary import summary
 from tests.fuzz.campaign.trial import FALSE, trial
-from tests.fuzz.campaign.workers import run
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -1,9 +1,10 @@
-"""Definition: a function that makes a problem, by name, and how planning it is expected to end."""
+"""Instance: a problem to plan, by name, and how that is expected to end; definitions make them."""
 
 import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import signature
+from pathlib import Path
 
 import numpy as np
 
@@ -52,6 +53,25 @@ def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callab
 
 
 @dataclass(frozen=True)
+class Instance:
+    """A problem to plan, made when its turn comes.
+
+    Attributes:
+        name: Its name; of one that belongs to a set, "set/number".
+        make: Makes it, anew at every call.
+        expected: How planning is expected to end.
+        draw: 0, or the number of a random instance of an installed problem.
+        files: The scene and the request that it is read from; none where it is made otherwise.
+    """
+
+    name: str
+    make: Callable[[], Problem]
+    expected: Status = Status.SOLVED
+    draw: int = 0
+    files: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
 class Definition:
     """A function that makes a problem, known by name.
 
@@ -75,7 +95,7 @@ class Definition:
         """Whether there are random instances."""
         return "rng" in signature(self.make).parameters
 
-    def problem(self, draw: int = 0) -> Problem:
+    def instance(self, draw: int = 0) -> Instance:
         """Return an instance.
 
         Args:
@@ -85,10 +105,14 @@ class Definition:
             ProblemError: If there are no random instances.
         """
         if draw == 0:
-            return self.make()
+            return Instance(self.name, self.make, self.expected)
         if not self.randomised:
             raise ProblemError(f"problem {shown(self.name)} has no random instances")
-        return self.make(rng=np.random.default_rng((zlib.crc32(self.name.encode()), draw)))
+
+        def drawn() -> Problem:
+            return self.make(rng=np.random.default_rng((zlib.crc32(self.name.encode()), draw)))
+
+        return Instance(self.name, drawn, self.expected, draw)
 
 
 def definitions() -> tuple[Definition, ...]:
@@ -115,8 +139,20 @@ def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
     return tuple(known[name] for name in names or known)
 
 
-def definitions_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) -> tuple[Definition, ...]:
-    """Return problems as definitions.
+def installed_instances(names: Sequence[str] = ()) -> tuple[Instance, ...]:
+    """Return the fixed instances of installed problems.
+
+    Args:
+        names: Which, in this order; all when empty.
+
+    Raises:
+        ProblemNotFound: If there is none of a name.
+    """
+    return tuple(item.instance() for item in installed_definitions(names))
+
+
+def instances_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) -> tuple[Instance, ...]:
+    """Return problems as instances.
 
     Args:
         problems: By name; or in a row, each a problem (known by its own name) or an installed one's name.
@@ -125,15 +161,15 @@ def definitions_of(problems: Mapping[str, Problem] | Sequence[Problem | str]) ->
         ProblemNotFound: If there is no installed problem of a name.
     """
 
-    def fixed(name: str, problem: Problem) -> Definition:
-        return Definition(name, lambda: problem)
+    def fixed(name: str, problem: Problem) -> Instance:
+        return Instance(name, lambda: problem)
 
     if isinstance(problems, Mapping):
         return tuple(fixed(name, problem) for name, problem in problems.items())
-    listed: list[Definition] = []
+    listed: list[Instance] = []
     for item in sequence("problems", problems):
         if isinstance(item, str):
-            listed.extend(installed_definitions((item,)))
+            listed.extend(installed_instances((item,)))
         else:
             problem = one_of("problem", item, Problem)
             listed.append(fixed(problem.name, problem))

@@ -1,8 +1,8 @@
-"""Entries as a suite may bring them: solved, refused, broken and not as expected."""
+"""Outcomes as a suite may bring them: solved, refused, broken and not as expected."""
 
 from dataclasses import replace
 
-from trajopt.benchmark import Entry
+from trajopt.benchmark import Outcome
 from trajopt.planning.result import Status
 from trajopt.verify import Check, CheckKind, Evidence
 
@@ -49,9 +49,9 @@ UNBOUNDED = replace(
     evidence=Evidence.UNPROVEN,
 )
 
-GOOD = Entry(
+GOOD = Outcome(
     problem="past a post",
-    draw=0,
+    solver="sqp",
     expected=Status.SOLVED,
     status=Status.SOLVED,
     message="",

@@ -8,15 +8,17 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
 STARTING = 300.0
-"""Seconds in which a process has to be ready."""
+"""Seconds in which a process has to be ready, robots loaded."""
 
 Key = tuple[str, int]
 Row = dict[str, object]
 _CONTEXT = get_context("spawn")
 
 
-def _serve(pipe: Connection, ask: Callable[[str, int], "Row"]) -> None:
+def _serve(pipe: Connection, ask: Callable[[str, int], "Row"], prepare: Callable[[], object] | None) -> None:
     """Ask what comes down the pipe until nothing does."""
+    if prepare is not None:
+        prepare()
     pipe.send(None)  # ready: what is imported does not count
     while (key := pipe.recv()) is not None:
         pipe.send(ask(*key))
@@ -40,9 +42,9 @@ class _Worker:
         self.pipe.close()
 
 
-def _started(ask: Callable[[str, int], Row]) -> _Worker:
+def _started(ask: Callable[[str, int], Row], prepare: Callable[[], object] | None) -> _Worker:
     mine, theirs = _CONTEXT.Pipe()
-    process = _CONTEXT.Process(target=_serve, args=(theirs, ask), daemon=False)
+    process = _CONTEXT.Process(target=_serve, args=(theirs, ask, prepare), daemon=False)
     process.start()
     theirs.close()
     return _Worker(process, mine, None, time.monotonic() + STARTING)
@@ -55,18 +57,20 @@ def run(
     workers: int,
     seconds: float,
     keep: Callable[[Row], None],
+    prepare: Callable[[], object] | None = None,
 ) -> None:
     """Ask problems and keep their rows.
 
     Args:
-        keys: Family and seed of each.
+        keys: Family and number of each.
         ask: Asks one; a function of a module, for it goes to other processes.
         workers: How many processes.
         seconds: Wall-clock time of one problem at most.
         keep: Takes each row.
+        prepare: What each process does before its first problem, within a time of its own.
     """
     waiting = list(reversed(keys))
-    busy = [_started(ask) for _ in range(min(workers, len(keys)))]
+    busy = [_started(ask, prepare) for _ in range(min(workers, len(keys)))]
     try:
         while busy:
             soonest = max(0.0, min(worker.until for worker in busy) - time.monotonic())
@@ -86,7 +90,7 @@ def run(
                 worker.end()
                 busy.remove(worker)
                 if waiting:
-                    busy.append(_started(ask))
+                    busy.append(_started(ask, prepare))
     finally:
         for worker in busy:
             worker.end()

@@ -1,4 +1,4 @@
-"""Rows of a campaign on disk: one line a problem, written whole or not at all."""
+"""Rows of a long run on disk: one line a problem, written whole or not at all."""
 
 import json
 import os
