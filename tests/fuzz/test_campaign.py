@@ -9,6 +9,7 @@ import pytest
 import trajopt as to
 from benchmarks.rows import Rows
 from benchmarks.workers import run
+from tests.fuzz.campaign.any_robot import any_robot
 from tests.fuzz.campaign.arms import installed, random_arm
 from tests.fuzz.campaign.asked import near
 from tests.fuzz.campaign.case import Case, Contact, Thing
@@ -55,8 +56,40 @@ def test_most_known_motions_are_found() -> None:
     assert sum(row["outcome"] == "verified" for row in known) >= len(known) - 2
 
 
+ANY_ROBOT = ("serial_robots", "tree_robots", "mimic_robots")
+
+
+def test_robots_that_nobody_has_met_are_loaded_and_planned() -> None:
+    rows = [trial(*key) for key in keys(24, start=2, families=ANY_ROBOT)]
+    assert not [row for row in rows if row["outcome"] in (*FALSE, "refused")], summary(rows)
+    assert sum(row["outcome"] == "verified" for row in rows) >= len(rows) - 1
+
+
+def test_robots_are_of_all_kinds() -> None:
+    """Few and many joints, odd names, joints called as links, meshes, no mass, groups, limits of load."""
+    arms = [case(*key).arm for key in keys(30, families=ANY_ROBOT)]
+    counts = {len(arm.chain.driven) for arm in arms}
+    assert min(counts) <= 3 and max(counts) >= 13
+    assert {joint.kind for arm in arms for joint in arm.chain.joints} == {
+        "revolute", "continuous", "prismatic", "fixed"
+    }  # fmt: skip
+    followers = [joint for arm in arms for joint in arm.chain.moving if joint.mimic]
+    assert any(joint.mimic[0] in {other.name for other in followers} for joint in followers), "chains of them"
+    links = [{arm.chain.root, *(joint.child for joint in arm.chain.joints)} for arm in arms]
+    assert any({joint.name for joint in arm.chain.joints} & own for arm, own in zip(arms, links, strict=True))
+    assert any(" " in name for own in links for name in own)
+    assert any(not name.isascii() for own in links for name in own)
+    parents = [[joint.parent for joint in arm.chain.joints] for arm in arms]
+    assert any(len(set(names)) < len(names) for names in parents), "trees"
+    assert {item.body.kind for arm in arms for item in arm.chain.bodies} == {
+        "box", "cylinder", "sphere", "mesh"
+    }  # fmt: skip
+    assert any('<mass value="0.0"/>' in arm.source.urdf for arm in arms)
+    assert any(arm.efforts for arm in arms) and any(arm.source.srdf for arm in arms)
+
+
 def test_a_problem_comes_again() -> None:
-    for family in ("mimic_chain", "closed_meshes", "conflicts"):
+    for family in ("mimic_chain", "closed_meshes", "conflicts", "tree_robots"):
         one, other = (case(family, 3) for _ in range(2))
         assert (one.start == other.start).all() and one.impossible == other.impossible
         assert len(one.things) == len(other.things)
@@ -80,7 +113,13 @@ def planned() -> tuple[Case, to.Trajectory]:
 
 def test_own_kinematics_is_that_of_pinocchio() -> None:
     rng = np.random.default_rng(5)
-    for arm in (random_arm(rng), random_arm(rng, mimics=True), random_arm(rng, mimics=True, tight=True)):
+    drawn = [any_robot(rng, tree=True, mimics=mimics) for mimics in (False, True, True)]
+    for arm in (
+        random_arm(rng),
+        random_arm(rng, mimics=True),
+        random_arm(rng, mimics=True, tight=True),
+        *drawn,
+    ):
         robot = arm.source.robot()
         q = rng.uniform(*arm.chain.bounds())
         everywhere = robot.positions(dict(zip(arm.chain.driven, q.tolist(), strict=True)))
@@ -118,6 +157,15 @@ def test_a_thing_on_the_way_is_seen_and_how_near_it_may_be() -> None:
     blocked = replace(drawn, things=(Thing("thing", sphere(0.01), at(spot)),))
     assert "thing" in fault_of_trajectory(blocked, motion)
     assert "keep" in fault_of_trajectory(replace(drawn, required=5.0), motion)
+
+
+def test_a_joint_that_bears_too_much_is_seen() -> None:
+    drawn = next(asked for key in keys(30, families=ANY_ROBOT) if (asked := case(*key)).arm.efforts)
+    motion = to.plan(drawn.problem()).require().trajectory
+    assert fault_of_trajectory(drawn, motion) == ""
+    weak = dict.fromkeys(drawn.arm.efforts, 1e-3)
+    weaker = replace(drawn, arm=replace(drawn.arm, efforts=weak))
+    assert "bears" in fault_of_trajectory(weaker, motion)
 
 
 def test_a_follower_beyond_its_limits_is_seen() -> None:

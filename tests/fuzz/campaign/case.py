@@ -51,12 +51,16 @@ def _loaded(source: Source) -> to.Robot:
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """A robot for both sides: trajopt's source of it, and the campaign's own chain."""
+    """A robot for both sides: trajopt's source of it, and the campaign's own chain.
+
+    `efforts`: what each driven joint can bear [Nm | N]; none where that is no matter.
+    """
 
     source: Source
     group: str
     chain: Chain
     tip: str
+    efforts: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

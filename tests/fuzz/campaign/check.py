@@ -11,6 +11,7 @@ from scipy.interpolate import BPoly
 import trajopt as to
 from tests.fuzz.campaign.case import Case, Contact
 from tests.fuzz.campaign.chain import Placed
+from tests.fuzz.campaign.load import torques
 from trajopt.arrays import Floats
 
 SLACK = 1e-6
@@ -114,7 +115,18 @@ def _fault_of_limits(case: Case, curve: BPoly, fine: Floats) -> str:
             moment, joint = np.unravel_index(int(np.argmax(over)), over.shape)
             name = chain.moving[joint].name
             return f"{what} of {name} beyond its limit by {over.max():.3g} at {fine[moment]:.4f} s"
-    return ""
+    return _fault_of_load(case, curve, fine) if case.arm.efforts else ""
+
+
+def _fault_of_load(case: Case, curve: BPoly, fine: Floats) -> str:
+    arm = case.arm
+    borne = np.abs(torques(arm, *(curve(fine, derivative) for derivative in range(3))))
+    most = np.array([arm.efforts[name] for name in arm.chain.driven])
+    over = borne - most * (1.0 + SLACK)
+    if over.max() <= SLACK:
+        return ""
+    moment, joint = np.unravel_index(int(np.argmax(over)), over.shape)
+    return f"{arm.chain.driven[joint]} bears {over.max():.3g} more than it can at {fine[moment]:.4f} s"
 
 
 def _fault_of_ends(case: Case, curve: BPoly, end: float) -> str:
