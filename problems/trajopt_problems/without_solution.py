@@ -184,13 +184,13 @@ def walled_in() -> to.Problem:
     )
 
 
-@to.expected_status(to.Status.NO_TIMING)
+@to.expected_status(to.Status.GOAL_CANNOT_BE_HELD)
 def motors_too_weak() -> to.Problem:
     """Return the problem: a UR5 with a fifth of its torque must hold its arm stretched out.
 
     What is hard: the path is free and every joint within its limits; only gravity speaks against it.
 
-    Expected outcome: refused, no timing.
+    Expected outcome: refused, the goal cannot be held.
     """
     arm = ur5()
     weak = replace(arm.robot, limits=replace(arm.robot.limits, effort=0.2 * arm.robot.limits.effort))

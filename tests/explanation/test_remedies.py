@@ -52,7 +52,7 @@ def test_a_region_is_widened_or_the_goal_moved_into_it(arm: to.Robot) -> None:
 def test_nothing_alone_helps_where_several_joints_are_too_weak(arm: to.Robot) -> None:
     weak = replace(arm, limits=replace(arm.limits, effort=0.02 * arm.limits.effort))
     problem = to.Problem(scene=to.Scene(weak), start={"elbow": -1.6}, goal=to.joint_positions(GOAL))
-    assert to.plan(problem).status is Status.NO_TIMING
+    assert to.plan(problem).status is Status.START_CANNOT_BE_HELD
     found = to.plan(problem).explain(plan_again=True)
     assert found.remedies == () and "No single change" in str(found), "more than one joint is too weak"
 

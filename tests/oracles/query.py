@@ -12,7 +12,7 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Shape
 from trajopt.query import Contacts, Counts, Kinematics, Query
-from trajopt.query.dynamics import DynamicsQuery
+from trajopt.query.dynamics import DynamicsQuery, GravityTorques
 from trajopt.query.geometry import PLANE_EXTENT, BoundingBoxes, closed_triangles, collision_geometry
 from trajopt.query.query import EPA_TOLERANCES, GJK_TOLERANCE
 
@@ -110,6 +110,17 @@ class PlainDynamics(DynamicsQuery):
         states = self._states(positions, velocities, accelerations)
         full = np.array([pin.rnea(self._reduced.model, self._data, *state) for state in states])
         return full.reshape(len(positions), -1) @ self._reduced.mimic_matrix
+
+    def gravity(self, positions: Floats) -> GravityTorques:
+        """Return the torques that hold the arm still; see `DynamicsQuery.gravity`."""
+        reduced, model = self._reduced, self._reduced.model
+        torque, slope = np.empty((len(positions), model.nv)), np.empty((len(positions), model.nv, model.nv))
+        for row, place in enumerate(positions):
+            q = reduced.configuration(place)
+            slope[row] = pin.computeGeneralizedGravityDerivatives(model, self._data, q)
+            torque[row] = self._data.g
+        moved = reduced.mimic_matrix
+        return GravityTorques(torque @ moved, moved.T @ slope @ moved)
 
 
 def _request(epa_tolerance: float) -> coal.DistanceRequest:

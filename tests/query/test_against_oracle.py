@@ -187,3 +187,8 @@ def test_torques(tmp_path: Path) -> None:
     np.testing.assert_allclose(compiled.torque(*states), plain.torque(*states), atol=1e-10)
     with pytest.raises(ValueError, match="one number for each state and joint"):
         compiled.torque(states[0], states[1][:5], states[2])
+    held, expected = compiled.gravity(states[0]), plain.gravity(states[0])
+    np.testing.assert_allclose(held.torque, expected.torque, atol=1e-10)
+    np.testing.assert_allclose(held.position, expected.position, atol=1e-10)
+    with pytest.raises(ValueError, match="one position for each joint"):
+        compiled.gravity(states[0][:, :3])

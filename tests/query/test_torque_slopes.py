@@ -19,6 +19,11 @@ def test_slopes_are_those_of_the_torque(tmp_path: Path) -> None:
     found = query.torque_slopes(state[0], state[1], state[2])
     assert found.torque == pytest.approx(query.torque(state[0], state[1], state[2]), abs=1e-9)
     step = 1e-6
+    held, none = query.gravity(state[0]), np.zeros_like(state[0])
+    assert held.torque == pytest.approx(query.torque(state[0], none, none), abs=1e-9)
+    for joint in range(4):
+        ahead, behind = (query.gravity(state[0] + sign * step * np.eye(4)[joint]).torque for sign in (1, -1))
+        assert held.position[:, :, joint] == pytest.approx((ahead - behind) / (2 * step), abs=1e-6)
     for kind, slope in enumerate((found.position, found.velocity, found.acceleration)):
         for joint in range(4):
             sides = []

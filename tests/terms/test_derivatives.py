@@ -28,7 +28,7 @@ from trajopt.terms.expression import Expression
 from trajopt.terms.follows_curve import CurveError
 from trajopt.terms.frame_placement import FramePlacementError
 from trajopt.terms.gaze import ViewAngle, ViewDistance
-from trajopt.terms.gravity_torque import GravityShare
+from trajopt.terms.gravity_torque import GravityShare, HoldingTorque
 from trajopt.terms.joint_positions import JointPosition
 from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
@@ -195,6 +195,7 @@ FACTORIES: dict[type, list[Callable[[World], Residual]]] = {
     SmallestSingularValue: [away("held", 0.3), away("finger", 0.3), away("finger", 0.0)],
     terms.LostManipulability: [lambda _: terms.LostManipulability("finger", 0.01, 0.2)],
     GravityShare: [lambda at: GravityShare(at.reduced, np.arange(4))],
+    HoldingTorque: [lambda _: HoldingTorque(np.array((80.0, 90.0, 60.0, np.inf)), np.full(4, -np.inf))],
     terms.FunctionResidual: [
         lambda at: terms.residual_from_function("tip", height(at)),
         lambda _: terms.residual_from_function(

@@ -215,7 +215,8 @@ class _Following:
                 return found, None
             words = "for the beginning of the curve"
             return nothing, stop_reason(on_curve, Status.NO_INVERSE_KINEMATICS, 0.0, words)
-        seen = Judge(reduced).examine(reduced.start_positions, moment=Moment.START)
+        judge = Judge(reduced)
+        seen = judge.examine(reduced.start_positions, moment=Moment.START)
         if seen.out_of_limits:
             words = reasons.out_of_limits(seen)
             return nothing, stop_reason(on_curve, Status.START_OUT_OF_LIMITS, 0.0, words)
@@ -228,6 +229,12 @@ class _Following:
                 reasons.collisions(seen),
                 pair=(worst.first, worst.second),
                 amount=worst.required - worst.distance,
+            )
+        weak = judge.overloads(reduced.start_positions, limits=self.problem.limits)
+        if weak:
+            words = reasons.overloaded(weak, "at the start")
+            return nothing, stop_reason(
+                on_curve, Status.START_CANNOT_BE_HELD, 0.0, words, joint=weak[0].joint
             )
         start = reduced.start_positions[None]
         position, turn = on_curve.off(start, np.zeros(1))

@@ -13,10 +13,8 @@ import numpy as np
 from trajopt.arrays import Floats, readonly
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.methods.timing import tool_limits
-from trajopt.model.payload import loaded_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
-from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
 
 BODIES = 0.1
@@ -47,7 +45,6 @@ def timed_along(
     def deviation(smooth: Floats, straight: Floats) -> Floats:
         return np.maximum(on_curve.apart(smooth, straight), BODIES * query.displacement(smooth, straight))
 
-    loaded = replace(problem.reduced, model=loaded_model(problem.reduced))
     corners = _corners(path.knots, limits.velocity)
     legs: list[Retimed] = []
     for first, last in pairwise((0, *corners, len(path.knots) - 1)):
@@ -57,7 +54,7 @@ def timed_along(
         found = retime(
             leg,
             limits,
-            inverse_dynamics=DynamicsQuery(loaded).torque if np.isfinite(limits.effort).any() else None,
+            inverse_dynamics=query.dynamics.torque if np.isfinite(limits.effort).any() else None,
             tools=tool_limits(query, problem.tool_speeds),
             deviation=deviation,
             options=replace(usual, path_tolerance=tolerance, points=points),

@@ -29,10 +29,16 @@ from trajopt.terms.joint_positions import fixed_positions
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE, Residual
 
-AT_THE_START = {Status.START_IN_COLLISION, Status.START_OUT_OF_LIMITS, Status.START_BREAKS_CONSTRAINT}
+AT_THE_START = {
+    Status.START_IN_COLLISION,
+    Status.START_OUT_OF_LIMITS,
+    Status.START_CANNOT_BE_HELD,
+    Status.START_BREAKS_CONSTRAINT,
+}
 AT_THE_GOAL = {
     Status.GOAL_IN_COLLISION,
     Status.GOAL_OUT_OF_LIMITS,
+    Status.GOAL_CANNOT_BE_HELD,
     Status.GOAL_BREAKS_CONSTRAINT,
     Status.NO_INVERSE_KINEMATICS,
     Status.CONFLICTING_CONSTRAINTS,

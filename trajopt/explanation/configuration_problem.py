@@ -17,6 +17,7 @@ from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
 from trajopt.query import Query
 from trajopt.solvers import Sqp
 from trajopt.terms import Clearance, Constraint, constrain, constraint
+from trajopt.terms.gravity_torque import HoldingTorque
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
 
@@ -24,6 +25,10 @@ ELASTIC = 10.0
 """Weight of what gives way, by metre or radian of its violation."""
 SOLVER = Sqp(max_iterations=60, relative_gain=1e-4, absolute_gain=1e-7)
 """One configuration costs little, so it is worth solving well."""
+HELD = 0.998
+"""Share of an effort limit that holding still may take: nearly all, as the least change is looked for."""
+LISTED = 0.3
+"""A joint gets a row from so far below that share on."""
 CLEARANCE_TOLERANCE = 1e-4
 """A margin counts as held when undercut by no more than this [m]."""
 
@@ -39,6 +44,8 @@ class ConfigurationProblem:
         clear: Whether the margins of all pairs must hold.
         near: Configuration to stay near, shape (n,) [rad | m].
         stay: Weight of staying near, by squared distance.
+        effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
+            [Nm | N]; not asked for when None.
     """
 
     reduced: ReducedModel
@@ -47,6 +54,7 @@ class ConfigurationProblem:
     clear: bool
     near: Floats
     stay: float
+    effort: Floats | None = None
 
     def solve(self, begin: Floats, query: Query) -> "ConfigurationSolution":
         """Return the configuration that a start of shape (n,) leads to."""
@@ -84,6 +92,9 @@ class _OneKnotNlp:
             self._hard.append(
                 constraint(Clearance(reduced), lower=0.0, upper=np.inf, tolerance=CLEARANCE_TOLERANCE)
             )
+        if asked.effort is not None:
+            held = HoldingTorque(asked.effort, np.full_like(asked.effort, HELD - LISTED))
+            self._hard.append(constraint(held, lower=-HELD, upper=HELD, tolerance=0.5 * (1.0 - HELD)))
         self._soft = [item for need in asked.soft for item in constrain(need, reduced, WHOLE)]
         self.lower, self.upper = np.array(limits.lower)[None], np.array(limits.upper)[None]
         self.scale = np.ones(len(limits.lower))

@@ -8,30 +8,31 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, conflict_at_goal, least_missed, nearest_free
-from trajopt.infeasibility.chain import Chain
 from trajopt.infeasibility.exclusion import conflicting
 from trajopt.infeasibility.reasons import (
     Block,
     BlockKind,
     blocks_of,
+    blocks_of_overloads,
     blocks_on_the_way,
     joint_goal_beyond_limits,
 )
-from trajopt.model.description.pinocchio_model import effort_unit, joint_unit
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import LimitKind
-from trajopt.model.payload import loaded_model
 from trajopt.model.printed import in_joint_position
 from trajopt.model.reduced import ReducedModel
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
-from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.query.dynamics import DynamicsQuery
 from trajopt.terms.joint_positions import fixed_positions, joint_box
-from trajopt.transcription import goal_centre
-from trajopt.verify import Certificate, Moment, examine
+from trajopt.verify import Certificate, Judge, Moment
 
-AT_THE_MIDDLE = (Status.GOAL_IN_COLLISION, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_BREAKS_CONSTRAINT)
+AT_THE_MIDDLE = (
+    Status.GOAL_IN_COLLISION,
+    Status.GOAL_OUT_OF_LIMITS,
+    Status.GOAL_CANNOT_BE_HELD,
+    Status.GOAL_BREAKS_CONSTRAINT,
+)
 """What the middle of a goal of all joints is refused for."""
 PRESSED = 1e-3
 """A joint this near to its limit presses against it [rad | m]."""
@@ -82,7 +83,10 @@ def _goal(result: Result) -> Explanation:
 def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
     """Explain a start or goal of joints that is not free: the judge has measured it."""
     problem = result.problem
-    blocks = blocks_of(examine(problem.reduced, positions, moment=moment))
+    judge = Judge(problem.reduced)
+    blocks = blocks_of(judge.examine(positions, moment=moment))
+    if not blocks:
+        blocks = blocks_of_overloads(judge.overloads(positions, limits=problem.limits))
     if not blocks:
         kind, words = BlockKind.REQUIREMENT, result.message
         blocks = (Block(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
@@ -112,12 +116,14 @@ def _searched_goal(result: Result) -> Explanation:
     touching = least_missed(problem, problem.goals, hard=always, clear=False)
     free = least_missed(problem, problem.goals, hard=always)
     blocks: tuple[Block, ...] = ()
+    judge = Judge(reduced)
     if touching is not None:
         blocks = (
             *_pressed(reduced, touching, result.status),
-            *blocks_of(examine(reduced, touching.positions, moment=Moment.END)),
+            *blocks_of(judge.examine(touching.positions, moment=Moment.END)),
+            *blocks_of_overloads(judge.overloads(touching.positions, limits=problem.limits), "at the goal"),
         )
-    if result.status is Status.GOAL_IN_COLLISION:
+    if result.status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
         conflict = conflict_at_goal(problem, blocks)
     else:
         clash = conflicting(reduced, wanted, rng=np.random.default_rng(0), counts=Counts())
@@ -135,7 +141,7 @@ def _searched_goal(result: Result) -> Explanation:
 
 def _pressed(reduced: ReducedModel, nearest: NearestFree, status: Status) -> tuple[Block, ...]:
     """Return the joint limits that the configuration nearest to an unreachable goal presses against."""
-    if status is Status.GOAL_IN_COLLISION:
+    if status in (Status.GOAL_IN_COLLISION, Status.GOAL_CANNOT_BE_HELD):
         return ()
     limits, blocks = reduced.limits, list[Block]()
     for place, name in enumerate(reduced.joint_names):
@@ -190,26 +196,19 @@ def _worst(result: Result) -> Floats | None:
 
 
 def _timing(result: Result) -> Explanation:
-    """Explain a path that no timing cures: a proof where the start or a goal of joints cannot be held."""
+    """Explain a path that no timing cures, by its configuration that asks a joint for most too much."""
     problem = result.problem
-    start, goal = problem.reduced.start_positions, goal_centre(problem)
-    lower, upper = joint_box(problem.goals, problem.reduced)
-    room = np.maximum(upper - lower, 0.0)  # more than half of it: the middle may lie at its edge
-    for positions, name, moved in ((start, "start", 0.0 * start), (goal, "goal", room)):
-        blocks = () if positions is None else overloaded(problem, positions)
-        if blocks and blocks[0].amount > largest_change(problem, moved):
-            grounds = f"the {name} itself cannot be held at rest: {blocks[0].words}"
-            plain = _plain(result, grounds, Certainty.PROVEN)
-            return _with(plain, blocks=blocks, configuration=positions)
     if result.path is None:
         return _of_the_way(result)
-    worst = max(
-        (item for knot in result.path.knots for item in [(overloaded(problem, knot), knot)] if item[0]),
-        key=lambda item: item[0][0].amount,
-        default=((), None),
-    )
+    judge = Judge(problem.reduced)
+    weak = [(judge.overloads(knot, limits=problem.limits), knot) for knot in result.path.knots]
+    worst = max(weak, key=lambda item: max((each.excess for each in item[0]), default=-np.inf))
     grounds = f"{result.message} on every path found, of {len(result.attempts)} seeds"
-    return _with(_plain(result, grounds), blocks=worst[0], configuration=worst[1])
+    return _with(
+        _plain(result, grounds),
+        blocks=blocks_of_overloads(worst[0]),
+        configuration=worst[1] if worst[0] else None,
+    )
 
 
 def _refused(result: Result) -> Explanation:
@@ -246,68 +245,16 @@ def _with(
     return replace(plain, blocks=blocks, conflict=conflict, configuration=configuration, nearest_free=nearest)
 
 
-def overloaded(problem: Problem, positions: Floats) -> tuple[Block, ...]:
-    """Return the joints whose effort limit is less than what holding still takes, the worst first.
-
-    Args:
-        problem: The problem; gives the load and the limits.
-        positions: Of the group's joints, shape (n,) [rad | m].
-    """
-    reduced, limits = problem.reduced, problem.limits
-    loaded = replace(reduced, model=loaded_model(reduced))
-    still = np.zeros((1, len(positions)))
-    need = np.abs(DynamicsQuery(loaded).torque(positions[None], still, still)[0])
-    excess = need - limits.effort
-
-    def unit(joint: int) -> str:
-        return effort_unit(reduced.scene.robot.model, reduced.joint_names[joint])
-
-    return tuple(
-        Block(
-            kind=BlockKind.EFFORT,
-            subjects=(reduced.joint_names[joint],),
-            amount=float(excess[joint]),
-            place=None,
-            words=(
-                f"{reduced.joint_names[joint]} needs {need[joint]:.4g} {unit(joint)} to hold still, its "
-                f"effort limit is {limits.effort[joint]:.4g} {unit(joint)}"
-            ),
-        )
-        for joint in map(int, np.argsort(-excess))
-        if excess[joint] > 0.0
-    )
-
-
-def largest_change(problem: Problem, half: Floats) -> float:
-    """Bound how much what it takes to hold still differs near a configuration, for any joint [Nm | N].
-
-    A joint that turns by an angle changes the torque of another by no more than the angle times all weight
-    times its largest lever.
-
-    Args:
-        problem: The problem; gives the load.
-        half: How far each of the group's joints may be from where it was looked at, shape (n,) [rad | m].
-    """
-    reduced, chain = problem.reduced, Chain(problem.reduced)
-    model = loaded_model(reduced)
-    weight = float(np.linalg.norm(model.gravity.linear))
-    levers = (
-        model.inertias[joint].mass
-        * max(1.0, chain.longest(chain.joints(joint)[0], joint, model.inertias[joint].lever))
-        for joint in range(1, model.njoints)
-    )
-    moved = np.abs(reduced.mimic_matrix)
-    return float(weight * sum(levers) * moved.sum(axis=0).max() * (moved @ half).sum())
-
-
 _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.SOLVED: _solved,
     Status.START_IN_COLLISION: _start,
     Status.START_OUT_OF_LIMITS: _start,
     Status.START_BREAKS_CONSTRAINT: _start,
+    Status.START_CANNOT_BE_HELD: _start,
     Status.GOAL_IN_COLLISION: _goal,
     Status.GOAL_OUT_OF_LIMITS: _goal,
     Status.GOAL_BREAKS_CONSTRAINT: _goal,
+    Status.GOAL_CANNOT_BE_HELD: _goal,
     Status.NO_INVERSE_KINEMATICS: _goal,
     Status.CONFLICTING_CONSTRAINTS: _goal,
     Status.METHOD_CANNOT: _cannot,

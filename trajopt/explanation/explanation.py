@@ -13,7 +13,7 @@ from trajopt.model.printed import in_unit
 from trajopt.model.requirements.requirement import missed_by
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Attempt
-from trajopt.planning.status import Certainty
+from trajopt.planning.status import Certainty, Status
 from trajopt.planning.summary import Summary
 from trajopt.problem import Problem
 
@@ -90,8 +90,10 @@ class Explanation(Summary):
     def _nearest(self, free: NearestFree) -> str:
         problem, joints = self.problem, self.problem.reduced.joint_names
         units = [joint_unit(problem.scene.robot.model, joint) for joint in joints]
+        weak = self.status in (Status.START_CANNOT_BE_HELD, Status.GOAL_CANNOT_BE_HELD)
+        able = "can be held" if weak else "is free"
         if free.given > 0.0:
             where = ", ".join(in_unit(float(q), unit) for q, unit in zip(free.positions, units, strict=True))
             miss = missed_by(free.given, (*problem.goals, *problem.requirements_at(problem.last_stop)))
-            return f"The nearest that is free misses the goal by {miss}: ({where})"
-        return f"The nearest that is free: {joint_moves(problem, free.moved)}"
+            return f"The nearest that {able} misses the goal by {miss}: ({where})"
+        return f"The nearest that {able}: {joint_moves(problem, free.moved)}"

@@ -10,6 +10,7 @@ from trajopt.explanation.configuration_problem import ConfigurationProblem, Conf
 from trajopt.infeasibility.reasons import Block, BlockKind
 from trajopt.kinematics.goal_candidates import random_starts
 from trajopt.kinematics.projection import Projection
+from trajopt.model.gravity_bound import largest_gravity_torques
 from trajopt.model.requirements import Requirement
 from trajopt.problem import Problem
 from trajopt.query import Query
@@ -54,7 +55,7 @@ class NearestFree(Value):
 
 
 def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> NearestFree | None:
-    """Find the nearest configuration that is clear of everything and holds the path constraints.
+    """Find the nearest configuration that is clear, can be held still and holds the path constraints.
 
     Args:
         problem: The problem.
@@ -68,7 +69,9 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
     always = (
         problem.requirements_at(0) if moment is Moment.START else problem.requirements_at(problem.last_stop)
     )
-    asked = ConfigurationProblem(reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0)
+    asked = ConfigurationProblem(
+        reduced=reduced, hard=always, soft=(), clear=True, near=positions, stay=1.0, effort=_effort(problem)
+    )
     query = Query(reduced)
     starts = [
         positions + rng.normal(scale=spread, size=positions.shape) for spread in SPREADS for _ in (0, 1)
@@ -86,7 +89,7 @@ def least_missed(
         problem: The problem.
         soft: What gives way.
         hard: What must hold.
-        clear: Whether it must be clear of everything.
+        clear: Whether it must be clear of everything, and let the joints hold still.
 
     Returns:
         The one that misses least, then the nearest to the start; None if none was found.
@@ -96,7 +99,10 @@ def least_missed(
     begin = random_starts(reduced, rng, STARTS)
     ended = Projection(reduced, (*soft, *hard), query)(begin)
     order = np.argsort(ended.violation, kind="stable")[:POLISHED]
-    asked = ConfigurationProblem(reduced=reduced, hard=hard, soft=soft, clear=clear, near=near, stay=STAY)
+    effort = _effort(problem) if clear else None
+    asked = ConfigurationProblem(
+        reduced=reduced, hard=hard, soft=soft, clear=clear, near=near, stay=STAY, effort=effort
+    )
     starts = [*ended.positions[order], *begin[: POLISHED // 2]]
     moment = Moment.END if clear else None
     if not soft:
@@ -104,6 +110,12 @@ def least_missed(
         each = (_best(problem, near, [asked.solve(start, query)], moment) for start in starts)
         return next((found for found in each if found is not None), None)
     return _best(problem, near, [asked.solve(start, query) for start in starts], moment)
+
+
+def _effort(problem: Problem) -> Floats | None:
+    """Return the effort limits within which the joints must hold still; None where they always can."""
+    effort = problem.limits.effort
+    return effort if (problem.reduced.derived(largest_gravity_torques) > effort).any() else None
 
 
 def _best(

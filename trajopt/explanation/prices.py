@@ -12,6 +12,7 @@ from trajopt.kinematics.projection import Projection
 from trajopt.methods.timing import retime_path
 from trajopt.model.limits import LimitKind
 from trajopt.model.requirements import DEGREES, MILLIMETRES, PLAIN, Requirement, ShownUnit
+from trajopt.model.requirements.gravity_torque import SHARE
 from trajopt.model.trajectory import Path
 from trajopt.planning.result import Result
 from trajopt.problem import Problem
@@ -19,6 +20,7 @@ from trajopt.query import Query
 from trajopt.retime import Retimed
 from trajopt.solvers import Sqp
 from trajopt.terms import Clearance, constrain
+from trajopt.terms.gravity_torque import HoldingTorque
 from trajopt.terms.residual import WHOLE
 from trajopt.transcription import KnotsNlp, transcribe
 
@@ -86,6 +88,7 @@ def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
     largest = max((*at.rows.values(), *at.bounds.values()), default=0.0)
     dear = {key: value for key, value in at.rows.items() if value > LEAST * largest}
     found = [*_clearances(base, dear, seconds), *_requirements(base, dear, seconds)]
+    found += _holding(base, dear, seconds)
     found += _bounds(
         base, {key: value for key, value in at.bounds.items() if value > LEAST * largest}, seconds
     )
@@ -150,6 +153,23 @@ def _clearances(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iter
             unit="mm",
             objective=push * MILLIMETRES.size,
             seconds=base.saved(change.apply(step), step / MILLIMETRES.size) if change and seconds else None,
+        )
+
+
+def _holding(base: _Solved, dear: dict[RowKey, float], seconds: bool) -> Iterator[Price]:
+    """Yield what it costs that joints must hold the load still: their shares fall as the limits rise."""
+    names, total = base.problem.reduced.joint_names, dict[str, float]()
+    for key, push in dear.items():
+        if key.kind is HoldingTorque:
+            joint = names[key.component]
+            total[joint] = total.get(joint, 0.0) + push
+    for joint, push in total.items():
+        relaxed = _with_limits(base.problem, [joint], "effort", PERCENT / 100.0) if seconds else None
+        yield Price(
+            what=f"effort limit of {joint}, to hold still",
+            unit="%",
+            objective=push * SHARE / 100.0,
+            seconds=None if relaxed is None else base.saved(relaxed, PERCENT),
         )
 
 

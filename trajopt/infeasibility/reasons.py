@@ -9,16 +9,18 @@ import numpy as np
 from trajopt.infeasibility import ClosedCut
 from trajopt.kinematics.goal_candidates import GoalCandidates
 from trajopt.model.collisions.clearances import how_near
-from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.description.pinocchio_model import effort_unit, joint_unit
 from trajopt.model.limits import EXCESS, LimitKind
 from trajopt.model.printed import in_joint_position, in_range, in_unit
 from trajopt.model.requirements import JointPositions, Requirement
 from trajopt.model.requirements.requirement import missed_by
+from trajopt.nlp import ConstraintRows
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult
 from trajopt.terms import Clearance
+from trajopt.terms.gravity_torque import HoldingTorque
 from trajopt.terms.joint_positions import without_followers
-from trajopt.verify import Certificate, Examination
+from trajopt.verify import Certificate, Examination, Overload
 
 NAMED = 3
 """Colliding pairs that a sentence names."""
@@ -90,6 +92,25 @@ def blocks_of(seen: Examination) -> tuple[Block, ...]:
     return (*beyond, *touching)
 
 
+def blocks_of_overloads(overloads: Sequence[Overload], where: str = "") -> tuple[Block, ...]:
+    """Return the joints that cannot hold still as what stands in the way.
+
+    Args:
+        overloads: The joints.
+        where: Says where they cannot: "at the goal".
+    """
+    return tuple(
+        Block(
+            kind=BlockKind.EFFORT,
+            subjects=(item.joint,),
+            amount=item.excess,
+            place=None,
+            words=item.words(where),
+        )
+        for item in overloads
+    )
+
+
 def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...]:
     """Return what a solver could not satisfy: each pair and constraint where it is worst, worst first."""
     found: dict[tuple[object, ...], tuple[float, Block]] = {}
@@ -103,7 +124,11 @@ def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...
                 required = problem.scene.clearance_of(*subjects)
                 bound = f" ({1000 * required:g} mm required)" if required > 0.0 else ""
                 what = f"clearance of {subjects[0]} from {subjects[1]}{bound} by {1000 * amount:.1f} mm"
-            share = amount / block.tolerance
+            elif block.kind is HoldingTorque:
+                overload = _overload(problem, block, row)
+                kind, subjects, what = BlockKind.EFFORT, (overload.joint,), overload.words()
+                amount = overload.excess
+            share = float(block.violation[row]) / block.tolerance
             key = (block.kind, *subjects)
             if key not in found or found[key][0] < share:
                 blocked = Block(
@@ -116,6 +141,19 @@ def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...
                 )
                 found[key] = (share, blocked)
     return tuple(entry[1] for entry in sorted(found.values(), key=lambda entry: -entry[0]))
+
+
+def _overload(problem: Problem, block: ConstraintRows, row: int) -> Overload:
+    """Return what a joint needs to hold still at a sample of a path, and what it has."""
+    joint = int(block.rows.component[row])
+    name, limit = problem.reduced.joint_names[joint], float(problem.limits.effort[joint])
+    need = abs(float(block.rows.value[row])) * limit
+    return Overload(joint=name, torque=need, limit=limit, unit=effort_unit(problem.scene.robot.model, name))
+
+
+def overloaded(overloads: Sequence[Overload], where: str) -> str:
+    """Say which joints cannot hold still, and by how much; empty for none."""
+    return "; ".join(item.words(where) for item in overloads[:NAMED])
 
 
 def out_of_limits(seen: Examination) -> str:
@@ -167,6 +205,20 @@ def no_goal_configuration(found: GoalCandidates, goals: Sequence[Requirement]) -
     how = "collide" if found.required == 0.0 else "collide or come too near to something"
     nearest = how_near(*found.blocking, found.required)
     return f"all {found.colliding} configurations found that reach the goal {how}; in the nearest, {nearest}"
+
+
+def none_can_be_held(count: int, least: Sequence[Overload]) -> str:
+    """Say that no configuration at a goal can be held.
+
+    Args:
+        count: How many were found that reach the goal and keep clear.
+        least: What is too weak at the one that needs least.
+    """
+    if count == 1:
+        found = "the one configuration found that reaches the goal and keeps clear cannot be held"
+        return f"{found}: {overloaded(least, 'at the goal')}"
+    found = f"none of the {count} configurations found that reach the goal and keep clear can be held"
+    return f"{found}; in the one that lacks least, {overloaded(least, 'at the goal')}"
 
 
 def nowhere_within(message: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from trajopt.arrays import Floats, Ints, Value, one_of
 from trajopt.kinematics.methods import InverseMethod, LevenbergMarquardt
 from trajopt.kinematics.projection import Projection, turning_joints
+from trajopt.model.gravity_bound import largest_gravity_torques
 from trajopt.model.limits import JointLimits, draw_positions
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
@@ -27,6 +28,8 @@ PUSH = 0.8
 """Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
 SAME = 1e-2
 """Solutions nearer to each other than this in every joint are one [rad | m]."""
+HOLDABLE = 1.0 - 2e-6
+"""Share of an effort limit that holding still must stay below: what is left has to move the joint."""
 
 LEVENBERG_MARQUARDT = LevenbergMarquardt()
 """The method unless another is named."""
@@ -37,9 +40,12 @@ class GoalCandidates(Value):
     """What the search found.
 
     Attributes:
-        free: Configurations that hold the goal and keep what is required, nearest to the start first.
+        free: Configurations that hold the goal, keep what is required and can be held, nearest to the start
+            first.
         blocked: Those that hold the goal but collide or come too near, nearest to the start first.
         blocking: The pair of owners that blocks the nearest of these, and their distance [m].
+        overloaded: Those that hold the goal and keep clear, but need more torque to hold still than there is,
+            that of the smallest excess first.
         required: Clearance that is required of that pair [m].
         nearest: The configuration of the smallest violation, shape (n,) [rad | m].
         nearest_miss: Smallest violation of the goal where none holds it [m and rad].
@@ -51,6 +57,7 @@ class GoalCandidates(Value):
     nearest: Floats
     nearest_miss: float
     required: float = 0.0
+    overloaded: tuple[Floats, ...] = ()
 
     @property
     def colliding(self) -> int:
@@ -66,6 +73,7 @@ def goal_candidates(
     counts: Counts,
     starts: int = STARTS,
     method: InverseMethod = LEVENBERG_MARQUARDT,
+    effort: Floats | None = None,
     check: Callable[[], None] | None = None,
 ) -> GoalCandidates:
     """Search configurations that hold all goals.
@@ -77,6 +85,8 @@ def goal_candidates(
         counts: Takes the work done.
         starts: How many starts to search from at once.
         method: Moves starts until they hold the goals.
+        effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
+            [Nm | N]; not asked for when None.
         check: Called before every wave of starts; may raise to stop.
     """
     query = Query(reduced, counts)
@@ -88,7 +98,7 @@ def goal_candidates(
     found = np.empty((0, begin.shape[1]))
     closest: Floats = reduced.start_positions
     nearest_miss = np.inf
-    depth, pair = np.empty(0), np.empty(0, dtype=np.int64)
+    depth, pair, load = np.empty(0), np.empty(0, dtype=np.int64), np.empty(0)
     for wave in range(WAVES + PUSHES):
         if check is not None:
             check()
@@ -108,7 +118,8 @@ def goal_candidates(
         # Where all of the goal is one, a free part of it must not be dropped for one that collides.
         found = found if narrow else _distinct(found)
         depth, pair = _deepest(query, found)
-        if (depth == 0.0).any():
+        load = holding_load(query, found, effort)
+        if ((depth == 0.0) & (load < HOLDABLE)).any():
             break
     collides = depth > 0.0
     blocking, least = None, 0.0
@@ -116,8 +127,14 @@ def goal_candidates(
         nearest = int(np.argmax(collides))
         least = float(reduced.pairs.required[pair[nearest]])
         blocking = (*reduced.owners(int(pair[nearest])), least - float(depth[nearest]))
-    free, blocked = (_distinct(found[chosen]) for chosen in (~collides, collides))
-    return GoalCandidates(tuple(free), tuple(blocked), blocking, closest, nearest_miss, least)
+    heavy = ~collides & (load >= HOLDABLE)
+    lightest = np.flatnonzero(heavy)[np.argsort(load[heavy], kind="stable")]
+    free, blocked, overloaded = (
+        _distinct(found[chosen]) for chosen in (~collides & ~heavy, collides, lightest)
+    )
+    return GoalCandidates(
+        tuple(free), tuple(blocked), blocking, closest, nearest_miss, least, tuple(overloaded)
+    )
 
 
 def random_starts(
@@ -200,6 +217,20 @@ def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
         if lack[place] > depth[sample]:
             depth[sample], worst[sample] = lack[place], contacts.pair[place]
     return depth, worst
+
+
+def holding_load(query: Query, positions: Floats, effort: Floats | None) -> Floats:
+    """Return the largest share of an effort limit that it takes to hold still, shape (k,).
+
+    Args:
+        query: Of the reduced model.
+        positions: Shape (k, n) [rad | m].
+        effort: Effort limits of the group's joints, shape (n,) [Nm | N]; zeros are returned when None, or
+            where no configuration needs as much.
+    """
+    if effort is None or not (query.reduced.derived(largest_gravity_torques) > effort).any():
+        return np.zeros(len(positions))
+    return (np.abs(query.dynamics.gravity(positions).torque) / effort).max(axis=1, initial=0.0)
 
 
 def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Floats) -> Floats:

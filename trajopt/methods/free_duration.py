@@ -10,7 +10,6 @@ from trajopt.methods.bspline import windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
 from trajopt.methods.method import Decoded, Progress, followed_curve
 from trajopt.methods.timing import retime_path
-from trajopt.model.payload import loaded_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
 from trajopt.query import Counts
@@ -142,8 +141,7 @@ class FreeDurationProgram(Printed):
         )
         spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
         limited = np.isfinite(self.problem.limits.effort).any()
-        loaded = replace(reduced, model=loaded_model(reduced))
-        dynamics, moving = DynamicsQuery(loaded) if limited else None, self.problem.start_velocities
+        dynamics, moving = DynamicsQuery.loaded(reduced) if limited else None, self.problem.start_velocities
         if moving.any():
             spline.lower[1:RESTING], spline.upper[1:RESTING] = base.lower[1], base.upper[1]
         return FreeDurationNlp(spline, self.problem.limits, motion.duration, dynamics, moving)

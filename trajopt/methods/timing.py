@@ -6,12 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.payload import loaded_model
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Path
 from trajopt.problem import Problem
 from trajopt.query import Query
-from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, SpeedOfTools, ToolLimits, retime
 
 PATH_TOLERANCE = 5e-3
@@ -45,12 +43,11 @@ def retime_path(
     def deviation(smooth: Floats, straight: Floats) -> Floats:
         return query.displacement(smooth, straight)
 
-    loaded = replace(reduced, model=loaded_model(reduced))
     limited = np.isfinite(limits.effort).any()
     return retime(
         path,
         limits,
-        inverse_dynamics=DynamicsQuery(loaded).torque if limited else None,
+        inverse_dynamics=query.dynamics.torque if limited else None,
         tools=tool_limits(query, problem.tool_speeds),
         deviation=deviation,
         options=replace(RetimeOptions(), path_tolerance=tolerance),

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.infeasibility import box_breaks, box_collides, exclusion, out_of_reach, reasons
+from trajopt.infeasibility import box_breaks, box_collides, box_overloads, exclusion, out_of_reach, reasons
 from trajopt.infeasibility.exclusion import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.model.limits import EXCESS
@@ -41,12 +41,16 @@ class EndpointChecks:
         """Refuse a start that no motion can leave."""
         seen = self.workspace.judge.examine(self._start, moment=Moment.START)
         refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
+        if refusal is None and not self.workspace.problem.start_velocities.any():
+            refusal = self._unheld(self._start, Status.START_CANNOT_BE_HELD, "at the start")
         broken = self._broken(self._start, 0)
         if refusal is None and broken:
             refusal = self.workspace.result(Status.START_BREAKS_CONSTRAINT, broken)
         if refusal is None:
             return None
         proven = seen.clear or seen.proven
+        if refusal.status is Status.START_CANNOT_BE_HELD:
+            proven = box_overloads(self.workspace.problem, self._start, self._start)
         return replace(refusal, certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE)
 
     def goals(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
@@ -73,6 +77,10 @@ class EndpointChecks:
                 return (*first, *found.free)
             if refusal is not None:
                 return replace(refusal, message=reasons.nowhere_within(refusal.message))
+            if found.overloaded:
+                least = work.judge.overloads(found.overloaded[0], limits=problem.limits)
+                words = reasons.none_can_be_held(len(found.overloaded), least)
+                return work.result(Status.GOAL_CANNOT_BE_HELD, words)
             if found.blocking is not None:
                 return work.result(
                     Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found, self._wanted)
@@ -92,11 +100,12 @@ class EndpointChecks:
                 rng=rng,
                 counts=counts,
                 starts=starts,
+                effort=work.problem.limits.effort,
                 check=lambda: work.tracker.check(counts),
             )
 
         found = search(STARTS)
-        nothing = not found.free and found.blocking is None
+        nothing = not found.free and not found.overloaded and found.blocking is None
         return search(MANY_STARTS) if nothing and not self._proofs else found
 
     def _out_of_reach(self, rng: np.random.Generator, counts: Counts, found: GoalCandidates) -> Result:
@@ -151,11 +160,15 @@ class EndpointChecks:
         seen = self.workspace.judge.examine(middle, moment=Moment.END)
         broken = self._broken(middle, self._last_stop)
         refusal = self._refuse(seen, Status.GOAL_OUT_OF_LIMITS, Status.GOAL_IN_COLLISION)
+        if refusal is None:
+            refusal = self._unheld(middle, Status.GOAL_CANNOT_BE_HELD, "at the goal")
         if refusal is None and broken:
             refusal = self.workspace.result(Status.GOAL_BREAKS_CONSTRAINT, broken)
         if refusal is None:
             return None
-        if not self._has_tolerance:
+        if refusal.status is Status.GOAL_CANNOT_BE_HELD:
+            everywhere = box_overloads(problem, lower, upper)
+        elif not self._has_tolerance:
             everywhere = seen.clear or seen.proven
         elif seen.collisions:
             everywhere = box_collides(problem.reduced, lower, upper)
@@ -173,6 +186,7 @@ class EndpointChecks:
                 [problem.requirements_at(stop) for stop in range(1, self._last_stop)],
                 rng=rng,
                 counts=counts,
+                effort=problem.limits.effort,
                 check=lambda: work.tracker.check(counts),
             )
         finally:
@@ -209,6 +223,11 @@ class EndpointChecks:
         if seen.collisions:
             return self.workspace.result(collision, reasons.collisions(seen))
         return None
+
+    def _unheld(self, positions: Floats, status: Status, where: str) -> Result | None:
+        """Refuse a configuration at which a joint is too weak to hold still."""
+        weak = self.workspace.judge.overloads(positions, limits=self.workspace.problem.limits)
+        return self.workspace.result(status, reasons.overloaded(weak, where)) if weak else None
 
     def _broken(self, positions: Floats, stop: int) -> str:
         """Say which path constraint does not hold at a configuration, or nothing."""

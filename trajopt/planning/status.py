@@ -12,6 +12,10 @@ class Status(Enum):
     )
     START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
     START_BREAKS_CONSTRAINT = "the start breaks a path constraint: widen it, or start elsewhere"
+    START_CANNOT_BE_HELD = (
+        "a joint is too weak to hold the arm and what it carries still at the start: carry less, or start "
+        "elsewhere"
+    )
     GOAL_IN_COLLISION = (
         "no configuration found at the goal is free: all are in collision, or nearer to something than is "
         "required: move it, or allow that"
@@ -19,6 +23,10 @@ class Status(Enum):
     GOAL_OUT_OF_LIMITS = "the goal is outside a joint limit: choose another"
     GOAL_BREAKS_CONSTRAINT = (
         "no configuration found at the goal holds the path constraints: widen them, or choose another goal"
+    )
+    GOAL_CANNOT_BE_HELD = (
+        "no configuration found at the goal lets every joint hold the arm and what it carries still: carry "
+        "less, or choose a goal that needs less reach"
     )
     NO_INVERSE_KINEMATICS = (
         "no configuration found that reaches the goal: move it nearer or widen its tolerance"

@@ -1,15 +1,29 @@
 """Joint torques of a reduced model, and their derivatives."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
 from trajopt.model.description.pinocchio_model import configuration
+from trajopt.model.payload import loaded_model
 from trajopt.model.reduced import ReducedModel
 from trajopt.native import proximity
+
+
+@dataclass(frozen=True, eq=False)
+class GravityTorques:
+    """Torques that hold a group of n joints still at S configurations, and their derivatives.
+
+    Attributes:
+        torque: Shape (S, n) [Nm | N].
+        position: Derivatives by the positions, shape (S, n, n).
+    """
+
+    torque: Floats
+    position: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +52,21 @@ class DynamicsQuery:
         self._data = reduced.model.createData()
         mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
         self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
+
+    @staticmethod
+    def loaded(reduced: ReducedModel) -> "DynamicsQuery":
+        """Return the dynamics of a reduced model with what it carries."""
+        return DynamicsQuery(replace(reduced, model=loaded_model(reduced)))
+
+    def gravity(self, positions: Floats) -> GravityTorques:
+        """Return the torques that hold the arm still, with their derivatives.
+
+        Mimicking joints hand their torque to the joint they follow.
+
+        Args:
+            positions: The group's, shape (S, n) [rad | m].
+        """
+        return GravityTorques(*self._core.gravity(np.ascontiguousarray(positions)))
 
     def torque_slopes(self, positions: Floats, velocities: Floats, accelerations: Floats) -> TorqueSlopes:
         """Return torques and their derivatives; arguments as of `torque`.

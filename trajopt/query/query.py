@@ -1,6 +1,7 @@
 """Query: placements, Jacobians, distances and motion bounds of a robot among its obstacles."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Shape
 from trajopt.native import proximity
+from trajopt.query.dynamics import DynamicsQuery
 from trajopt.query.geometry import BoundingBoxes, closed_triangles, collision_geometry
 
 GJK_TOLERANCE = 1e-9
@@ -110,6 +112,11 @@ class Query:
         self.counts = Counts() if counts is None else counts
         self._supports = reduced.derived(_supports)
         self._core = proximity.Query(reduced.derived(_cell))
+
+    @cached_property
+    def dynamics(self) -> DynamicsQuery:
+        """Inverse dynamics with what is carried."""
+        return DynamicsQuery.loaded(self.reduced)
 
     def kinematics(self, positions: Floats) -> Kinematics:
         """Place all joints at configurations.

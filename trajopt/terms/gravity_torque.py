@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
-from trajopt.arrays import Ints, Value
+from trajopt.arrays import Floats, Ints, Value
 from trajopt.errors import ProblemError, shown
 from trajopt.model.payload import loaded_model
 from trajopt.model.reduced import ReducedModel
@@ -41,32 +40,56 @@ class GravityShare(Value):
 
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at all samples."""
-        reduced = self.reduced
-        model = loaded_model(reduced)
-        data = model.createData()
-        torque = np.empty((len(motion.positions), model.nv))
-        slope = np.empty((len(motion.positions), model.nv, model.nv))
-        for row, positions in enumerate(motion.positions):
-            slope[row] = pin.computeGeneralizedGravityDerivatives(
-                model, data, reduced.configuration(positions)
-            )
-            torque[row] = data.g
-        by_effort = reduced.mimic_matrix[:, self.joints] / reduced.limits.effort[self.joints]
-        return motion.rows_of_all(torque @ by_effort, by_effort.T @ slope @ reduced.mimic_matrix)
+        found, effort = motion.query.dynamics.gravity(motion.positions), self.reduced.limits.effort
+        by_effort = np.eye(len(effort))[:, self.joints] / effort[self.joints]
+        return motion.rows_of_all(found.torque @ by_effort, by_effort.T @ found.position)
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """The gradient of the potential energy - sum m g . c over the bodies' centres of mass c."""
-        import casadi as ca
+        """The gradient of the potential energy, as a share."""
+        effort = self.reduced.limits.effort[self.joints]
+        return _torque_expression(kinematics)[self.joints.tolist()] / effort
 
-        model = loaded_model(kinematics.reduced)
-        gravity = ca.SX(np.asarray(model.gravity.linear, dtype=np.float64))
-        energy = ca.SX(0.0)
-        for joint in range(1, model.njoints):
-            body = model.inertias[joint]
-            centre = kinematics.joint_point(joint, np.asarray(body.lever, dtype=np.float64))
-            energy -= float(body.mass) * ca.dot(gravity, centre)
-        torque = ca.jacobian(energy, kinematics.q).T
-        return torque[self.joints.tolist()] / ca.SX(kinematics.reduced.limits.effort[self.joints])
+
+@dataclass(frozen=True, eq=False)
+class HoldingTorque(Value):
+    """g_j(q) / (effort limit of joint j), where that is near what it may be.
+
+    The component of a row is the place of its joint in the group.
+
+    Attributes:
+        effort: Effort limits of the group's joints, shape (n,) [Nm | N].
+        listed: Share from which on a joint gets a row, shape (n,); inf for none.
+    """
+
+    effort: Floats
+    listed: Floats
+    name = "torque to hold still"
+
+    def linearise(self, motion: Motion) -> Rows:
+        """Evaluate all samples, and differentiate where a joint bears much."""
+        found = motion.query.dynamics.gravity(motion.positions)
+        share = found.torque / self.effort
+        sample, joint = np.nonzero(np.abs(share) >= self.listed)
+        slope = found.position[sample, joint] / self.effort[joint, None]
+        return motion.rows(sample, share[sample, joint], slope, joint)
+
+    def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
+        """The gradient of the potential energy, as a share, of all joints."""
+        return _torque_expression(kinematics) * (1.0 / self.effort)
+
+
+def _torque_expression(kinematics: "SymbolicKinematics") -> "ca.SX":
+    """Return the gradient of the potential energy - sum m g . c over the bodies' centres of mass c."""
+    import casadi as ca
+
+    model = loaded_model(kinematics.reduced)
+    gravity = ca.SX(np.asarray(model.gravity.linear, dtype=np.float64))
+    energy = ca.SX(0.0)
+    for joint in range(1, model.njoints):
+        body = model.inertias[joint]
+        centre = kinematics.joint_point(joint, np.asarray(body.lever, dtype=np.float64))
+        energy -= float(body.mass) * ca.dot(gravity, centre)
+    return ca.jacobian(energy, kinematics.q).T
 
 
 @constrain.register

@@ -18,6 +18,7 @@ from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE
 from trajopt.terms.rolling import rolling
+from trajopt.transcription.holding import holding_rows
 from trajopt.transcription.margins import tapered_margins
 from trajopt.transcription.motion_nlp import MotionNlp
 
@@ -147,7 +148,9 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
         tolerance=CLEARANCE_TOLERANCE,
         reach=distance.activation,
     )
+    fixed = [reduced.start_positions, *seed[list(waypoint_knots)], *(() if goal is None else (goal,))]
     items: list[Constraint] = [clearance, *rolling(reduced, count)]
+    items.extend(holding_rows(problem, query, np.stack(fixed)))
     for given in problem.constraints:
         items.extend(_written(given, problem, waypoint_knots))
     if goal is None:

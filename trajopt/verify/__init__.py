@@ -12,6 +12,7 @@ from trajopt.verify.certificate import (
     PairClearance,
     Unproven,
 )
+from trajopt.verify.checks.joint_torques import Overload
 from trajopt.verify.checks.quantities import check_requirement
 from trajopt.verify.checks.requirement import When
 from trajopt.verify.checks.sampled import SampledCheck
@@ -29,6 +30,7 @@ __all__ = [
     "Judge",
     "Moment",
     "OutOfLimit",
+    "Overload",
     "PairClearance",
     "PairDistance",
     "SampledCheck",

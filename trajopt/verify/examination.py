@@ -177,11 +177,25 @@ def requirements_with(
         ShapeError: If there is not one finite position for each joint.
         NameNotFound: If a requirement names what does not exist.
     """
+    motion = motion_at_rest(kinematics, positions, options)
+    return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
+
+
+def motion_at_rest(kinematics: Kinematics, positions: Floats, options: VerifyOptions) -> Motion:
+    """Return the motion that stays at a configuration for a second.
+
+    Args:
+        kinematics: Workspace for kinematics.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        options: Numbers to judge with.
+
+    Raises:
+        ShapeError: If there is not one finite position for each joint.
+    """
     reduced = kinematics.reduced
     place = floats("positions", positions, (len(reduced.joint_names),))
     standing = Trajectory(reduced.joint_names, np.array([0.0, 1.0]), np.stack((place, place)))
-    motion = Motion(reduced, standing, kinematics=kinematics, options=options)
-    return tuple(chain(*(check_requirement(item, motion, When.END) for item in requirements)))
+    return Motion(reduced, standing, kinematics=kinematics, options=options)
 
 
 def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:

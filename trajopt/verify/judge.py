@@ -14,7 +14,7 @@ from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.checks.clearance import judge_clearance
 from trajopt.verify.checks.ends import end_checks
 from trajopt.verify.checks.joint_limits import limit_checks
-from trajopt.verify.checks.joint_torques import torque_checks
+from trajopt.verify.checks.joint_torques import Overload, overloads, torque_checks
 from trajopt.verify.checks.moving_limits import group_part, moving_limits
 from trajopt.verify.checks.parts import part_checks
 from trajopt.verify.checks.quantities import check_requirement
@@ -23,7 +23,7 @@ from trajopt.verify.checks.rolling import rolling_checks
 from trajopt.verify.checks.sampled import SampledCheck, sampled_check
 from trajopt.verify.checks.tool_speed import tool_speed_checks
 from trajopt.verify.checks.waypoints import passages
-from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
+from trajopt.verify.examination import Examination, Moment, examine_with, motion_at_rest, requirements_with
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
@@ -108,6 +108,21 @@ class Judge:
             moment=moment,
             options=self._options,
         )
+
+    def overloads(self, positions: Floats, *, limits: JointLimits | None = None) -> tuple[Overload, ...]:
+        """Return the joints that cannot hold the arm and what it carries still, the worst first.
+
+        Args:
+            positions: Of the group's joints, shape (n,) [rad | m].
+            limits: Limits of the group's joints, or of these and of the joints that mimic them; the robot's
+                where None.
+
+        Raises:
+            ShapeError: If there is not one finite position for each joint.
+        """
+        bounds = group_part(self._reduced, moving_limits(self._reduced, limits))
+        standing = motion_at_rest(self._kinematics, positions, self._options)
+        return overloads(standing, standing.trajectory.positions[0], bounds)
 
     def check(self, positions: Floats, requirements: Sequence[Requirement]) -> tuple[Check, ...]:
         """Check requirements at a configuration, as at the end of a motion.

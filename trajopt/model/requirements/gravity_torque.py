@@ -5,6 +5,11 @@ from dataclasses import dataclass
 from trajopt.errors import ProblemError
 from trajopt.model.requirements.requirement import PERCENT, Relaxation, Requirement, positive
 
+SHARE = 0.9
+"""Share of an effort limit that gravity may take unless told otherwise. What is left moves the arm: with a
+share r of a limit left, the joint accelerates r times as much as without any weight, and the path takes
+1 / sqrt(r) times as long: three times as long with a tenth, ten times as long with a hundredth."""
+
 
 @dataclass(frozen=True, eq=False)
 class GravityTorque(Requirement):
@@ -36,7 +41,7 @@ class GravityTorque(Requirement):
         return f"gravity takes at most {100.0 * self.share:.3g}% of the effort limits"
 
 
-def gravity_torque(share: float = 0.9) -> GravityTorque:
+def gravity_torque(share: float = SHARE) -> GravityTorque:
     """Require that the joints can hold the arm and what it carries.
 
     Args:

@@ -1,6 +1,7 @@
-// Joint torques of many states, by the recursive Newton-Euler algorithm.
+// Joint torques of many states, by the recursive Newton-Euler algorithm, and those of gravity with derivatives.
 #pragma once
 
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 
 #include "robot.hpp"
@@ -10,7 +11,8 @@ namespace proximity {
 // Owns pinocchio's scratch, so one per thread.
 class Dynamics {
  public:
-  explicit Dynamics(Robot robot) : robot_(std::move(robot)), data_(*robot_.model), q_(robot_.neutral()) {}
+  explicit Dynamics(Robot robot) : robot_(std::move(robot)), data_(*robot_.model), q_(robot_.neutral()),
+        slope_(Eigen::MatrixXd::Zero(robot_.model->nv, robot_.model->nv)) {}
 
   int dofs() const { return robot_.dofs(); }
 
@@ -23,10 +25,21 @@ class Dynamics {
     Eigen::Map<Eigen::VectorXd>(torques, dofs()) = robot_.expand.transpose() * full;
   }
 
+  // Torques that hold the group's joints still, and their derivatives by its positions, row by row.
+  // Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
+  void gravity(const double* positions, double* torques, double* slopes) {
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    robot_.configure(positions, q_);
+    pinocchio::computeGeneralizedGravityDerivatives(*robot_.model, data_, q_, slope_);
+    Eigen::Map<Eigen::VectorXd>(torques, dofs()) = robot_.expand.transpose() * data_.g;
+    Eigen::Map<RowMajor>(slopes, dofs(), dofs()) = robot_.expand.transpose() * slope_ * robot_.expand;
+  }
+
  private:
   Robot robot_;
   pinocchio::Data data_;
   Eigen::VectorXd q_;
+  Eigen::MatrixXd slope_;  // entries between joints of different branches are never written: they stay 0
 };
 
 }  // namespace proximity

@@ -188,6 +188,19 @@ Numpy<double> torques(Dynamics& dynamics, const Matrix<double>& positions, const
   return hand_over(std::move(result), {states, dofs});
 }
 
+std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matrix<double>& positions) {
+  const size_t states = positions.shape(0), dofs = dynamics.dofs();
+  expect(positions.shape(1) == dofs, "one position for each joint of the group");
+  std::vector<double> torques(states * dofs), slopes(states * dofs * dofs);
+  {
+    nb::gil_scoped_release release;
+    for (size_t at = 0; at < torques.size(); at += dofs) {
+      dynamics.gravity(positions.data() + at, torques.data() + at, slopes.data() + at * dofs);
+    }
+  }
+  return {hand_over(std::move(torques), {states, dofs}), hand_over(std::move(slopes), {states, dofs, dofs})};
+}
+
 }  // namespace
 
 NB_MODULE(proximity, m) {
@@ -197,7 +210,8 @@ NB_MODULE(proximity, m) {
                                   "accuracy"_a, nb::keep_alive<1, 2>());
   nb::class_<Dynamics>(m, "Dynamics")
       .def(nb::new_(&make_dynamics), "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())
-      .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a);
+      .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a)
+      .def("gravity", &gravity, "positions"_a);
   nb::class_<Query>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
       .def("close_pairs", &close_pairs, "positions"_a, "reach"_a)

@@ -2,12 +2,19 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from trajopt.arrays import Floats, Value
-from trajopt.kinematics.goal_candidates import MANY_STARTS, GoalCandidates, goal_candidates
+from trajopt.kinematics.goal_candidates import (
+    HOLDABLE,
+    MANY_STARTS,
+    GoalCandidates,
+    goal_candidates,
+    holding_load,
+)
 from trajopt.kinematics.projection import Projection
 from trajopt.model.collisions.clearances import how_near
 from trajopt.model.limits import EXCESS
@@ -51,6 +58,7 @@ def choose_waypoints(
     *,
     rng: np.random.Generator,
     counts: Counts,
+    effort: Floats | None = None,
     check: Callable[[], None] | None = None,
 ) -> WaypointChoice:
     """Choose a configuration for each waypoint: of those that touch nothing the nearest to the one before.
@@ -63,6 +71,8 @@ def choose_waypoints(
         passing: What else must hold at each, because it holds on the way there or on from there.
         rng: Draws the starts of the search.
         counts: Takes the work done.
+        effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
+            [Nm | N]; not asked for when None.
         check: Called all along; may raise to stop.
     """
     query = Query(reduced, counts)
@@ -70,14 +80,13 @@ def choose_waypoints(
     found: list[Floats] = []
     for number, (wanted, also) in enumerate(zip(waypoints, passing, strict=True), start=1):
         middle = _middle(reduced, wanted, also, query)
-        if middle is not None:
+        if middle is not None and holding_load(query, middle[None], effort)[0] < HOLDABLE:
             last = middle
         else:
-            seen = goal_candidates(reduced, (*wanted, *also), rng=rng, counts=counts, check=check)
-            if not seen.free and not seen.colliding:
-                seen = goal_candidates(
-                    reduced, (*wanted, *also), rng=rng, counts=counts, starts=MANY_STARTS, check=check
-                )
+            search = partial(goal_candidates, reduced, (*wanted, *also), rng=rng, counts=counts)
+            seen = search(effort=effort, check=check)
+            if not seen.free and not seen.colliding and not seen.overloaded:
+                seen = search(effort=effort, check=check, starts=MANY_STARTS)
             if not seen.free:
                 return WaypointChoice(tuple(found), _why_none(number, seen, (*wanted, *also)))
             last = min(seen.free, key=lambda q, before=last: _effort(reduced, before, q))
@@ -102,6 +111,11 @@ def _middle(
 
 
 def _why_none(number: int, seen: GoalCandidates, required: Sequence[Requirement]) -> str:
+    if seen.overloaded:
+        return (
+            f"all {len(seen.overloaded)} configurations found for waypoint {number} that touch nothing need "
+            "more torque only to hold still than the joints have"
+        )
     if seen.blocking is None:
         miss = f"misses it by {missed_by(seen.nearest_miss, required)}"
         return f"the nearest configuration tried for waypoint {number} {miss}"

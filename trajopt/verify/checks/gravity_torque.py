@@ -7,10 +7,10 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.requirements import GravityTorque
 from trajopt.verify.certificate import Check
+from trajopt.verify.checks.joint_torques import torques_at_rest
 from trajopt.verify.checks.quantities import Quantity, check_requirement, quantities
 from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.motion import Motion
-from trajopt.verify.kernel.payload import payload_torques
 
 
 @quantities.register
@@ -40,9 +40,4 @@ def _(requirement: GravityTorque, motion: Motion, when: When) -> tuple[Check, ..
 
 def _shares(motion: Motion, times: Floats) -> Floats:
     """Torque at rest of each of the group's joints, as a share of its limit, shape (c, n)."""
-    reduced = motion.reduced
-    positions = motion.trajectory(times)
-    still = np.zeros((len(times), len(reduced.mimic_matrix)))
-    torques = motion.kinematics.torques(motion.kinematics.configurations(positions), still, still)
-    torques = torques + payload_torques(motion, positions, still, still)
-    return np.abs(torques @ reduced.mimic_matrix) / reduced.limits.effort
+    return np.abs(torques_at_rest(motion, motion.trajectory(times))) / motion.reduced.limits.effort

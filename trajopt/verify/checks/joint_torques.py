@@ -1,5 +1,8 @@
 """Torques of joints by inverse dynamics, judged at samples."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from trajopt.arrays import Floats
@@ -13,9 +16,74 @@ from trajopt.verify.kernel.payload import payload_torques
 SAMPLES_PER_SEGMENT = 4
 """Fewest samples of a segment, both its ends included: accelerations may jump in between."""
 
+LEFT = 2e-6
+"""A joint with less than this part of its effort limit left cannot begin to move, or come to rest, there."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overload:
+    """A joint to whose effort limit nothing is left where it stands still, or less.
+
+    Attributes:
+        joint: Its name.
+        torque: What it needs, without its sign [Nm | N].
+        limit: Its effort limit [Nm | N].
+        unit: "Nm", or "N" of a joint that slides.
+    """
+
+    joint: str
+    torque: float
+    limit: float
+    unit: str
+
+    @property
+    def excess(self) -> float:
+        """How much is missing [Nm | N]; as good as nothing where it can just be held, but not be moved."""
+        return self.torque - self.limit
+
+    def words(self, where: str = "") -> str:
+        """Say how much it needs, and what it has.
+
+        Args:
+            where: Says where it stands still: "at the goal".
+        """
+        need = f"{self.torque:.4g}"
+        if need == f"{self.limit:.4g}":
+            need = f"{self.torque:.8g}"
+        place = f" {where}" if where else ""
+        return (
+            f"{self.joint} needs {need} {self.unit} only to hold still{place}, its effort limit is "
+            f"{self.limit:.4g} {self.unit}"
+        )
+
+
+def overloads(motion: Motion, positions: Floats, limits: JointLimits) -> tuple[Overload, ...]:
+    """Return the joints that cannot hold still at a configuration, the one that lacks most first.
+
+    Args:
+        motion: Any motion of the arm; gives what is carried.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        limits: Limits of the group's joints.
+    """
+    torque, effort = np.abs(torques_at_rest(motion, positions[None])[0]), limits.effort
+    broken = np.flatnonzero(torque >= effort * (1.0 - LEFT))
+    order: Sequence[int] = broken[np.argsort(effort[broken] - torque[broken], kind="stable")].tolist()
+    names, model = motion.reduced.joint_names, motion.reduced.scene.robot.model
+    return tuple(
+        Overload(
+            joint=names[joint],
+            torque=float(torque[joint]),
+            limit=float(effort[joint]),
+            unit=effort_unit(model, names[joint]),
+        )
+        for joint in order
+    )
+
 
 def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
     """Judge the torques of joints that have an effort limit, where the trajectory implies any.
+
+    Where the motion begins and ends at rest the arm stands before and after, and must be held.
 
     Args:
         motion: The motion.
@@ -24,7 +92,9 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
     limited = np.isfinite(limits.effort)
     if not limited.any() or not motion.differentiable:
         return ()
-    times, torques = inverse_dynamics(motion)
+    times, torques = (
+        np.concatenate(parts) for parts in zip(inverse_dynamics(motion), _ends(motion), strict=True)
+    )
     share = np.where(limited, np.abs(torques) / limits.effort, -np.inf)
     worst = share.max(axis=0)
     checks: list[Check] = []
@@ -52,6 +122,27 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
             )
         )
     return tuple(checks)
+
+
+def torques_at_rest(motion: Motion, positions: Floats) -> Floats:
+    """Return the torques that hold the arm still at configurations, shape (s, n) [Nm | N].
+
+    Args:
+        motion: Any motion of the arm; gives what is carried.
+        positions: Of the group's joints, shape (s, n) [rad | m].
+    """
+    reduced = motion.reduced
+    still = np.zeros((len(positions), len(reduced.mimic_matrix)))
+    torques = motion.kinematics.torques(motion.kinematics.configurations(positions), still, still)
+    return (torques + payload_torques(motion, positions, still, still)) @ reduced.mimic_matrix
+
+
+def _ends(motion: Motion) -> tuple[Floats, Floats]:
+    """Return the times of those ends that are at rest, shape (e,), and the torques to stand there, (e, n)."""
+    times = np.array((0.0, motion.duration))
+    at, speeds = motion.trajectory(times), np.abs(motion.trajectory(times, 1))
+    rests = speeds.max(axis=1, initial=0.0) <= motion.options.rest_speed
+    return times[rests], torques_at_rest(motion, at[rests])
 
 
 def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
