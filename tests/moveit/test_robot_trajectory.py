@@ -83,6 +83,75 @@ def test_seconds_by_their_old_names(write: Callable[..., Path]) -> None:
     assert back.velocities is None
 
 
-def test_joints_of_several_degrees_of_freedom(write: Callable[..., Path]) -> None:
-    with pytest.raises(FileFormatError, match="not supported"):
-        read_trajectory(write("multi_dof_joint_trajectory: {points: [{}]}"))
+NAMES = ("odom/x", "odom/y", "odom/theta")
+
+
+@pytest.mark.parametrize("orders", [1, 2, 3])
+@pytest.mark.parametrize("others", [("a", "b"), ()])
+def test_a_base_in_the_plane_is_a_joint_of_several_degrees_of_freedom(
+    tmp_path: Path, orders: int, others: tuple[str, ...]
+) -> None:
+    rng = np.random.default_rng(orders)
+    names = (*others, *NAMES)
+    rows = [rng.normal(size=(9, len(names))) for _ in range(orders)]
+    rows[0][:, -1] = np.linspace(0.5, 9.0, 9)  # more than a turn, in steps of less than half a turn
+    trajectory = Trajectory(names, np.arange(9.0), *rows)
+    write_trajectory(trajectory, tmp_path / "motion.yaml")
+    document = yaml.safe_load((tmp_path / "motion.yaml").read_text())
+    assert document["joint_trajectory"]["joint_names"] == list(others)
+    several = document["multi_dof_joint_trajectory"]
+    assert several["joint_names"] == ["odom"] and len(several["points"]) == 9
+    turned = several["points"][0]["transforms"][0]["rotation"]
+    assert turned == pytest.approx({"x": 0.0, "y": 0.0, "z": np.sin(0.25), "w": np.cos(0.25)})
+    back = read_trajectory(tmp_path / "motion.yaml")
+    assert back.interpolation is trajectory.interpolation
+    assert back.joint_names == (*NAMES, *others)
+    for order in range(3):
+        at = np.linspace(0.0, 8.0, 50)
+        assert back.ordered(names)(at, order) == pytest.approx(trajectory(at, order), abs=1e-9)
+
+
+POINT = "{transforms: [{translation: [1, 2, 0], rotation: [0, 0, 1, 0]}], time_from_start: "
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("joint_names: [odom], points: [{transforms: [{translation: [0, 0, 1]}]}]", "raise or tilt"),
+        (f"joint_names: [odom], points: [{POINT}0}}]", "two points at least"),
+        (f"joint_names: [], points: [{POINT}0}}, {POINT}1}}]", "every joint once"),
+        (f"joint_names: [a, b], points: [{POINT}0}}, {POINT}1}}]", "1 transforms for 2 joints"),
+        (
+            f"joint_names: [odom], points: [{POINT}0, velocities: [{{linear: [0, 0, 1]}}]}}, {POINT}1}}]",
+            "other velocities|raise or tilt",
+        ),
+        ("joint_names: [odom], points: [{}]", "no transforms"),
+    ],
+)
+def test_joints_of_several_degrees_of_freedom_that_are_none(
+    write: Callable[..., Path], text: str, says: str
+) -> None:
+    with pytest.raises(FileFormatError, match=says):
+        read_trajectory(write(f"multi_dof_joint_trajectory: {{{text}}}"))
+
+
+def test_what_moveit_writes_of_a_base_and_an_arm(write: Callable[..., Path]) -> None:
+    """MoveIt states no accelerations of joints of several degrees of freedom: none are taken then."""
+    point = "{positions: [0], velocities: [0], accelerations: [0], time_from_start: "
+    text = f"""
+    joint_trajectory: {{joint_names: [a], points: [{point}0}}, {point}1}}]}}
+    multi_dof_joint_trajectory:
+      joint_names: [odom]
+      points:
+        - {POINT}0, velocities: [{{linear: {{x: 0.5}}, angular: {{z: 0.1}}}}]}}
+        - {POINT}1, velocities: [{{linear: {{x: 0.5}}, angular: {{z: 0.1}}}}]}}
+    """
+    with pytest.raises(FileFormatError, match="linear"):
+        read_trajectory(write(text))
+    full = text.replace("{x: 0.5}", "{x: 0.5, y: 0, z: 0}").replace("{z: 0.1}", "{x: 0, y: 0, z: 0.1}")
+    back = read_trajectory(write(full))
+    assert back.joint_names == (*NAMES, "a") and back.accelerations is None
+    assert back.positions[0] == pytest.approx([1.0, 2.0, np.pi, 0.0])
+    assert back.velocities is not None and back.velocities[0] == pytest.approx([0.5, 0.0, 0.1, 0.0])
+    with pytest.raises(FileFormatError, match="different times"):
+        read_trajectory(write(full.replace("time_from_start: 1}]}", "time_from_start: 2}]}")))

@@ -27,14 +27,7 @@ def read_points(node: Node) -> Trajectory:
     if not names or len(set(names)) != len(names):
         raise node["joint_names"].error("must name every joint once")
     points = node["points"].elements()
-    if len(points) < 2:
-        raise node["points"].error(f"a trajectory has two points at least, not {len(points)}")
-    times = [_read_time(point["time_from_start"]) for point in points]
-    if times[0] != 0.0:
-        raise points[0]["time_from_start"].error(f"must be 0 at the first point, is {times[0]:g} s")
-    for point, (before, after) in zip(points[1:], pairwise(times), strict=True):
-        if after <= before:
-            raise point["time_from_start"].error(f"{after:g} s does not come after {before:g} s")
+    times = read_times(node["points"])
     positions = _read_rows(points, "positions", names)
     velocities = _read_rows(points, "velocities", names)
     accelerations = _read_rows(points, "accelerations", names)
@@ -42,7 +35,25 @@ def read_points(node: Node) -> Trajectory:
         raise points[0].error("has no positions")
     if accelerations is not None and velocities is None:
         raise points[0].error("has accelerations, but no velocities")
-    return Trajectory(names, np.array(times), positions, velocities, accelerations)
+    return Trajectory(names, times, positions, velocities, accelerations)
+
+
+def read_times(node: Node) -> Floats:
+    """Return the times of a list of points, shape (k,) [s].
+
+    Raises:
+        FileFormatError: If there are less than two, or time does not increase from 0.
+    """
+    points = node.elements()
+    if len(points) < 2:
+        raise node.error(f"a trajectory has two points at least, not {len(points)}")
+    times = [_read_time(point["time_from_start"]) for point in points]
+    if times[0] != 0.0:
+        raise points[0]["time_from_start"].error(f"must be 0 at the first point, is {times[0]:g} s")
+    for point, (before, after) in zip(points[1:], pairwise(times), strict=True):
+        if after <= before:
+            raise point["time_from_start"].error(f"{after:g} s does not come after {before:g} s")
+    return np.array(times)
 
 
 def _read_time(node: Node) -> float:
@@ -75,12 +86,8 @@ def points_document(trajectory: Trajectory) -> dict[str, object]:
     Raises:
         ShapeError: If two points are less than a nanosecond apart.
     """
-    stamps = [round(float(time) * NANOSECONDS) for time in trajectory.times]
-    if any(after <= before for before, after in pairwise(stamps)):
-        raise ShapeError("times", "two points are less than a nanosecond apart")
     points: list[dict[str, object]] = []
-    for place, stamp in enumerate(stamps):
-        seconds, nanoseconds = divmod(stamp, NANOSECONDS)
+    for place, moment in enumerate(moments(trajectory)):
         point: dict[str, object] = {
             key: [float(value) for value in rows[place]]
             for key, rows in (
@@ -90,6 +97,18 @@ def points_document(trajectory: Trajectory) -> dict[str, object]:
             )
             if rows is not None
         }
-        point["time_from_start"] = {"sec": seconds, "nanosec": nanoseconds}
+        point["time_from_start"] = moment
         points.append(point)
     return {"joint_names": list(trajectory.joint_names), "points": points}
+
+
+def moments(trajectory: Trajectory) -> list[dict[str, int]]:
+    """Return the times of a trajectory's points, in whole nanoseconds.
+
+    Raises:
+        ShapeError: If two points are less than a nanosecond apart.
+    """
+    stamps = [round(float(time) * NANOSECONDS) for time in trajectory.times]
+    if any(after <= before for before, after in pairwise(stamps)):
+        raise ShapeError("times", "two points are less than a nanosecond apart")
+    return [{"sec": stamp // NANOSECONDS, "nanosec": stamp % NANOSECONDS} for stamp in stamps]

@@ -7,6 +7,7 @@ import yaml
 from trajopt.io.document import Node, read_document, write_text
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import points_document, read_points
+from trajopt.moveit.planar_joints import joined, multi_dof_points, planar_joints, read_multi_dof, split
 
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
@@ -14,19 +15,24 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
     """Write a trajectory as `moveit_msgs/RobotTrajectory` in YAML.
 
-    Numbers are written exactly, times to the nanosecond.
+    Numbers are written exactly, times to the nanosecond. A base that moves in the plane (joints `NAME/x`,
+    `NAME/y` and `NAME/theta`) is written as MoveIt does: as a joint of several degrees of freedom, by its
+    transforms, which do not tell whole turns.
 
     Raises:
         FileFormatError: If the file cannot be written.
         ShapeError: If two points are less than a nanosecond apart.
     """
+    single, several = split(trajectory)
+    nothing: dict[str, object] = {"joint_names": list[str](), "points": list[object]()}
+    planar = (
+        {}
+        if several is None
+        else {"joint_names": list(planar_joints(several.joint_names)), "points": multi_dof_points(several)}
+    )
     document: dict[str, object] = {
-        "joint_trajectory": {"header": _header(), **points_document(trajectory)},
-        "multi_dof_joint_trajectory": {
-            "header": _header(),
-            "joint_names": list[str](),
-            "points": list[object](),
-        },
+        "joint_trajectory": {"header": _header(), **(nothing if single is None else points_document(single))},
+        "multi_dof_joint_trajectory": {"header": _header(), **nothing, **planar},
     }
     text = yaml.dump_all([document], Dumper=_DUMPER, sort_keys=False, default_flow_style=None, width=110)
     write_text(path, text)
@@ -48,10 +54,14 @@ def read_trajectory(path: Path | str) -> Trajectory:
 def read_joint_trajectory(document: Node) -> Trajectory:
     """Return the trajectory of a robot trajectory message.
 
+    Planar joints become `NAME/x`, `NAME/y` and `NAME/theta`, before the others; see `read_multi_dof`.
+
     Raises:
-        FileFormatError: If it is malformed, or moves joints of several degrees of freedom.
+        FileFormatError: If it is malformed, or a joint of several degrees of freedom leaves the plane.
     """
     document.only(("joint_trajectory", "multi_dof_joint_trajectory"))
-    if document["multi_dof_joint_trajectory"]["points"].elements():
-        raise document["multi_dof_joint_trajectory"].error("such joints are not supported")
-    return read_points(document["joint_trajectory"])
+    several = read_multi_dof(document["multi_dof_joint_trajectory"])
+    single = document["joint_trajectory"]
+    if several is not None and not single["points"].elements():
+        return several
+    return joined(document, read_points(single), several)
