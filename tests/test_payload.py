@@ -9,16 +9,13 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
-from tests.verify.arms import mixed_arm, planar_arm, quintic, reduced, wavy
+from tests.verify.arms import mixed_arm, planar_arm, reduced, wavy
 from trajopt import terms
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.payload import loaded_model, payloads
-from trajopt.query import Query
+from trajopt.model.payload import loaded_model
 from trajopt.query.dynamics import DynamicsQuery
-from trajopt.terms.gravity_torque import GravityShare
-from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
-from trajopt.verify import Evidence, VerifyOptions, When, check_requirement
+from trajopt.verify import VerifyOptions
 from trajopt.verify.checks.joint_torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion as TimedMotion
@@ -41,28 +38,6 @@ def test_planner_and_judge_agree_on_the_torque_of_a_load(tmp_path: Path) -> None
     assert torques[inner] == pytest.approx(heavy.torque(q, v, a), abs=1e-8)
     light = DynamicsQuery(model).torque(q, v, a)
     assert np.abs(torques[inner] - light).max() > 1.0
-
-
-def test_a_rod_holds_a_load_by_hand(tmp_path: Path) -> None:
-    """A planar arm in the plane of gravity, stretched: each joint bears the weights times their levers."""
-    arm = planar_arm(tmp_path, axis="0 -1 0")
-    scene = to.Scene(arm).add("load", to.Sphere(0.01), frame="tip", mass=3.0)
-    model = reduced(scene, [0.0, 0.0])
-    assert [(item.name, item.mass) for item in payloads(model)] == [("load", 3.0)]
-    expected = 9.81 * np.array((0.25 + 0.75 + 1.01 * 0.0 + 3.01 * 1.0, 0.25 + 3.01 * 0.5))
-    motion = Motion.single(np.zeros(2), Query(model))
-    found = GravityShare(model, np.arange(2)).linearise(motion).value * 500.0
-    assert found == pytest.approx(expected, abs=1e-9)
-    rise = quintic(model, [[0.0, 0.0], [1.2, 0.0]], 1.0)
-    timed = TimedMotion(model, rise, kinematics=Kinematics(model), options=VerifyOptions())
-    share = float(expected[0]) / 500.0
-    for factor, holds in ((1.001, True), (0.999, False)):
-        (check,) = check_requirement(to.gravity_torque(factor * share), timed, When.ALWAYS)
-        assert check.holds == holds
-        assert check.evidence is Evidence.SAMPLED
-        assert check.subject == "shoulder"
-    (at_end,) = check_requirement(to.gravity_torque(0.999 * share), timed, When.END)
-    assert at_end.holds
 
 
 def test_attaching_says_or_keeps_the_mass(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ here and packages to import from.
 from trajopt.benchmark import compare as compare
 from trajopt.benchmark import expected_status as expected_status
 from trajopt.cartesian import follow as follow
-from trajopt.cartesian import follows_curve as follows_curve
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError

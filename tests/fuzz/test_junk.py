@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.requirements.kind import kinds
 
 JUNK: tuple[object, ...] = (
     None, float("nan"), float("inf"), -1, 0, "no such thing", "", b"bytes", [], {}, (), object(), 3 + 1j,
@@ -51,69 +52,25 @@ def calls(folder: Path) -> dict[str, Sound]:
     )  # fmt: skip
     point, axis = (0.1, 0.0, 0.2), (0.0, 0.0, 1.0)
     return {
+        **{name: Sound(getattr(to, name), given) for kind in kinds() for name, given in kind.calls.items()},
         "Budget": Sound(
             to.Budget, {"seconds": 1.0, "work": 10, "attempts": 2, "workers": 1, "improve": True}
         ),
         "any_of": Sound(to.any_of, {"goals": {"a": to.joint_positions({"panda_joint1": 0.1})}}),
-        "axis_alignment": Sound(
-            to.axis_alignment,
-            {"frame": TIP, "axis": axis, "direction": axis, "tolerance": 0.1, "reference": "world"},
-        ),
         "compare": Sound(
             to.compare, {"problems": ["planar_fold"], "methods": ["sqp"], "attempts": 1, "cpu_seconds": 5.0}
         ),
         "convex": Sound(to.convex, {"points": np.random.default_rng(0).normal(size=(9, 3))}),
-        "coupled_joints": Sound(
-            to.coupled_joints,
-            {"weights": {"panda_joint1": 1.0, "panda_joint2": -1.0}, "value": 0.1, "tolerance": 0.1},
-        ),
-        "distance_between": Sound(
-            to.distance_between,
-            {"first": TIP, "second": "box", "lower": 0.1, "upper": 0.5, "first_offset": point},
-        ),
         "during": Sound(to.during, {"required": to.joint_positions({"panda_joint1": 0.1}), "after": "a"}),
         "examine": Sound(to.examine, {"reduced": problem.reduced, "positions": ready}),
-        "frame_placement": Sound(
-            to.frame_placement,
-            {
-                "frame": TIP, "placement": there, "position_tolerance": 0.01, "rotation_tolerance": 0.1,
-                "reference": "world", "offset": point,
-            },
-        ),
-        "gaze": Sound(
-            to.gaze,
-            {"frame": TIP, "target": point, "angle": 0.3, "axis": axis, "origin": point, "farthest": 2.0},
-        ),
         "goal_configurations": Sound(to.goal_configurations, {"problem": problem}),
-        "gravity_torque": Sound(to.gravity_torque, {"share": 0.9}),
-        "joint_positions": Sound(
-            to.joint_positions, {"positions": {"panda_joint1": 0.1}, "tolerance": 0.1}
-        ),
         "judge": Sound(to.judge, {"problem": problem, "trajectory": motion}),
-        "line_of_sight": Sound(
-            to.line_of_sight, {"frame": TIP, "target": point, "origin": point, "ignore": ["box"]}
-        ),
         "load": Sound(to.load, {"robot": "planar2"}),
         "load_mesh": Sound(to.load_mesh, {"path": folder / "one.stl"}),
         "named_problem": Sound(to.named_problem, {"name": "planar_fold"}),
         "placement": Sound(to.placement, {"xyz": point, "rpy": axis}),
         "plan": Sound(to.plan, {"problem": problem, "method": None, "budget": to.Budget(attempts=3)}),
-        "point_on_arc": Sound(
-            to.point_on_arc, {"frame": TIP, "centre": there, "radius": 0.2, "tolerance": 0.01, "sweep": 1.0}
-        ),
-        "point_on_line": Sound(
-            to.point_on_line, {"frame": TIP, "through": point, "direction": axis, "tolerance": 0.01}
-        ),
-        "point_on_plane": Sound(
-            to.point_on_plane, {"frame": TIP, "through": point, "normal": axis, "tolerance": 0.01}
-        ),
-        "position_in_region": Sound(
-            to.position_in_region, {"frame": TIP, "region": to.Box(1, 1, 1), "placement": there}
-        ),
         "expected_status": Sound(to.expected_status, {"status": to.Status.STUCK}),
-        "singularity_distance": Sound(
-            to.singularity_distance, {"frame": TIP, "smallest": 0.01, "length": 0.3}
-        ),
         "tool_speed": Sound(to.tool_speed, {"frame": TIP, "linear": 0.2, "angular": 1.0}),
         "Box": Sound(to.Box, {"x": 0.1, "y": 0.1, "z": 0.1}),
         "Sphere": Sound(to.Sphere, {"radius": 0.1}),
@@ -139,7 +96,7 @@ TYPED = {"scene", "reduced", "problem", "trajectory", "joint_names"}
 """Arguments that are our own values, made by nothing that is not checked: types are for type checkers."""
 NO_INPUT = {"MeshPolicy", "Moment", "Plane", "Plan", "Placement", "Requirement", "Result", "Robot",
             "RotationCoordinates", "Scene", "Status", "Constraint", "Cost", "explain", "follow",
-            "follows_curve", "pick_and_place", "plan_once", "render", "simulate", "view"}  # fmt: skip
+            "pick_and_place", "plan_once", "render", "simulate", "view"}  # fmt: skip
 """Public names that take no input of a user's, or whose input is spoilt elsewhere."""
 
 

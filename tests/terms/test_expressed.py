@@ -8,32 +8,31 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.terms.test_derivatives import FACTORIES, World, every_term, world
+from tests.requirements.kind import kinds
+from tests.terms.test_derivatives import FACTORIES, every_term
+from tests.terms.worlds import World, world
 from trajopt import terms
 from trajopt.model.shapes import Box, Cylinder, Plane, Sphere
 from trajopt.terms.axis_alignment import AxisAngle
 from trajopt.terms.distance_between import PointDistance
-from trajopt.terms.follows_curve import CurveError
 from trajopt.terms.frame_placement import FramePlacementError
-from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
 from trajopt.terms.position_in_region import RegionCoordinates
 from trajopt.terms.residual import Residual
-from trajopt.terms.singularity_distance import SmallestSingularValue
+from trajopt.terms.rolling import Rolling
 from trajopt.terms.symbolic import Symbolic, SymbolicKinematics
 
 MEASURED = {
+    *(term for kind in kinds() for term in kind.measured),
     terms.SoftClearance,
-    CurveError,
     terms.Clearance,
-    SightClearance,
-    SmallestSingularValue,
     terms.LostManipulability,
     terms.FunctionResidual,
     terms.Exceeded,
     terms.Velocity,
     terms.Acceleration,
     terms.Jerk,
+    Rolling,
 }
 """Terms without an expression: measured, a user's function, of several knots, or of their places."""
 

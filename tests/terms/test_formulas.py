@@ -2,18 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt import terms
 from trajopt.model.reduced import ReducedModel, reduce_model
-from trajopt.model.requirements import RotationCoordinates
 from trajopt.query import Query
-from trajopt.terms.axis_alignment import AxisAngle
-from trajopt.terms.frame_placement import FramePlacementError
 from trajopt.terms.motion import Motion
 
 angles = st.floats(-1.4, 1.4)
@@ -28,37 +23,6 @@ def reduced(tmp_path_factory: pytest.TempPathFactory) -> ReducedModel:
 
 def standing(reduced: ReducedModel, at: tuple[float, ...]) -> Motion:
     return Motion.single(np.array(at), Query(reduced))
-
-
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(at=positions, rpy=st.tuples(angles, angles, angles))
-def test_placement_error_rebuilds_the_frame(
-    reduced: ReducedModel, at: tuple[float, ...], rpy: tuple[float, ...]
-) -> None:
-    """Composing the goal with the error must give the frame back, in both coordinates."""
-    goal = to.placement((0.2, -0.1, 0.4), rpy=rpy)
-    frame = reduced.scene.placement_of("tip", reduced.all_positions(np.array(at)))
-    for coordinates in RotationCoordinates:
-        required = to.frame_placement("tip", goal, coordinates=coordinates)
-        value = FramePlacementError(reduced, required).linearise(standing(reduced, at)).value
-        error = (
-            Rotation.from_rotvec(value[3:])
-            if coordinates is RotationCoordinates.ROTATION_VECTOR
-            else Rotation.from_euler("XYZ", value[3:])
-        )
-        assert goal.rotation @ error.as_matrix() == pytest.approx(frame.rotation, abs=1e-7)
-        assert goal.translation + goal.rotation @ value[:3] == pytest.approx(frame.translation, abs=1e-9)
-
-
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(at=positions)
-def test_tilt_is_the_angle(reduced: ReducedModel, at: tuple[float, ...]) -> None:
-    required = to.axis_alignment("tip", axis=(0, 1, 1), direction=(1, 0, 2), tolerance=0.2)
-    value = AxisAngle(reduced, required).linearise(standing(reduced, at)).value[0]
-    frame = reduced.scene.placement_of("tip", reduced.all_positions(np.array(at)))
-    cosine = (frame.rotation @ required.axis) @ required.direction
-    assert np.cos(value) == pytest.approx(cosine, abs=1e-9)
-    assert 0.0 <= value <= np.pi
 
 
 def test_mimic_joint_moves_with_its_source(reduced: ReducedModel) -> None:

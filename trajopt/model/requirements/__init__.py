@@ -61,6 +61,7 @@ __all__ = [
     "coupled_joints",
     "distance_between",
     "during",
+    "follows_curve",
     "frame_placement",
     "gaze",
     "gravity_torque",

@@ -1,11 +1,14 @@
 """The judge on curves: proven where it is true, refused where the tool leaves, skips or goes back."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import trajopt as to
+from tests.requirements.kind import Kind
+from tests.terms.worlds import World
 from tests.verify.arms import joint as joint_xml
 from tests.verify.arms import link as link_xml
 from tests.verify.arms import quintic, reduced, robot
@@ -16,6 +19,8 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
+from trajopt.terms.follows_curve import CurveError
+from trajopt.terms.residual import Residual
 from trajopt.verify import Check, Evidence, verify
 
 
@@ -168,3 +173,54 @@ def test_bad_input_is_refused() -> None:
     ):
         with pytest.raises(ProblemError):
             call()
+
+
+def curve(reference: str, **more: object) -> Callable[[World], Residual]:
+    def build(at: World) -> Residual:
+        begin = to.placement((0.1, 0.1, 0.2), rpy=(0.1, 0.2, 0.3))
+        way = line(begin, to.placement((0.3, -0.2, 0.4), rpy=(1.0, -0.2, 0.3)))
+        required = follows_curve("held", way, reference=reference, offset=(0.1, 0, 0), **more)  # type: ignore[arg-type]
+        return CurveError(at.reduced, required, np.array((0.0, 0.1, 0.3, way.length)))
+
+    return build
+
+
+LINE = polyline([to.placement((0.4, 0, 0.5)), to.placement((0.4, 0.3, 0.5))])
+HERE = to.placement((0.4, 0.1, 0.2))
+KIND = Kind(
+    requirement=FollowsCurve,
+    printed=[
+        (
+            follows_curve("tip", LINE, spin=(0, 0, 1)),
+            "tip along a curve of 0.3 m from (0.4, 0, 0.5) m to (0.4, 0.3, 0.5) m, "
+            "within 0.1 mm and 0.1 deg, free about z",
+        ),
+        (
+            follows_curve("tip", LINE, until=0.05, rotation_tolerance=np.inf, reference="tray"),
+            "tip along the first 50 mm of a curve of 0.3 m from (0.4, 0, 0.5) m to (0.4, 0.3, 0.5) m in "
+            "tray, within 0.1 mm",
+        ),
+    ],
+    relaxed=[follows_curve("tip", line(HERE, to.placement((0.5, 0.1, 0.2))), position_tolerance=0.01)],
+    residuals={
+        CurveError: [
+            curve("world"),
+            curve("slide"),
+            curve("slide", spin=(0.1, 0.2, 1.0)),
+            curve("thing", rotation_tolerance=np.inf),
+        ]
+    },
+    calls={
+        "follows_curve": {
+            "frame": "panda_hand_tcp",
+            "curve": LINE,
+            "position_tolerance": 1e-3,
+            "rotation_tolerance": 0.1,
+            "until": 0.1,
+            "spin": (0.0, 0.0, 1.0),
+            "reference": "world",
+            "offset": (0.0, 0.0, 0.1),
+        }
+    },
+    measured=frozenset({CurveError}),
+)

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.requirements.kind import Kind
 from tests.verify.arms import joint, link, quintic, reduced, robot
 from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.requirements import LineOfSight
 from trajopt.query import Query
 from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
@@ -89,3 +91,31 @@ def test_bad_input_is_refused(model: ReducedModel) -> None:
         to.line_of_sight("eye", (0, 0, 0), margin=0.0)
     with pytest.raises(ProblemError, match="ignore"):
         to.line_of_sight("eye", (0, 0, 0), ignore="ball")
+
+
+KIND = Kind(
+    requirement=LineOfSight,
+    printed=[
+        (
+            to.line_of_sight("eye", (0.5, 0, 0.2)),
+            "eye sees (0.5, 0, 0.2) m, its line of sight clear by 10 mm",
+        )
+    ],
+    relaxed=[to.line_of_sight("tip", (1.0, 0.5, 0.2), margin=0.05)],
+    residuals={
+        SightClearance: [
+            lambda at: SightClearance(
+                at.reduced, to.line_of_sight("tip", (0.66, 0.2, 0.4), origin=(0, 0, 0.2), ignore=["held"])
+            )
+        ]
+    },
+    calls={
+        "line_of_sight": {
+            "frame": "panda_hand_tcp",
+            "target": (0.1, 0.0, 0.2),
+            "origin": (0.1, 0.0, 0.2),
+            "ignore": ["box"],
+        }
+    },
+    measured=frozenset({SightClearance}),
+)
