@@ -47,18 +47,18 @@ class NameNotFound(ModelError, KeyError):
         known: All names that there are.
     """
 
-    def __init__(self, kind: str, name: str, known: Iterable[str]) -> None:
-        """Find the near matches of `name` among `known`."""
+    def __init__(self, kind: str, name: str, known: Iterable[str], *, left_out: str = "") -> None:
+        """Find the near matches of `name` among `known`; `left_out` says why what a file calls so is not."""
         self.kind, self.name = kind, name
         names = sorted(known)
         self.known: Sequence[str] = tuple(names)
         self.near: Sequence[str] = tuple(get_close_matches(shown(name).strip("'"), names, n=3, cutoff=0.4))
-        if self.near:
+        if left_out:
+            hint = f"it was left out: {left_out}"
+        elif self.near:
             hint = "did you mean " + " or ".join(map(shown, self.near)) + "?"
-        elif names:
-            hint = f"known: {listed(names)}"
         else:
-            hint = "there are none here"
+            hint = f"known: {listed(names)}" if names else "there are none here"
         self.message = f"no {kind} named {shown(name)}; {hint}"
         super().__init__(self.message)
 

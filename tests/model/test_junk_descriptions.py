@@ -78,7 +78,7 @@ def test_a_folder_is_no_description(tmp_path: Path) -> None:
         to.load(tmp_path / "odd.urdf", srdf=tmp_path)
 
 
-@pytest.mark.parametrize("value", ["nan", "inf", "a", "", "1 2"])
+@pytest.mark.parametrize("value", ["nan", "inf", "a", "", "1 nan"])
 def test_a_named_state_of_no_number(value: str, tmp_path: Path) -> None:
     odd_arm(tmp_path)
     srdf = tmp_path / "odd.srdf"

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import trajopt as to
 from tests.verify.arms import link, quintic, reduced
 from trajopt.arrays import Floats
-from trajopt.errors import JointNotFound, MimicContradiction, MimicCycle
+from trajopt.errors import MimicContradiction, MimicCycle
 from trajopt.kinematics import forward_kinematics
 from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
@@ -114,9 +114,11 @@ def test_a_circle_is_refused_with_its_joints(tmp_path: Path, stated: Stated, nam
     assert all(joint in str(caught.value) for joint in named)
 
 
-def test_a_joint_that_mimics_nobody_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(JointNotFound, match=r"that 'm1' mimics.*'j2'.*did you mean .*'j1'"):
-        planar(tmp_path, {"m1": ("j2", 1.0, 0.0)})
+def test_a_joint_that_mimics_nobody_moves_on_its_own_and_that_is_said(tmp_path: Path) -> None:
+    robot = planar(tmp_path, {"m1": ("j2", 1.0, 0.0), "m2": ("m1", 2.0, 0.0)})
+    assert robot.groups["all"].joints == ("j1", "m1")
+    assert robot.positions({"m1": 0.2}) == pytest.approx((0.0, 0.2, 0.4))
+    assert robot.notes == ("joints move on their own that mimic what the robot does not have: m1 ('j2')",)
 
 
 def test_what_mimics_a_fixed_joint_stands_at_its_offset(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM, odd_arm
 from trajopt.commander.robot_states import joint_names, link_names
-from trajopt.errors import JointNotFound, ModelError
+from trajopt.errors import ModelError
 from trajopt.model.description.pinocchio_model import link_placement
 from trajopt.srdf_assistant import propose_srdf
 
@@ -101,9 +101,10 @@ def test_a_tool_frame_with_the_name_of_a_link_is_refused(tmp_path: Path) -> None
             to.Robot.from_urdf(tmp_path / "odd.urdf", frames={name: ("fore", to.placement())})
 
 
-def test_a_state_of_a_link_is_refused(tmp_path: Path) -> None:
+def test_a_state_holds_no_link(tmp_path: Path) -> None:
     odd_arm(tmp_path)
     text = SRDF.format(**{**{name: name for name in NEW}, "wrist": "turret"})
     (tmp_path / "odd.srdf").write_text(text)
-    with pytest.raises(JointNotFound, match="turret"):
-        to.load(tmp_path / "odd.urdf", srdf=tmp_path / "odd.srdf")
+    robot = to.load(tmp_path / "odd.urdf", srdf=tmp_path / "odd.srdf")
+    assert robot.state("bent") == {}
+    assert robot.notes == ("state 'bent' is without turret: the robot has no such joint",)

@@ -27,12 +27,20 @@ def test_none_leaves_the_robots_own(scene_of: Read) -> None:
 @pytest.mark.parametrize(
     "values", ["[[false, true], [true, false]]", "[{enabled: [false, true]}, {enabled: [true, 0]}]"]
 )
-def test_replaces_the_robots_own(scene_of: Read, values: str) -> None:
+def test_a_matrix_in_either_form_is_read(scene_of: Read, values: str) -> None:
     file = scene_of(matrix(f"{{entry_names: [hand, ball], entry_values: {values}}}"))
     assert file.scene.may_touch("hand", "ball")
-    assert not file.scene.may_touch("hand", "left_finger")
-    assert not file.scene.may_touch("upper", "fore")
-    assert "does not name base, upper, fore, left_finger, right_finger" in file.notes[0]
+    assert not file.scene.may_touch("fore", "ball")
+    assert "does not name base, upper, fore, left_finger, right_finger: what" in file.notes[0]
+
+
+def test_replaces_what_is_said_of_the_links_that_it_names_only(scene_of: Read) -> None:
+    values = "[[false, false, false], [false, false, false], [false, false, false]]"
+    scene = scene_of(matrix(f"{{entry_names: [hand, fore, upper], entry_values: {values}}}")).scene
+    assert scene.robot.disabled_pairs >= {frozenset(("upper", "fore")), frozenset(("hand", "left_finger"))}
+    assert not scene.may_touch("upper", "fore")
+    assert scene.may_touch("hand", "left_finger")
+    assert not scene.may_touch("base", "hand")
 
 
 def test_all_false_allows_nothing(scene_of: Read) -> None:

@@ -1,5 +1,7 @@
 """The shared MotionBenchMaker problems: all of them parse, and say what the files say."""
 
+from collections.abc import Callable
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 
@@ -109,3 +111,66 @@ def test_all_panda_problems(shared_data: Path, panda: to.Robot, name: str) -> No
 def test_all_ur5_problems(shared_data: Path, foreign_ur5: to.Robot, name: str) -> None:
     for number in range(1, 51):
         check_ur5(shared_data / "motionbenchmaker" / "ur5" / name, number, foreign_ur5)
+
+
+FOREIGN = {
+    "fetch": (
+        "arm_with_torso",
+        8,
+        1,
+        "torso_lift_link_collision_2",
+        ("l_wheel_joint, r_wheel_joint", "bellows_joint (at 0.05)"),
+    ),
+    "baxter": ("both_arms", 14, 0, "torso_collision_2", ("l_gripper_r_finger_joint (at -0.05)",)),
+}
+"""Group, its joints, notes on the state of the scene, link that no matrix names, strangers."""
+
+
+@pytest.fixture(scope="session")
+def foreign(shared_data: Path) -> Callable[[str], to.Robot]:
+    """The Fetch and the Baxter that their problems were made for."""
+
+    @cache
+    def load(name: str) -> to.Robot:
+        folder = shared_data / "motionbenchmaker" / name / "robot"
+        return to.load(folder / f"{name}.urdf", srdf=folder / f"{name}.srdf", package_dirs=[folder])
+
+    return load
+
+
+def check_foreign(folder: Path, number: int, robot: to.Robot) -> None:
+    """Look at a problem whose files say more than the robot has, and less of its matrix."""
+    scene, request = read_pair(folder, number, robot)
+    group, joints, states, unnamed, strangers = FOREIGN[robot.name]
+    assert sum("robot_state.joint_state" in note for note in scene.notes) == states
+    assert any("does not name" in note and unnamed in note for note in scene.notes)
+    said = "\n".join(note for note in request.notes if "start_state.joint_state" in note)
+    assert all(stranger in said for stranger in strangers)
+    problem = request.problem()
+    assert problem.group == group and len(robot.group(group).joints) == joints
+    check_against_text(folder / f"scene{number:04d}.yaml", scene)
+    pairs = {pair for pair in robot.disabled_pairs if unnamed in pair}
+    assert pairs and all(scene.scene.may_touch(*pair) for pair in pairs)
+
+
+@pytest.mark.parametrize("number", [1, 50])
+@pytest.mark.parametrize(
+    ("robot", "name"),
+    [("fetch", "cage"), ("fetch", "table_pick"), ("baxter", "bookshelf_tall_both_arms_hard")],
+)
+def test_some_problems_of_fetch_and_baxter(
+    shared_data: Path, foreign: Callable[[str], to.Robot], robot: str, name: str, number: int
+) -> None:
+    check_foreign(shared_data / "motionbenchmaker" / robot / name, number, foreign(robot))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", FOREIGN)
+def test_all_problems_of_fetch_and_baxter(
+    shared_data: Path, foreign: Callable[[str], to.Robot], robot: str
+) -> None:
+    folders = [each for each in (shared_data / "motionbenchmaker" / robot).iterdir() if each.name != "robot"]
+    assert len(folders) in (3, 7)
+    for folder in folders:
+        for number in range(1, 51):
+            check_foreign(folder, number, foreign(robot))

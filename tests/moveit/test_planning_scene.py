@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from trajopt import Placement, Robot, placement
-from trajopt.errors import FileFormatError, FrameNotFound, JointNotFound, ObjectNotFound
+from trajopt.errors import FileFormatError, FrameNotFound, ObjectNotFound
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.reduced import reduce_model
 from trajopt.model.shapes import Box, Cone, Cylinder, Plane, Sphere, bounding_box
@@ -496,11 +496,6 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
         FrameNotFound,
         r"frame_id in .*scene\.yaml.*did you mean 'hand'",
     ),
-    "unknown joint": (
-        "robot_state: {joint_state: {name: [elbwo], position: [0]}}",
-        JointNotFound,
-        r"joint_state\.name\[0\].*did you mean 'elbow'",
-    ),
     "joint twice": (
         "robot_state: {joint_state: {name: [elbow, elbow], position: [0, 1]}}",
         FileFormatError,
@@ -510,11 +505,6 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
         "robot_state: {joint_state: {name: [elbow]}}",
         FileFormatError,
         "1 names, but 0 positions",
-    ),
-    "fixed joint moved": (
-        "robot_state: {joint_state: {name: [flange], position: [0.1]}}",
-        FileFormatError,
-        "'flange' is fixed",
     ),
     "robot displaced": (
         "robot_state: {multi_dof_joint_state: {transforms: [{translation: [1, 0, 0]}]}}",
@@ -588,3 +578,16 @@ def test_bad_scene(scene_of: Read, case: str) -> None:
 def test_missing_file(tmp_path: Path, planar_arm: Robot) -> None:
     with pytest.raises(FileFormatError, match=r"nowhere\.yaml: cannot be read"):
         read_scene(tmp_path / "nowhere.yaml", planar_arm)
+
+
+def test_joints_that_the_robot_lacks_or_has_fixed_are_left_out_and_noted(scene_of: Read) -> None:
+    file = scene_of(
+        "robot_state: {joint_state: {name: [camera_pan, elbow, flange, sholder], position: [3, 1, 0.05, 2]}}"
+    )
+    assert dict(file.state) == {"elbow": 1.0}
+    robot = file.scene.robot.name
+    assert file.notes == (
+        f"robot_state.joint_state: left out, being no joints of {robot}: "
+        "camera_pan, sholder (did you mean 'shoulder'?)",
+        f"robot_state.joint_state: left out, being fixed in {robot}: flange (at 0.05)",
+    )

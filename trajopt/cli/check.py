@@ -52,6 +52,6 @@ def check(
         typer.echo(json.dumps(certificate.as_dict(), allow_nan=False))
     else:
         typer.echo(f"{trajectory}: {motion}\n{certificate}")
-        for note in (*around.notes, *asked.notes):
+        for note in (*around.scene.robot.notes, *around.notes, *asked.notes):
             typer.echo(f"note: {note}")
     raise typer.Exit(0 if certificate.verified else 1)

@@ -63,7 +63,7 @@ def plan(
     around, asked = read_files(source.load(), scene, request)
     with progress_line() as line:
         result = plan_problem(asked.problem(), budget=budget, progress=line.show, on_incumbent=line.have)
-    notes = [*around.notes, *asked.notes]
+    notes = [*around.scene.robot.notes, *around.notes, *asked.notes]
     document = {
         **result.as_dict(),
         "notes": notes,

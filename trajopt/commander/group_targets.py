@@ -19,7 +19,7 @@ from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.placement import placement
 from trajopt.model.printed import in_joint_position, in_range
 from trajopt.model.requirements import frame_placement
-from trajopt.moveit.robot_state import read_joint_positions
+from trajopt.moveit.robot_state import checked_joint_positions
 from trajopt.problem import Problem
 
 
@@ -203,7 +203,7 @@ class GroupTargets(GroupBase):
 
     def _of_group(self, state: Any) -> dict[str, float]:
         """Return what a state message says of the group's joints."""
-        named = read_joint_positions(document_of(state, "joint state"), self._world.robot, [])
+        named = checked_joint_positions(document_of(state, "joint state"), self._world.robot)
         return {joint: value for joint, value in named.items() if joint in self._group.joints}
 
     def _reaching(self, pose: Any, *more: Any) -> dict[str, float]:

@@ -15,7 +15,7 @@ from trajopt.model.description.groups import Group
 from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.moveit.robot_state import checked_joint_positions, layered_positions
 
 
 def state_message(scene: Scene, positions: Floats) -> RobotState:
@@ -31,7 +31,7 @@ def within_bounds(message: object, robot: Robot) -> RobotState:
         FileFormatError: If the message is malformed.
         JointNotFound: If it names an unknown joint.
     """
-    named = read_joint_positions(document_of(message, "robot state"), robot, [])
+    named = checked_joint_positions(document_of(message, "robot state"), robot)
     index = robot.index(named)
     lower, upper = robot.limits.lower[index], robot.limits.upper[index]
     values = np.array(list(named.values()))
@@ -79,4 +79,4 @@ def state_positions(state: object, world: World) -> Floats:
         return layered_positions(robot, now)
     if isinstance(state, Mapping):
         return layered_positions(robot, now, cast("Mapping[str, float]", state))
-    return layered_positions(robot, now, read_joint_positions(document_of(state, "robot state"), robot, []))
+    return layered_positions(robot, now, checked_joint_positions(document_of(state, "robot state"), robot))

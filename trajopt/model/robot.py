@@ -1,43 +1,36 @@
 """Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, Value, floats, mapping, one_of
-from trajopt.errors import FileFormatError, FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
-from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
-from trajopt.model.description.base_joints import with_base
-from trajopt.model.description.from_pinocchio import check_joints, described, group_elements
-from trajopt.model.description.groups import Group, resolve_groups
-from trajopt.model.description.mimics import completed, followed, resolve_mimics
+from trajopt.arrays import Floats, Ints, floats, mapping, one_of
+from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
+from trajopt.model.description.groups import Group
+from trajopt.model.description.mimics import completed, followed
 from trajopt.model.description.pinocchio_model import (
     ModelData,
-    adjacent_links,
     configuration,
-    described_limits,
     fixed_joint_names,
     link_names,
     model_data,
     model_of,
 )
-from trajopt.model.description.srdf import EndEffector, Srdf, read_srdf
-from trajopt.model.description.urdf import LinkGeometry, Mimic, Urdf, read_urdf
-from trajopt.model.frame_attachment import FrameAttachment, tool_frames
-from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
+from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.moving_base import MovingBase, RobotBase
-from trajopt.model.placement import IDENTITY, PlacementLike
+from trajopt.model.moving_base import MovingBase
+from trajopt.model.placement import IDENTITY
 from trajopt.model.printed import in_number, in_short
+from trajopt.model.robot_parts import Beside, FileName, Frames, RobotParts, parts_of_pinocchio, parts_of_urdf
 
 
 @dataclass(frozen=True, eq=False)
-class Robot(Value):
+class Robot(RobotParts):
     """A robot as its description files state it; immutable.
 
     A joint has one number: its angle [rad] or travel [m]; continuous joints count whole turns.
@@ -59,38 +52,20 @@ class Robot(Value):
         visuals: Visual elements of all links, for viewers.
         mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
         notes: Sentences on what the files say that was left out, or taken differently.
+        left_out: Why a group or a named state of the files was left out, by its name.
         base: How it stands in the world, and what moves it there.
         urdf_path: The file it came from; an empty path where it came from a Pinocchio model.
         urdf_xml: Its text without collision and visual elements; then only the robot's name.
     """
 
-    name: str
-    model: pin.Model
-    joint_names: tuple[str, ...]
-    limits: JointLimits
-    groups: Mapping[str, Group]
-    states: Mapping[tuple[str, str], Mapping[str, float]]
-    end_effectors: Mapping[str, EndEffector]
-    passive_joints: frozenset[str]
-    disabled_pairs: frozenset[frozenset[str]]
-    mimics: Mapping[str, Mimic]
-    frames: Mapping[str, FrameAttachment]
-    bodies: tuple[CollisionBody, ...]
-    visuals: tuple[LinkGeometry, ...]
-    mesh_notes: tuple[str, ...]
-    notes: tuple[str, ...]
-    base: RobotBase
-    urdf_path: Path
-    urdf_xml: str
-
     @staticmethod
     def from_urdf(
         urdf: Path | str,
         *,
-        srdf: Path | str | None = None,
-        limits: Path | str | None = None,
+        srdf: FileName = None,
+        limits: FileName = None,
         package_dirs: Sequence[Path | str] = (),
-        frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None = None,
+        frames: Frames = None,
         name: str | None = None,
         meshes: MeshPolicy | None = None,
         base: MovingBase | None = None,
@@ -114,28 +89,10 @@ class Robot(Value):
             MeshFileError: If a collision mesh is missing, empty or unreadable.
             UnsupportedJoint: If a joint is of no type that URDF has.
             MimicCycle: If joints mimic each other in a circle.
-            NameNotFound: If the SRDF, the limits, a frame or a mimic joint name what the URDF does not have.
+            NameNotFound: If the limits or a frame name what the URDF does not have.
         """
-        semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
-        based = with_base(read_urdf(Path(urdf), [Path(folder) for folder in package_dirs]), semantics, base)
-        try:
-            model = pin.buildModelFromXML(based.urdf.xml)
-        except ValueError as error:
-            reason = f"{error} (what is wrong is told above, on standard error)"
-            raise FileFormatError(str(urdf), reason) from error
-        stated = based.limits_beside({} if limits is None else read_joint_limits(Path(limits)))
-        fixed = fixed_joint_names(model)
-        mimics = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)
-        return _assembled(
-            model,
-            replace(based.urdf, name=name or based.urdf.name),
-            based.srdf,
-            base=based.base,
-            limits=with_stated(described_limits(model), stated, mimics=mimics),
-            mimics=mimics,
-            frames=frames,
-            meshes=meshes,
-        )
+        beside = Beside(srdf, limits, frames, name, meshes)
+        return Robot(**vars(parts_of_urdf(Path(urdf), package_dirs, base, beside)))
 
     @staticmethod
     def from_pinocchio(
@@ -143,9 +100,9 @@ class Robot(Value):
         collision_model: pin.GeometryModel | None = None,
         *,
         groups: Mapping[str, Sequence[str]] | None = None,
-        srdf: Path | str | None = None,
-        limits: Path | str | None = None,
-        frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None = None,
+        srdf: FileName = None,
+        limits: FileName = None,
+        frames: Frames = None,
         name: str | None = None,
         meshes: MeshPolicy | None = None,
     ) -> "Robot":
@@ -168,22 +125,10 @@ class Robot(Value):
         Raises:
             UnsupportedJoint: If a joint is a free-flyer or has more than one degree of freedom.
             ModelError: If limits or a collision geometry are not what they must be.
-            NameNotFound: If a group, the SRDF, the limits or a frame name what the model does not have.
+            NameNotFound: If a group, the limits or a frame name what the model does not have.
         """
-        check_joints(model)
-        semantics = Srdf() if srdf is None else read_srdf(Path(srdf))
-        stated: Mapping[str, Mapping[str, Any]] = {} if limits is None else read_joint_limits(Path(limits))
-        own = model.copy()
-        return _assembled(
-            own,
-            described(own, collision_model, name),
-            replace(semantics, groups={**semantics.groups, **group_elements(own, groups)}),
-            base=RobotBase(),
-            limits=with_stated(described_limits(own), stated, mimics={}),
-            mimics={},
-            frames=frames,
-            meshes=meshes,
-        )
+        beside = Beside(srdf, limits, frames, name, meshes)
+        return Robot(**vars(parts_of_pinocchio(model, collision_model, groups, beside)))
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -219,7 +164,7 @@ class Robot(Value):
             GroupNotFound: If there is none of that name.
         """
         if one_of("group", name, str) not in self.groups:
-            raise GroupNotFound("group", name, self.groups)
+            raise GroupNotFound("group", name, self.groups, left_out=self.left_out.get(name, ""))
         return self.groups[name]
 
     def index(self, joints: Iterable[str]) -> Ints:
@@ -287,7 +232,8 @@ class Robot(Value):
         for (owner, state), values in self.states.items():
             if state == name and group in (None, owner):
                 return {joint: v for joint, v in values.items() if joint in self.joint_names}
-        raise StateNotFound("state", name, {state for owner, state in self.states if group in (None, owner)})
+        known = {state for owner, state in self.states if group in (None, owner)}
+        raise StateNotFound("state", name, known, left_out=self.left_out.get(name, ""))
 
     def configuration(self, positions: Floats) -> Floats:
         """Return pinocchio's configuration vector of positions of all joints.
@@ -312,39 +258,3 @@ class Robot(Value):
         """Say name, joints and groups."""
         names = ", ".join(f"{g.name} ({len(g.joints)})" for g in self.groups.values()) or "none"
         return in_short(f"Robot({shown(self.name)}, {in_number(self.joint_names, 'joint')}; groups: {names})")
-
-
-def _assembled(
-    model: pin.Model,
-    description: Urdf,
-    semantics: Srdf,
-    *,
-    base: RobotBase,
-    limits: JointLimits,
-    mimics: Mapping[str, Mimic],
-    frames: Mapping[str, FrameAttachment | tuple[str, PlacementLike]] | None,
-    meshes: MeshPolicy | None,
-) -> Robot:
-    """Make a robot of what its descriptions state, whose names are checked against each other."""
-    links = link_names(model)
-    bodies, notes = robot_bodies(description.collisions, meshes or MeshPolicy())
-    return Robot(
-        name=description.name,
-        model=model,
-        joint_names=tuple(model.names[1:]),
-        limits=limits,
-        groups=resolve_groups(model, semantics, frozenset(mimics)),
-        states=semantics.states,
-        end_effectors=semantics.end_effectors,
-        passive_joints=semantics.passive_joints,
-        disabled_pairs=semantics.disabled_pairs | adjacent_links(model, links),
-        mimics=mimics,
-        frames=tool_frames(frames or {}, links),
-        bodies=bodies,
-        visuals=description.visuals,
-        mesh_notes=notes,
-        notes=description.notes,
-        base=base,
-        urdf_path=description.path,
-        urdf_xml=description.xml,
-    )

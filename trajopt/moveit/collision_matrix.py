@@ -13,8 +13,9 @@ MATRIX_FIELDS = ("entry_names", "entry_values", "default_entry_names", "default_
 def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
     """Return the scene with the message's allowed-collision matrix in place of the robot's.
 
-    A matrix that names no pair leaves the robot's own in force, and only adds its defaults. Where
-    two defaults meet, both must allow contact, as in MoveIt.
+    It replaces what the robot's description says of two links that it both names; a link that it does not
+    name keeps what the description allows it. A matrix that names no pair only adds its defaults. Where two
+    defaults meet, both must allow contact, as in MoveIt.
 
     Args:
         node: The matrix; its rows are lists, or mappings with `enabled`.
@@ -37,7 +38,8 @@ def apply_matrix(node: Node, scene: Scene, notes: list[str]) -> Scene:
     if strangers:
         notes.append(f"{node.place}: left out, being neither link nor object: {', '.join(strangers)}")
     kept = {name: allowed for name, allowed in defaults.items() if name in known}
-    entries = dict(scene.allowed.entries) if not names else dict[frozenset[str], bool]()
+    described = (pair for pair in scene.robot.disabled_pairs if not pair <= set(names))
+    entries = dict.fromkeys(described, True) if names else dict(scene.allowed.entries)
     conflicts = (pair for pair in combinations(kept, 2) if kept[pair[0]] != kept[pair[1]])
     entries = dict.fromkeys(map(frozenset, conflicts), False) | entries
     for (i, a), (j, b) in combinations(enumerate(names), 2):
@@ -88,6 +90,6 @@ def _note_unnamed(node: Node, names: list[str], scene: Scene, notes: list[str]) 
     unnamed = [owner for owner in owners if owner not in names]
     if unnamed:
         notes.append(
-            f"{node.place}: replaces the robot's own matrix, but does not name "
-            f"{', '.join(unnamed)}: checked against everything"
+            f"{node.place}: does not name {', '.join(unnamed)}: "
+            "what the robot's description allows of them stays allowed"
         )

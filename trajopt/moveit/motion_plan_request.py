@@ -192,6 +192,10 @@ def _read_goals(
 def _read_group(node: Node, robot: Robot, notes: list[str]) -> str:
     """Return the group; all joints where a robot without SRDF cannot know the name."""
     name = node.text("")
+    if name in robot.left_out and name not in robot.groups:
+        raise GroupNotFound(
+            f"group (at {node.place} in {node.path})", name, robot.groups, left_out=robot.left_out[name]
+        )
     if tuple(robot.groups) == (ALL_JOINTS,):
         if name not in ("", ALL_JOINTS):
             notes.append(f"{node.place}: {name!r} needs the robot's SRDF; all joints are planned for")

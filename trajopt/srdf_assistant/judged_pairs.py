@@ -30,7 +30,7 @@ def all_joints_free(robot: Robot) -> ReducedModel:
     Where no position of a joint keeps those that follow it within their limits, theirs are left out:
     `check_urdf` names them.
     """
-    groups = resolve_groups(robot.model, Srdf(), frozenset(robot.mimics))
+    groups, *_ = resolve_groups(robot.model, Srdf(), frozenset(robot.mimics))
     bare = replace(robot, groups=groups, disabled_pairs=frozenset(), passive_joints=frozenset())
     try:
         return _reduced(bare)

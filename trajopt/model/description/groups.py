@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import pinocchio as pin
 
-from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, shown
+from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, NameNotFound, shown
 from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names, link_frame, link_names
 from trajopt.model.description.srdf import GroupElement, Srdf
 from trajopt.model.printed import in_number, in_short
@@ -57,7 +57,7 @@ def _chain(model: pin.Model, base: str, tip: str, group: str) -> _Members:
         found.links.add(link)
         joint = model.frames[model.frames[link_frame(model, link)].parentFrame]
         if joint.parentFrame == 0:
-            raise FrameNotFound(f"base link (of group {group!r}, above {tip!r})", base, found.links)
+            raise FrameNotFound(f"base link (of group {shown(group)}, above {shown(tip)})", base, found.links)
         found.joints.add(joint.name)
         link = model.frames[joint.parentFrame].name
     found.links.add(base)
@@ -73,6 +73,7 @@ class _Tree:
     joints: tuple[str, ...]
     links: tuple[str, ...]
     all_joints: frozenset[str]
+    bases: frozenset[str]
 
     def members(self, element: GroupElement, seen: tuple[str, ...]) -> _Members:
         """Return the names of all joints and links of a group and its subgroups."""
@@ -81,8 +82,10 @@ class _Tree:
             self._check_links(element, (base, tip))
             found.update(_chain(self.model, base, tip, element.name))
         for joint in element.joints:
+            if joint in self.bases:
+                continue
             if joint not in self.all_joints:
-                raise JointNotFound(f"joint (in group {element.name!r})", joint, self.joints)
+                raise JointNotFound(f"joint (in group {shown(element.name)})", joint, self.joints)
             found.joints.add(joint)
         self._check_links(element, element.links)
         for link in element.links:
@@ -90,18 +93,23 @@ class _Tree:
             found.joints.add(joint_above(self.model, link))
         for name in element.subgroups:
             if name not in self.srdf.groups or name in seen:
-                raise GroupNotFound(f"subgroup (in group {element.name!r})", name, self.srdf.groups)
+                raise GroupNotFound(f"subgroup (in group {shown(element.name)})", name, self.srdf.groups)
             found.update(self.members(self.srdf.groups[name], (*seen, name)))
         return found
 
     def _check_links(self, element: GroupElement, links: tuple[str, ...]) -> None:
         for link in links:
             if link not in self.links:
-                raise FrameNotFound(f"link (in group {element.name!r})", link, self.links)
+                raise FrameNotFound(f"link (in group {shown(element.name)})", link, self.links)
 
 
-def resolve_groups(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapping[str, Group]:
+def resolve_groups(
+    model: pin.Model, srdf: Srdf, mimics: frozenset[str]
+) -> tuple[Mapping[str, Group], Mapping[str, str], list[str]]:
     """Resolve the groups of an SRDF against the kinematic tree.
+
+    A group that names what the robot does not have is left out as a whole: planned with what is left of it,
+    it would be another one.
 
     Args:
         model: Pinocchio's model.
@@ -109,38 +117,35 @@ def resolve_groups(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapp
         mimics: Names of mimicking joints, which no group drives.
 
     Returns:
-        Groups by name; one group of all driven joints when the SRDF has none.
-
-    Raises:
-        FrameNotFound: If a chain or a group names an unknown link.
-        JointNotFound: If a group or a named state names an unknown joint.
-        GroupNotFound: If a group includes an unknown group, or a named state is of one.
+        Groups by name, one of all driven joints where the SRDF has none that the robot has; why the others
+        are left out, by name; and what else there is to say of the groups.
     """
-    groups = _resolved(model, srdf, mimics)
-    joints = frozenset(joint_frame_names(model))
-    for (group, state), values in srdf.states.items():
-        if group not in groups:
-            raise GroupNotFound("group", group, groups)
-        for joint in values:
-            if joint not in joints:
-                raise JointNotFound(f"joint (in state {state!r})", joint, tuple(model.names[1:]))
-    return groups
-
-
-def _resolved(model: pin.Model, srdf: Srdf, mimics: frozenset[str]) -> Mapping[str, Group]:
     movable = tuple(model.names[1:])
     links = link_names(model)
     driven = tuple(joint for joint in movable if joint not in mimics | srdf.passive_joints)
-    if not srdf.groups:
-        return {ALL_JOINTS: Group(ALL_JOINTS, driven, links, links[-1])}
-    tree = _Tree(model, srdf, movable, links, frozenset(joint_frame_names(model)))
+    bases = frozenset(joint.name for joint in srdf.virtual_joints)
+    tree = _Tree(model, srdf, movable, links, frozenset(joint_frame_names(model)), bases)
     groups: dict[str, Group] = {}
+    left_out: dict[str, str] = {}
+    notes: list[str] = []
     for name, element in srdf.groups.items():
-        found = tree.members(element, (name,))
+        try:
+            found = tree.members(element, (name,))
+        except NameNotFound as error:
+            left_out[name] = str(error)
+            continue
+        if not found.joints and not found.links:
+            still = ", ".join(joint for joint in element.joints if joint in bases)
+            left_out[name] = f"nothing is in it but {still}, which does not move" if still else "it is empty"
+            continue
+        for base in bases.intersection(element.joints):
+            notes.append(f"group {shown(name)} is without {shown(base)}, which does not move")
         groups[name] = Group(
             name,
             tuple(joint for joint in driven if joint in found.joints),
             tuple(link for link in links if link in found.links),
             element.chains[0][1] if len(element.chains) == 1 else None,
         )
-    return groups
+    if not groups:
+        groups[ALL_JOINTS] = Group(ALL_JOINTS, driven, links, links[-1])
+    return groups, left_out, notes

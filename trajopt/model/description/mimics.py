@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
-from trajopt.errors import JointNotFound, MimicContradiction, MimicCycle
+from trajopt.errors import MimicContradiction, MimicCycle, listed, shown
 from trajopt.model.description.urdf import Mimic
 
 MIMIC_ERROR = 0.01
@@ -14,12 +14,12 @@ MIMIC_ERROR = 0.01
 
 def resolve_mimics(
     stated: Mapping[str, Mimic], *, movable: Sequence[str], fixed: frozenset[str]
-) -> Mapping[str, Mimic]:
+) -> tuple[Mapping[str, Mimic], tuple[str, ...]]:
     """Trace chains of mimic joints to the joint that leads them.
 
     Along a chain positions are mapped one after the other, so factors multiply and offsets are carried on.
     A fixed joint stands at zero, so what mimics it stands at its offset; a fixed joint that mimics another
-    stands still all the same.
+    stands still all the same. A joint that mimics one that the robot does not have moves on its own.
 
     Args:
         stated: What the URDF says, by mimic joint.
@@ -27,18 +27,24 @@ def resolve_mimics(
         fixed: Names of the joints that do not.
 
     Returns:
-        Mimic joints by name, in the order of `movable`; the source of each mimics no other.
+        Mimic joints by name, in the order of `movable`; the source of each mimics no other. Then sentences on
+        joints that mimic what the robot does not have.
 
     Raises:
-        JointNotFound: If a joint mimics one that the robot does not have.
         MimicCycle: If joints mimic each other in a circle.
     """
+    alone: list[str] = []
+    moving: dict[str, Mimic] = {}
     for joint, mimic in stated.items():
         if mimic.source not in movable and mimic.source not in fixed:
-            raise JointNotFound(f"joint (that {joint!r} mimics)", mimic.source, (*movable, *fixed))
+            alone.append(f"{joint} ({shown(mimic.source)})")
+            continue
         _refuse_cycle(joint, stated)
-    moving = {joint: mimic for joint, mimic in stated.items() if joint in movable}
-    return {joint: _traced(joint, moving) for joint in movable if joint in moving}
+        if joint in movable:
+            moving[joint] = mimic
+    traced = {joint: _traced(joint, moving) for joint in movable if joint in moving}
+    said = "joints move on their own that mimic what the robot does not have"
+    return traced, (f"{said}: {listed(alone)}",) if alone else ()
 
 
 def followed(

@@ -5,12 +5,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
 
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, shown
 from trajopt.model.description.xml_file import numbers, read_xml
 
 PLANAR, FLOATING = 3, 7
 """How many numbers MoveIt states of joints of several degrees of freedom."""
-NUMBERS_OF_A_JOINT = (1, PLANAR, FLOATING)
 
 
 @dataclass(frozen=True)
@@ -71,6 +70,7 @@ class Srdf:
         end_effectors: By name.
         disabled_pairs: Link pairs never checked for collision.
         passive_joints: Joints nobody drives.
+        left_out: Why a named state is left out, by its name.
     """
 
     groups: Mapping[str, GroupElement] = field(default_factory=dict[str, GroupElement])
@@ -84,6 +84,7 @@ class Srdf:
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict[str, EndEffector])
     disabled_pairs: frozenset[frozenset[str]] = frozenset()
     passive_joints: frozenset[str] = frozenset()
+    left_out: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 def read_srdf(path: Path) -> Srdf:
@@ -93,52 +94,78 @@ def read_srdf(path: Path) -> Srdf:
         FileFormatError: If it is missing, no XML, or an element lacks what it must carry.
     """
     root = read_xml(path, "SRDF")
-
-    def need(element: ElementTree.Element, key: str) -> str:
-        value = element.get(key)
-        if value is None:
-            raise FileFormatError(str(path), f"<{element.tag}> has no attribute {key!r}")
-        return value
-
-    def names(group: ElementTree.Element, tag: str) -> tuple[str, ...]:
-        return tuple(need(item, "name") for item in group.findall(tag))
-
-    groups: dict[str, GroupElement] = {}
-    for group in root.findall("group"):
-        chains = tuple(
-            (need(chain, "base_link"), need(chain, "tip_link")) for chain in group.findall("chain")
-        )
-        name = need(group, "name")
-        groups[name] = GroupElement(
-            name, chains, names(group, "joint"), names(group, "link"), names(group, "group")
-        )
-    states: dict[tuple[str, str], Mapping[str, float]] = {}
-    several: dict[tuple[str, str], Mapping[str, tuple[float, ...]]] = {}
+    groups = [_read_group(path, group) for group in root.findall("group")]
+    effectors = [_read_end_effector(path, item) for item in root.findall("end_effector")]
+    positions: dict[tuple[str, str], Mapping[str, tuple[float, ...]]] = {}
+    left_out: dict[str, str] = {}
     for state in root.findall("group_state"):
-        values: dict[str, tuple[float, ...]] = {}
-        for joint in state.findall("joint"):
-            need(joint, "value")
-            values[need(joint, "name")] = tuple(numbers(path, joint, "value", ""))
-            if len(values[need(joint, "name")]) not in NUMBERS_OF_A_JOINT:
-                reason = f"state {need(state, 'name')}: {need(joint, 'name')} has no single number"
-                raise FileFormatError(str(path), reason)
-        key = need(state, "group"), need(state, "name")
-        states[key] = {joint: found[0] for joint, found in values.items() if len(found) == 1}
-        several[key] = {joint: found for joint, found in values.items() if len(found) > 1}
-    virtual = tuple(
-        VirtualJoint(
-            need(item, "name"), need(item, "type"), item.get("parent_frame", ""), need(item, "child_link")
-        )
-        for item in root.findall("virtual_joint")
+        name, group = _need(path, state, "name"), state.get("group")
+        found = _read_state(path, state)
+        if group:
+            positions[group, name] = found
+        else:
+            left_out[name] = "it names no group"
+    return Srdf(
+        groups={group.name: group for group in groups},
+        states={
+            key: {joint: at[0] for joint, at in found.items() if len(at) == 1}
+            for key, found in positions.items()
+        },
+        several={
+            key: {joint: at for joint, at in found.items() if len(at) > 1} for key, found in positions.items()
+        },
+        virtual_joints=tuple(_read_virtual_joint(path, item) for item in root.findall("virtual_joint")),
+        end_effectors={effector.name: effector for effector in effectors},
+        disabled_pairs=frozenset(
+            frozenset((_need(path, item, "link1"), _need(path, item, "link2")))
+            for item in root.findall("disable_collisions")
+        ),
+        passive_joints=frozenset(_names(path, root, "passive_joint")),
+        left_out=left_out,
     )
-    effectors = {
-        need(item, "name"): EndEffector(
-            need(item, "name"), need(item, "group"), need(item, "parent_link"), item.get("parent_group")
-        )
-        for item in root.findall("end_effector")
-    }
-    disabled = frozenset(
-        frozenset((need(item, "link1"), need(item, "link2"))) for item in root.findall("disable_collisions")
+
+
+def _need(path: Path, element: ElementTree.Element, key: str) -> str:
+    value = element.get(key)
+    if value is None:
+        raise FileFormatError(str(path), f"<{element.tag}> has no attribute {key!r}")
+    return value
+
+
+def _names(path: Path, parent: ElementTree.Element, tag: str) -> tuple[str, ...]:
+    return tuple(_need(path, item, "name") for item in parent.findall(tag))
+
+
+def _read_group(path: Path, group: ElementTree.Element) -> GroupElement:
+    return GroupElement(
+        name=_need(path, group, "name"),
+        chains=tuple(
+            (_need(path, chain, "base_link"), _need(path, chain, "tip_link"))
+            for chain in group.findall("chain")
+        ),
+        joints=_names(path, group, "joint"),
+        links=_names(path, group, "link"),
+        subgroups=_names(path, group, "group"),
     )
-    passive = frozenset(names(root, "passive_joint"))
-    return Srdf(groups, states, several, virtual, effectors, disabled, passive)
+
+
+def _read_state(path: Path, state: ElementTree.Element) -> Mapping[str, tuple[float, ...]]:
+    """Return the numbers that a named state has of each joint."""
+    found: dict[str, tuple[float, ...]] = {}
+    for joint in state.findall("joint"):
+        name = _need(path, joint, "name")
+        _need(path, joint, "value")
+        found[name] = tuple(numbers(path, joint, "value", ""))
+        if not found[name]:
+            raise FileFormatError(str(path), f"state {shown(state.get('name'))}: {shown(name)} has no number")
+    return found
+
+
+def _read_virtual_joint(path: Path, item: ElementTree.Element) -> VirtualJoint:
+    name, kind, child = (_need(path, item, key) for key in ("name", "type", "child_link"))
+    return VirtualJoint(name, kind, item.get("parent_frame", ""), child)
+
+
+def _read_end_effector(path: Path, item: ElementTree.Element) -> EndEffector:
+    name, group, link = (_need(path, item, key) for key in ("name", "group", "parent_link"))
+    return EndEffector(name, group, link, item.get("parent_group"))

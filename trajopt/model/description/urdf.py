@@ -10,7 +10,7 @@ from math import hypot
 from pathlib import Path
 from xml.etree import ElementTree
 
-from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint, shown
+from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint, listed, shown
 from trajopt.io.files import is_file
 from trajopt.model.description.xml_file import numbers, read_xml
 from trajopt.model.placement import Placement, placement
@@ -159,8 +159,18 @@ def _geometry(
 
 
 def _link_geometries(
-    path: Path, root: ElementTree.Element, tag: str, package_dirs: Sequence[Path]
+    path: Path,
+    root: ElementTree.Element,
+    tag: str,
+    package_dirs: Sequence[Path],
+    missing: dict[str, str] | None = None,
 ) -> tuple[LinkGeometry, ...]:
+    """Return the elements of a tag; meshes that are not found go into `missing`, by link, where it is given.
+
+    Raises:
+        FileFormatError: If an element does not say what it must.
+        MeshFileError: If a mesh is not found, and there is no `missing`.
+    """
     materials = {material.get("name"): material for material in root.findall("material")}
     found: list[LinkGeometry] = []
     for link in root.findall("link"):
@@ -185,10 +195,11 @@ def _link_geometries(
                 rgba = (red, green, blue, alpha)
             try:
                 shape = _geometry(path, geometry, package_dirs)
-            except MeshFileError:
-                if tag == "collision":
+            except MeshFileError as error:
+                if missing is None:
                     raise
-                continue  # nothing is planned with visuals: viewers draw collision shapes instead
+                missing.setdefault(link.get("name", ""), error.path)
+                continue
             found.append(LinkGeometry(link.get("name", ""), where, shape, rgba))
     return tuple(found)
 
@@ -248,6 +259,12 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = ()) -> Urdf:
         UnsupportedJoint: If a joint is of no type that URDF has.
     """
     root = read_xml(path, "URDF")
+    if root.find("link") is None:
+        raise FileFormatError(str(path), "has no <link>, so it describes no robot")
+    notes: list[str] = []
+    if not root.get("name"):
+        root.set("name", path.stem)
+        notes.append(f"the file gives the robot no name; it is called {shown(path.stem)}")
     _check_links(path, root)
     mimics: dict[str, Mimic] = {}
     for joint in root.findall("joint"):
@@ -263,9 +280,16 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = ()) -> Urdf:
                 numbers(path, mimic, "offset", "0", count=1)[0],
             )
     collisions = _link_geometries(path, root, "collision", package_dirs)
-    visuals = _link_geometries(path, root, "visual", package_dirs)
+    missing: dict[str, str] = {}
+    visuals = _link_geometries(path, root, "visual", package_dirs, missing)
+    if missing:
+        # Nothing is planned with visuals: whoever looks sees the collision shapes.
+        visuals = tuple(item for item in visuals if item.link not in missing)
+        visuals += tuple(item for item in collisions if item.link in missing)
+        files = [f"{shown(file)} of {link}" for link, file in missing.items()]
+        notes.append(f"visual meshes are missing, collision shapes are drawn instead: {listed(files)}")
     for link in root.findall("link"):
         for element in (*link.findall("collision"), *link.findall("visual")):
             link.remove(element)
     text = ElementTree.tostring(root, encoding="unicode")
-    return Urdf(path, text, root.get("name", path.stem), collisions, visuals, mimics)
+    return Urdf(path, text, root.get("name", path.stem), collisions, visuals, mimics, tuple(notes))
