@@ -49,14 +49,17 @@ def floats(
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise ShapeError(name, f"not numbers: {shown(value)}") from error
+        what = "must be a number" if not tuple(shape) else "must be numbers"
+        raise ShapeError(name, f"{what}, is {shown(value)}") from error
     expected = tuple(shape)
     if array.ndim != len(expected) or (
         array.shape != expected
         and any(want not in (None, have) for want, have in zip(expected, array.shape, strict=True))
     ):
-        wanted = "(" + ", ".join("any" if n is None else str(n) for n in expected) + ")"
-        raise ShapeError(name, f"needs shape {wanted}, has {array.shape}")
+        wanted = ", ".join("any" if n is None else str(n) for n in expected) + "," * (len(expected) == 1)
+        if not expected:
+            raise ShapeError(name, f"must be one number, has shape {array.shape}")
+        raise ShapeError(name, f"needs shape ({wanted}), has {array.shape}")
     if not np.isfinite(array).all() and (not infinite or np.isnan(array).any()):
         raise ShapeError(name, f"holds a number that is not finite: {shown(array.tolist())}")
     return readonly(array)
@@ -164,7 +167,9 @@ def _kind_words(kind: type[object]) -> str:
     """Return what a class is called in messages, with its article."""
     if kind is str:
         return "a name"
-    return f"{'an' if kind.__name__[0] in 'AEIOU' else 'a'} {kind.__name__}"
+    module = "" if kind.__module__.startswith(("trajopt", "builtins")) else kind.__module__
+    name = ".".join(part for part in (*module.split("."), kind.__name__) if part and part[0] != "_")
+    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
 
 
 def one_of(name: str, value: object, kind: type[V]) -> V:
@@ -184,7 +189,10 @@ def several(name: str, value: Iterable[V], kind: type[V]) -> tuple[V, ...]:
     Raises:
         ProblemError: If it is no collection, or an item is of another class.
     """
-    return tuple(one_of(f"each of {name}", item, kind) for item in sequence(name, value))
+    if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
+        words = "a list of names" if kind is str else f"{_kind_words(kind)} or several"
+        raise ProblemError(f"{name} must be {words}, is {shown(value)}")
+    return tuple(one_of(f"each of {name}", item, kind) for item in value)
 
 
 def path(name: str, value: Path | str) -> Path:

@@ -58,7 +58,7 @@ class NameNotFound(ModelError, KeyError):
         elif self.near:
             hint = "did you mean " + " or ".join(map(shown, self.near)) + "?"
         else:
-            hint = f"known: {listed(names)}" if names else "there are none here"
+            hint = f"known: {listed(names)}" if names else "there are none"
         self.message = f"no {kind} named {shown(name)}; {hint}"
         super().__init__(self.message)
 

@@ -89,7 +89,7 @@ class Problem(Value):
         if isinstance(self.start, str | Mapping):
             start = robot.positions(self.start)
         else:
-            start = floats("start", self.start, (len(robot.joint_names),))
+            start = floats("start, of all joints of the robot", self.start, (len(robot.joint_names),))
         start = robot.followed(start, checked=robot.mimics)
         if isinstance(self.goal, GoalSet):
             goal, goals = self.goal, tuple(chain(*self.goal.alternatives.values()))
@@ -111,7 +111,7 @@ class Problem(Value):
     def _check_contents(self, required: Iterable[PathConstraint | During[PathConstraint]]) -> None:
         for label in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(label, getattr(self, label)) <= 1.0:
-                raise ProblemError(f"{label} must lie in (0, 1], is {getattr(self, label)}")
+                raise ProblemError(f"{label} is a factor in (0, 1], is {getattr(self, label)}")
         for item in required:
             self._check_names(item)
         for part in self.partial:
@@ -292,7 +292,7 @@ class Problem(Value):
 
 def _only_group(robot: Robot) -> str:
     if len(robot.groups) != 1:
-        raise ProblemError(f"group: name the one to plan for, of {', '.join(robot.groups)}")
+        raise ProblemError(f"group: choose one of {', '.join(robot.groups)}")
     return next(iter(robot.groups))
 
 
@@ -308,7 +308,7 @@ def _named(
 
 
 def _several(name: str, value: Requirement | Sequence[Requirement]) -> tuple[Requirement, ...]:
-    return (value,) if isinstance(value, Requirement) else tuple(sequence(name, value))
+    return (value,) if isinstance(value, Requirement) else several(name, value, Requirement)
 
 
 def _words(item: PathConstraint) -> str:

@@ -81,7 +81,7 @@ def test_no_plan_is_not_executed_and_says_why(jumping: World) -> None:
     assert arm.go() is False
     outcome = arm.get_last_outcome()
     assert outcome.error_code.val == MoveItErrorCodes.NO_IK_SOLUTION
-    assert "2000 mm are missing" in outcome.error_code.message
+    assert "2 m too short" in outcome.error_code.message
     assert jumping.executor.followed == []
     assert arm.execute(arm.plan()[1]) is False
     assert "no points" in arm.get_last_outcome().error_code.message

@@ -188,7 +188,7 @@ def test_joint_tolerance(arm: MoveGroupCommander, jumping: World) -> None:
             lambda arm: arm.set_joint_value_target("elbow", 2.6),
             r"to 149 deg \(2.6000 rad\): its limits are \[-143.2",
         ),
-        (lambda arm: arm.set_joint_value_target([0.1, 0.2]), r"needs shape \(3\), has \(2,\)"),
+        (lambda arm: arm.set_joint_value_target([0.1, 0.2]), r"needs shape \(3,\), has \(2,\)"),
         (lambda arm: arm.set_joint_value_target([0.1, 0.2, 0.3], 1.0), "for a joint's name or a pose only"),
         (lambda arm: arm.set_joint_value_target([0.1, 0.2, np.nan]), "not finite"),
         (lambda arm: arm.set_pose_target([1, 2, 3]), "a pose is a Pose, a PoseStamped"),
@@ -202,9 +202,9 @@ def test_joint_tolerance(arm: MoveGroupCommander, jumping: World) -> None:
         (lambda arm: arm.set_joint_value_target(pose_of(GOAL), True), "no approximate solutions"),
         (lambda arm: arm.shift_pose_target(6, 0.1), "axis must be 0 to 5"),
         (lambda arm: arm.forget_joint_values("never"), "there are: none"),
-        (lambda arm: arm.remember_joint_values("x", [1.0]), r"needs shape \(3\)"),
+        (lambda arm: arm.remember_joint_values("x", [1.0]), r"needs shape \(3,\)"),
         (lambda arm: arm.set_goal_position_tolerance(-1.0), "is negative"),
-        (lambda arm: arm.set_goal_position_tolerance([1.0, 2.0]), r"needs shape \(3\)"),
+        (lambda arm: arm.set_goal_position_tolerance([1.0, 2.0]), r"needs shape \(3,\)"),
     ],
 )
 def test_misuse_names_the_offender_and_changes_nothing(

@@ -120,7 +120,7 @@ def placed(function: Any) -> set[str]:
         (np.eye(3), "needs shape (4, 4)"),
         (np.diag((1.0, 1.0, 1.0, 2.0)), "last row"),
         (np.diag((1.0, 1.0, -1.0, 1.0)), "right-handed"),
-        (((0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), "xyz: needs shape (3)"),
+        (((0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), "xyz: needs shape (3,)"),
         (((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0)), "has no length"),
         (((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), "quaternion: needs shape"),
         (np.full((4, 4), np.nan), "not finite"),

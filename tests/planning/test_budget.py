@@ -150,10 +150,10 @@ def test_never_worse_than_the_first_guess(arm: to.Robot) -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"seconds": 0.0}, "seconds must be above zero"),
+        ({"seconds": 0.0}, "seconds must be positive"),
         ({"seconds": float("nan")}, "seconds"),
-        ({"work": 0}, "work must be a whole number"),
-        ({"attempts": 1.5}, "attempts must be a whole number"),
+        ({"work": 0}, "work must be a positive whole number"),
+        ({"attempts": 1.5}, "attempts must be a positive whole number"),
         ({"workers": -1}, "workers"),
         ({"improve": True}, "seconds, work or attempts"),
     ],

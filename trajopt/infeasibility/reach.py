@@ -5,6 +5,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.infeasibility.chain import Chain
 from trajopt.model.placement import Placement
+from trajopt.model.printed import in_length
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FramePlacement, PointOnArc, PositionInRegion, Requirement
 from trajopt.model.shapes import Plane, bounding_sphere
@@ -35,9 +36,9 @@ def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
     if missing <= ACCURACY:
         return ""
     return (
-        f"{required.frame} is asked to be at least {length + missing:.3f} m from the joint "
-        f"{reduced.model.names[first]}, and the arm is {length:.3f} m long from there: "
-        f"{1000 * missing:.0f} mm are missing"
+        f"{required.frame} would have to be at least {length + missing:.3f} m from "
+        f"{reduced.model.names[first]}, but the arm is only {length:.3f} m long from there: "
+        f"{in_length(missing)} too short"
     )
 
 

@@ -128,7 +128,7 @@ def read_document(path: Path | str) -> Node:
 
     documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
     if len(documents) != 1 or not isinstance(documents[0], dict):
-        raise FileFormatError(str(path), "must hold one mapping")
+        raise FileFormatError(str(path), "must hold one mapping (key: value)")
     return Node(cast("object", documents[0]), str(path))
 
 

@@ -146,5 +146,5 @@ def configurations(reduced: ReducedModel, positions: ArrayLike) -> Floats:
     try:
         rows = np.atleast_2d(np.asarray(positions, dtype=np.float64))
     except (TypeError, ValueError) as error:
-        raise ShapeError("positions", f"not numbers: {shown(positions)}") from error
+        raise ShapeError("positions", f"must be numbers, is {shown(positions)}") from error
     return floats("positions", rows, (None, joints))

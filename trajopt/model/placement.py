@@ -178,7 +178,7 @@ def as_placement(name: str, value: PlacementLike) -> Placement:
         raise SizeError(name, str(error)) from error
     except ShapeError as error:
         forms = "a Placement, a pinocchio.SE3, a 4x4 matrix or (xyz, quaternion xyzw)"
-        raise ShapeError(name, f"is {forms}, is {shown(stated)} ({error})") from error
+        raise ShapeError(name, f"must be {forms}, is {shown(stated)} ({error})") from error
 
 
 def _rotation(name: str, value: ArrayLike) -> Floats:

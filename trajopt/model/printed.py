@@ -64,6 +64,12 @@ def in_number(items: Sized, one: str, several: str = "") -> str:
     return f"{len(items)} {one if len(items) == 1 else several or one + 's'}"
 
 
+def in_radians(angle: float) -> str:
+    """Print an angle that was given wrong, and what it would be had it been meant in degrees."""
+    meant = f" rad: were degrees meant? {angle:g} deg are {np.deg2rad(angle):.4g} rad"
+    return f"{angle:g}{meant if abs(angle) > np.pi else ' rad'}"
+
+
 def in_point(xyz: Floats) -> str:
     """Print a point in metres, to a tenth of a millimetre."""
     return f"({_numbers(xyz)}) m"

@@ -87,7 +87,7 @@ class Scene(Value):
         if one_of("the object's id", name, str) in self.objects:
             raise DuplicateObject(name)
         if not name or name == WORLD or name in self.robot.frame_names:
-            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot or is empty")
+            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
         links = self._links(touch_links)
@@ -162,7 +162,7 @@ class Scene(Value):
         item = self.object(name)
         holder = self.robot.frame(link)
         if (placement is None) == (at is None):
-            raise ModelError("attach: give the placement in the link, or the positions it is grasped at")
+            raise ModelError("attach: give either `placement`, in the link, or `at`, where it is grasped")
         where = object_placement(name, placement)
         if at is not None:
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)

@@ -1,13 +1,13 @@
 """A thing in the scene: shapes in a frame that is placed somewhere."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import cast
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value, number, readonly, sequence
+from trajopt.arrays import Floats, Value, number, readonly
 from trajopt.errors import ModelError, ShapeError, shown
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
@@ -126,10 +126,12 @@ def covered_parts(
     """
     parts: list[Part] = []
     notes: list[str] = []
-    given = [(shape, IDENTITY)] if isinstance(shape, Shape) else sequence(f"shape of {shown(name)}", shape)
-    for item in given:
+    pairs = [(shape, IDENTITY)] if isinstance(shape, Shape) else shape
+    if isinstance(pairs, str) or not isinstance(pairs, Iterable):  # pyright: ignore[reportUnnecessaryIsInstance]
+        pairs = [cast("tuple[Shape, PlacementLike]", shape)]
+    for item in pairs:
         if not _is_part(item):
-            raise ModelError(f"object {shown(name)}: give a shape, or pairs (shape, placement)")
+            raise ModelError(f"{shown(name)}: give a shape, or pairs (shape, placement), not {shown(item)}")
         part, where = item[0], as_placement(f"placement in {shown(name)}", item[1])
         if isinstance(part, Mesh):
             cover = cover_mesh(part, policy)

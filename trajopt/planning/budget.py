@@ -72,15 +72,15 @@ class Budget:
             ShapeError: If the seconds are no number.
         """
         if self.seconds is not None and number("seconds", self.seconds, infinite=True) <= 0.0:
-            raise ProblemError(f"a budget's seconds must be above zero, are {self.seconds}")
+            raise ProblemError(f"budget: seconds must be positive, is {self.seconds:g}")
         bounds = {"work": self.work, "attempts": self.attempts}
         given = {name: value for name, value in bounds.items() if value is not None}
         for name, value in (given | {"workers": self.workers}).items():
             if type(value) is not int or value < 1:
-                raise ProblemError(f"a budget's {name} must be a whole number above zero, is {shown(value)}")
+                raise ProblemError(f"budget: {name} must be a positive whole number, is {shown(value)}")
         one_of("improve", self.improve, bool)
         if not callable(self.clock):
-            raise ProblemError(f"clock is a function that tells the time, is {shown(self.clock)}")
+            raise ProblemError(f"clock must be a function that returns the time [s], is {shown(self.clock)}")
         if self.improve and not self.bounded:
             raise ProblemError("a budget that improves needs seconds, work or attempts to end it")
         if self.processes is not None:

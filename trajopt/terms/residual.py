@@ -75,7 +75,9 @@ class Cost:
             ProblemError: If it is negative or above 1e12.
         """
         if not isinstance(self.residual, Residual):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise ProblemError(f"cost: {shown(self.residual)} is no residual: give it a name and linearise()")
+            raise ProblemError(
+                f"cost: {shown(self.residual)} is no residual, which has a name and linearise()"
+            )
         weight = number(f"weight of cost {shown(self.residual.name)}", self.weight)
         if weight < 0.0:
             raise ProblemError(f"cost {shown(self.residual.name)}: weight {weight:g} is negative")

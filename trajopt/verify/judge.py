@@ -49,7 +49,7 @@ class Judge:
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
-        self._reduced, self._options = one_of("reduced", reduced, ReducedModel), options
+        self._reduced, self._options = one_of("reduced (as problem.reduced)", reduced, ReducedModel), options
         self._kinematics = Kinematics(reduced)
         self._distances = PairDistances(self._kinematics, error=options.distance_error)
 

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, number
 from trajopt.errors import ShapeError
-from trajopt.model.printed import in_axis, in_degrees
+from trajopt.model.printed import in_axis, in_degrees, in_radians
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
@@ -75,7 +75,7 @@ def axis_alignment(
     """
     angle = number("tolerance", tolerance)
     if not 0.0 < angle < np.pi:
-        raise ShapeError("tolerance", f"must lie in (0, pi) rad, is {angle:g}")
+        raise ShapeError("tolerance", f"must lie in (0, pi) rad, is {in_radians(angle)}")
     return AxisAlignment(
         frame, direction_of("axis", axis), direction_of("direction", direction), angle, reference
     )

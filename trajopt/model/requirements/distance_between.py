@@ -86,7 +86,7 @@ def distance_between(
     """
     low, high = number("lower", lower), number("upper", upper, infinite=True)
     if not 0.0 <= low < high:
-        raise ProblemError(f"distance_between: 0 <= lower < upper must hold, are {low:g} and {high:g}")
+        raise ProblemError(f"distance_between: needs 0 <= lower < upper, has {low:g} m and {high:g} m")
     if low == 0.0 and np.isinf(high):
         raise ProblemError(
             f"distance_between({shown(first)}, {shown(second)}): give a lower or an upper bound"

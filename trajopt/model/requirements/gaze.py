@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.printed import in_degrees, in_length, in_point, seen_from
+from trajopt.model.printed import in_degrees, in_length, in_point, in_radians, seen_from
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
@@ -91,10 +91,10 @@ def gaze(
     """
     half = number("angle", angle)
     if not 0.0 < half < np.pi:
-        raise ShapeError("angle", f"must lie in (0, pi) rad, is {half:g}")
+        raise ShapeError("angle", f"must lie in (0, pi) rad, is {in_radians(half)}")
     near, far = number("nearest", nearest), number("farthest", farthest, infinite=True)
     if not 0.0 <= near < far:
-        raise ProblemError(f"gaze: 0 <= nearest < farthest must hold, are {near:g} and {far:g}")
+        raise ProblemError(f"gaze: needs 0 <= nearest < farthest, has {near:g} m and {far:g} m")
     return Gaze(
         frame,
         floats("target", target, (3,)),

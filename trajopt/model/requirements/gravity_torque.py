@@ -51,5 +51,5 @@ def gravity_torque(share: float = SHARE) -> GravityTorque:
         ProblemError: If the share is outside (0, 1].
     """
     if positive("share", share) > 1.0:
-        raise ProblemError(f"share must lie in (0, 1], is {share:g}")
+        raise ProblemError(f"gravity_torque: share is a part in (0, 1] of the effort limits, is {share:g}")
     return GravityTorque(float(share))

@@ -86,7 +86,7 @@ def joint_positions(
         if isinstance(by_joint, Mapping) or (label != "tolerance" and by_joint is not None):
             for joint in mapping(label, cast("Mapping[str, float]", by_joint)):
                 if joint not in values:
-                    raise JointNotFound(f"joint (in {label}, among those with a position)", joint, values)
+                    raise JointNotFound(f"joint with a position (for {label})", joint, values)
 
     def bounds(side: Mapping[str, float] | None) -> dict[str, float]:
         result: dict[str, float] = {}

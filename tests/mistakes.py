@@ -1,0 +1,212 @@
+"""Typical mistakes, and what trajopt says to each: the source of docs/mistakes.md.
+
+`python -m tests.mistakes` writes the page; `tests/test_mistakes.py` keeps it true.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import chdir
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+import trajopt as to
+from trajopt.cartesian import follows_curve, polyline
+from trajopt.errors import TrajoptError
+from trajopt.grasping import gripper_of
+from trajopt.moveit import read_request, read_scene
+
+PAGE = Path(__file__).parents[1] / "docs" / "mistakes.md"
+
+HEAD = """# Typical mistakes, and what trajopt says
+
+Misuse raises an error at once: a `TrajoptError` that is also the builtin error which it refines
+(`ValueError`, `KeyError`, ...). It names the argument and, for a name, the known ones that come near it. Not
+finding a plan is no error: planning returns a result with a status and a reason. The last section shows some.
+
+In the code, `panda` is `to.load("panda")`, `scene` holds a box named "table", `goal` is a joint position,
+`AT` is a placement, and `problem` is a `to.Problem` of these; `planned(...)` makes it with other arguments.
+
+`python -m tests.mistakes` writes this page, and a test compares it with what trajopt says.
+"""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A line of code with a mistake.
+
+    Attributes:
+        code: The line.
+        error: Name of the error that it raises; of the status where planning ends without a plan.
+    """
+
+    code: str
+    error: str
+
+
+SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
+    "Names": (
+        Mistake('to.load("pandas")', "RobotNotFound"),
+        Mistake('to.named_problem("cup_past_pilar")', "ProblemNotFound"),
+        Mistake('panda.group("panda_amr")', "GroupNotFound"),
+        Mistake('panda.positions("redy")', "StateNotFound"),
+        Mistake('panda.positions({"panda_joint8": 0.1})', "JointNotFound"),
+        Mistake('scene.object("tabel")', "ObjectNotFound"),
+        Mistake('scene.add("table", to.Sphere(0.1))', "DuplicateObject"),
+        Mistake('scene.add("panda_hand", to.Sphere(0.1))', "ModelError"),
+        Mistake('scene.add("cup", to.Sphere(0.1), AT, frame="tabel")', "FrameNotFound"),
+        Mistake('scene.attach("table", "panda_hnad", placement=AT)', "FrameNotFound"),
+        Mistake(
+            'scene.attach("table", "panda_hand", placement=AT, touch_links="panda_hand")', "ProblemError"
+        ),
+        Mistake('scene.allow("table", "panda_link99")', "FrameNotFound"),
+        Mistake('to.plan(problem, method="chmop")', "SolverNotFound"),
+        Mistake('planned(goal=to.joint_positions({"panda_joint0": 1.0}))', "JointNotFound"),
+        Mistake('planned(goal=to.frame_placement("panda_tcp", AT))', "FrameNotFound"),
+        Mistake('planned(constraints=[to.during(to.gravity_torque(0.5), after="via")])', "WaypointNotFound"),
+        Mistake('planned(start_velocity={"panda_finger_joint1": 0.01})', "JointNotFound"),
+        Mistake('to.joint_positions({"panda_joint1": 1.0}, below={"panda_joint2": 0.1})', "JointNotFound"),
+    ),
+    "Units": (
+        Mistake("to.Box(400, 300, 20)", "SizeError"),
+        Mistake("to.placement((0.4, 0, 0.3), quaternion=(0, 0, 0, 0))", "ShapeError"),
+        Mistake('to.gaze("panda_hand", (1, 0, 0), angle=30)', "ShapeError"),
+        Mistake('to.axis_alignment("panda_hand", tolerance=5)', "ShapeError"),
+        Mistake('planned(start_velocity={"panda_joint1": 90})', "ProblemError"),
+        Mistake("planned(velocity_scaling=50)", "ProblemError"),
+        Mistake("scene.with_margin(-0.01)", "ShapeError"),
+        Mistake('scene.add("brick", to.Box(0.1, 0.1, 0.1), mass=-1)', "ShapeError"),
+        Mistake("to.gravity_torque(50)", "ProblemError"),
+        Mistake('to.tool_speed("panda_hand", linear=0)', "ProblemError"),
+    ),
+    "Shapes and numbers": (
+        Mistake("planned(start=[0.0] * 7)", "ShapeError"),
+        Mistake("planned(start=[np.nan] * 9)", "ShapeError"),
+        Mistake("to.plan_once(problem, np.zeros((10, 7)))", "ShapeError"),
+        Mistake("to.placement((0.4, 0.3))", "ShapeError"),
+        Mistake('to.frame_placement("panda_hand", (0.4, 0, 0.3))', "ShapeError"),
+        Mistake('to.frame_placement("panda_hand", AT, position_tolerance=-0.001)', "ProblemError"),
+        Mistake(
+            'to.frame_placement("panda_hand", AT, position_tolerance=np.inf, rotation_tolerance=np.inf)',
+            "ProblemError",
+        ),
+        Mistake('to.axis_alignment("panda_hand", axis=(0, 0, 0), tolerance=0.1)', "ShapeError"),
+        Mistake('to.distance_between("panda_hand", "table", lower=0.5, upper=0.1)', "ProblemError"),
+        Mistake('to.joint_positions({"panda_joint1": "left"})', "ShapeError"),
+        Mistake('to.Trajectory(("a",), [0.0, 1.0, 0.5], [[0.0], [1.0], [2.0]])', "ShapeError"),
+        Mistake('to.Cost("short")', "ProblemError"),
+        Mistake("planned(knots=2)", "ProblemError"),
+        Mistake("to.Budget(seconds=-1)", "ProblemError"),
+        Mistake("polyline([AT])", "ProblemError"),
+        Mistake('follows_curve("panda_hand", polyline([AT, AT]))', "ProblemError"),
+    ),
+    "The wrong kind of thing": (
+        Mistake("to.Scene('panda')", "ProblemError"),
+        Mistake("to.Problem(scene=panda, start={}, goal=goal)", "ProblemError"),
+        Mistake("to.Problem(scene=scene, start={}, goal=goal)", "ProblemError"),
+        Mistake("planned(goal=AT)", "ProblemError"),
+        Mistake("planned(goal=[])", "ProblemError"),
+        Mistake('planned(constraints=["upright"])', "ProblemError"),
+        Mistake("planned(constraints=goal)", "ProblemError"),
+        Mistake("planned(costs=[1.0])", "ProblemError"),
+        Mistake("planned(tool_speed=0.25)", "ProblemError"),
+        Mistake("to.joint_positions([0.1, 0.2])", "ProblemError"),
+        Mistake("to.plan(scene)", "ProblemError"),
+        Mistake("to.plan(problem, rng=42)", "ProblemError"),
+        Mistake("to.plan(problem, budget=2.0)", "ProblemError"),
+        Mistake("to.plan(problem, seconds=1.0, budget=to.Budget(seconds=2.0))", "ProblemError"),
+        Mistake("to.examine(problem, np.zeros(7))", "ProblemError"),
+        Mistake('scene.add("cup", "sphere", AT)', "ModelError"),
+        Mistake('scene.attach("table", "panda_hand")', "ModelError"),
+        Mistake('scene.with_clearance(0.05, "table")', "ModelError"),
+        Mistake('scene.detach("table", at=np.zeros(9))', "ModelError"),
+        Mistake('gripper_of(to.load("ur5"))', "GripperError"),
+    ),
+    "Files": (
+        Mistake('to.load("robots/arm.urdf")', "RobotNotFound"),
+        Mistake('to.load("text.urdf")', "FileFormatError"),
+        Mistake('to.load_mesh("bracket.stl")', "MeshFileError"),
+        Mistake('read_scene("missing.yaml", panda)', "FileFormatError"),
+        Mistake('read_scene("text.urdf", panda)', "FileFormatError"),
+        Mistake('read_request("unknown_joint.yaml", scene)', "JointNotFound"),
+    ),
+    "Results without a plan": (
+        Mistake('planned(goal=to.joint_positions({"panda_joint1": 3.0}))', "GOAL_OUT_OF_LIMITS"),
+        Mistake(
+            'planned(goal=to.frame_placement("panda_hand", to.placement((2.0, 0, 0.5))))',
+            "NO_INVERSE_KINEMATICS",
+        ),
+        Mistake('planned(start={"panda_joint4": -0.1, "panda_joint2": 1.7})', "START_IN_COLLISION"),
+        Mistake('planned(start={"panda_joint1": 3.0})', "START_OUT_OF_LIMITS"),
+        Mistake(
+            'planned(goal=to.frame_placement("panda_hand", to.placement((0.5, 0, -0.05))))',
+            "GOAL_IN_COLLISION",
+        ),
+    ),
+}
+FILES: Mapping[str, str] = {
+    "text.urdf": "hello\n",
+    "unknown_joint.yaml": "group_name: panda_arm\n"
+    "goal_constraints: [{joint_constraints: [{joint_name: panda_joint9, position: 0.1}]}]\n",
+}
+"""Files that the lines name."""
+
+
+def namespace() -> dict[str, object]:
+    """What the lines may name."""
+    panda = to.load("panda")
+    table = to.Box(0.9, 1.4, 0.04)
+    scene = to.Scene(panda).add("table", table, to.placement((0.65, 0.0, -0.02)))
+    goal = to.joint_positions({"panda_joint1": 0.2})
+
+    def planned(**changes: object) -> to.Problem:
+        fields: dict[str, object] = {"scene": scene, "group": "panda_arm", "start": "ready", "goal": goal}
+        return to.Problem(**{**fields, **changes})  # type: ignore[arg-type]
+
+    return {
+        "to": to, "np": np, "panda": panda, "scene": scene, "goal": goal, "AT": to.placement((0.4, 0.0, 0.3)),
+        "problem": planned(), "planned": planned, "polyline": polyline, "follows_curve": follows_curve,
+        "gripper_of": gripper_of, "read_scene": read_scene,
+        "read_request": read_request,
+    }  # fmt: skip
+
+
+def said(mistake: Mistake, names: Mapping[str, object]) -> tuple[str, str]:
+    """Return the name of the error, or of the status, and the message."""
+    try:
+        value = eval(mistake.code, dict(names))
+    except TrajoptError as error:
+        return type(error).__name__, str(error)
+    assert isinstance(value, to.Problem), f"{mistake.code}: raises nothing"
+    result = to.plan(value)
+    return result.status.name, result.reason.removeprefix(f"{result.status.name}: ")
+
+
+def answers() -> Iterator[tuple[str, Mistake, str, str]]:
+    """Make every mistake in a folder with the files, and yield its section and what was said."""
+    names = namespace()
+    with TemporaryDirectory() as folder, chdir(folder):
+        for name, text in FILES.items():
+            Path(name).write_text(text)
+        for section, mistakes in SECTIONS.items():
+            for mistake in mistakes:
+                yield section, mistake, *said(mistake, names)
+
+
+def page() -> str:
+    """Return the page."""
+    lines, last = [HEAD.rstrip("\n")], ""
+    for section, mistake, kind, message in answers():
+        if section != last:
+            lines += ["", f"## {section}", "", "| code | what trajopt says |", "|---|---|"]
+            last = section
+        cells = (f"`{mistake.code}`", f"**{kind}** {message}")
+        lines.append(
+            "| " + " | ".join(cell.replace("|", "\\|").replace("<", "&lt;") for cell in cells) + " |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())
