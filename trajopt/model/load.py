@@ -1,6 +1,6 @@
 """Robots by name: those that installed packages bring, and any from its URDF file."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from os.path import isfile
@@ -23,6 +23,7 @@ def load(
     srdf: Path | str | None = None,
     limits: Path | str | None = None,
     package_dirs: Sequence[Path | str] = (),
+    xacro: Mapping[str, str] | None = None,
     meshes: MeshPolicy | None = None,
     base: MovingBase | None = None,
 ) -> Robot:
@@ -32,24 +33,25 @@ def load(
     end in "_description" are those of the package `robot_descriptions`, which downloads what they name.
 
     Args:
-        robot: A name, or the path of a URDF file.
+        robot: A name, or the path of a URDF or xacro file.
         srdf: With a path or a description: MoveIt's semantic description.
         limits: With a path or a description: MoveIt's `joint_limits.yaml`.
         package_dirs: With a path or a description: folders to look in for `package://` meshes.
+        xacro: With a xacro file: its arguments by name.
         meshes: With a path or a description: how collision meshes become convex.
         base: With a path or a description: how the robot's base moves, of `trajopt.model.moving_base`; it
             stands still when None.
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
-        MissingExtra: If it is a description, and `robot_descriptions` is not installed.
+        MissingExtra: If it is a description or a xacro file, and what reads that is not installed.
         ModelError: If options for a path come with a name, or a description has no URDF.
     """
     from importlib.metadata import entry_points
 
     installed = {entry.name: entry for entry in entry_points(group="trajopt.robots")}
     if str(robot) in installed:
-        if srdf or limits or package_dirs or meshes or base:
+        if srdf or limits or package_dirs or xacro or meshes or base:
             raise ModelError(f"robot {shown(robot)} is installed by name and brings its own files")
         return installed[str(robot)].load()()
     file = path("robot", robot)
@@ -60,7 +62,7 @@ def load(
     if not isfile(file):  # never raises, as `Path.is_file` does on what cannot be a path
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     return Robot.from_urdf(
-        robot, srdf=srdf, limits=limits, package_dirs=package_dirs, meshes=meshes, base=base
+        robot, srdf=srdf, limits=limits, package_dirs=package_dirs, xacro=xacro, meshes=meshes, base=base
     )
 
 

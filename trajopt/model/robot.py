@@ -65,6 +65,7 @@ class Robot(RobotParts):
         srdf: FileName = None,
         limits: FileName = None,
         package_dirs: Sequence[Path | str] = (),
+        xacro: Mapping[str, str] | None = None,
         frames: Frames = None,
         name: str | None = None,
         meshes: MeshPolicy | None = None,
@@ -73,11 +74,13 @@ class Robot(RobotParts):
         """Load a robot from its files.
 
         Args:
-            urdf: The URDF file.
+            urdf: The URDF file, or a xacro file (its name ends in ".xacro").
             srdf: MoveIt's semantic description; without it every joint is in a group named
                 "all" and only adjacent links are excused from collision.
             limits: MoveIt's `joint_limits.yaml`, for acceleration and jerk limits.
-            package_dirs: Folders to look in for `package://` meshes.
+            package_dirs: Folders to look in for `package://` meshes, before those near the file and those
+                that ROS knows (`ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH`).
+            xacro: Arguments of a xacro file by name.
             frames: Further frames fixed to links, such as tool centre points, each a link and a
                 placement in it.
             name: A name in place of the URDF's.
@@ -86,13 +89,14 @@ class Robot(RobotParts):
 
         Raises:
             FileFormatError: If a file does not say what it must.
+            MissingExtra: If the file is xacro, and the package that expands it is not installed.
             MeshFileError: If a collision mesh is missing, empty or unreadable.
             UnsupportedJoint: If a joint is of no type that URDF has.
             MimicCycle: If joints mimic each other in a circle.
             NameNotFound: If the limits or a frame name what the URDF does not have.
         """
         beside = Beside(srdf, limits, frames, name, meshes)
-        return Robot(**vars(parts_of_urdf(Path(urdf), package_dirs, base, beside)))
+        return Robot(**vars(parts_of_urdf(Path(urdf), package_dirs, xacro, base, beside)))
 
     @staticmethod
     def from_pinocchio(

@@ -78,11 +78,15 @@ class Beside:
 
 
 def parts_of_urdf(
-    urdf: Path, package_dirs: Sequence[Path | str], base: MovingBase | None, beside: Beside
+    urdf: Path,
+    package_dirs: Sequence[Path | str],
+    xacro: Mapping[str, str] | None,
+    base: MovingBase | None,
+    beside: Beside,
 ) -> RobotParts:
     """Return the parts of a robot that files describe; as `Robot.from_urdf`."""
-    described_by = read_urdf(urdf, [Path(folder) for folder in package_dirs])
-    based = with_base(described_by, beside.semantics(), base)
+    written = read_urdf(urdf, [Path(folder) for folder in package_dirs], xacro)
+    based = with_base(written, beside.semantics(), base)
     try:
         model = pin.buildModelFromXML(based.urdf.xml)
     except ValueError as error:

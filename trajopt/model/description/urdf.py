@@ -3,7 +3,6 @@
 Kinematics and inertias are pinocchio's; here the same XML is read for the shapes on each link.
 """
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
@@ -11,12 +10,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint, listed, shown
-from trajopt.io.files import is_file
-from trajopt.model.description.xml_file import numbers, read_xml
+from trajopt.model.description.mesh_names import MeshNames
+from trajopt.model.description.xacro_file import SUFFIX, expanded
+from trajopt.model.description.xml_file import numbers, parse_xml, read_xml
 from trajopt.model.placement import Placement, placement
 from trajopt.model.shapes import Box, Capsule, Cylinder, Shape, Sphere
 
-_LONGEST_NAME = 4096  # characters of a file's name
 _SHORTEST_AXIS = 1e-6
 ONE_DEGREE_OF_FREEDOM = ("revolute", "continuous", "prismatic")
 SEVERAL_DEGREES_OF_FREEDOM = ("planar", "floating")
@@ -85,54 +84,7 @@ class Urdf:
     notes: tuple[str, ...] = ()
 
 
-def resolve_mesh(filename: str, urdf: Path, package_dirs: Sequence[Path]) -> Path:
-    """Find the file that a URDF's mesh name means.
-
-    Tried in this order: the name as an absolute path (with or without `file://`); below each
-    package directory; below the URDF's folder and its parents (where packages usually stand).
-
-    A name that climbs (`../meshes/link.stl`), and an absolute one, must lead to a file in a package
-    directory, in the URDF's folder, or in its package: the nearest folder above that holds a
-    `package.xml`, else the folder above. Any other name leads below one of the folders tried.
-
-    Raises:
-        MeshFileError: If it is nowhere, or outside.
-    """
-    if len(filename) > _LONGEST_NAME or "\0" in filename:
-        raise MeshFileError(shown(filename), f"is no name of a file ({urdf.name})")
-    name = filename.removeprefix("file://")
-    relative = name.removeprefix("package://").removeprefix("model://")
-    above = [Path(os.path.abspath(urdf.parent)), *Path(os.path.abspath(urdf)).parents[1:]]
-    packages = [Path(os.path.abspath(folder)) for folder in package_dirs]
-    package = next(
-        (folder for folder in above if is_file(folder / "package.xml")), above[min(1, len(above) - 1)]
-    )
-    own = {*packages, *(folder for folder in (above[0], package) if folder != Path(folder.anchor))}
-    own |= {folder.resolve() for folder in own}
-    roots = [*packages, *above, *urdf.parent.resolve().parents]
-    # A package directory may be the package itself: drop the package's name then.
-    inner = Path(*Path(relative).parts[1:]) if name.startswith("package://") else None
-    tried = [(root, root / relative) for root in roots]
-    tried += [(root, root / inner) for root in roots[: len(packages) + 1] if inner is not None]
-    climbs = name.startswith("/") or ".." in Path(relative).parts
-    outside = False
-    for root, file in tried:
-        found = Path(os.path.normpath(file))
-        if is_file(found):
-            if any(found.is_relative_to(folder) for folder in own) or (
-                not climbs and root != Path(root.anchor) and found.is_relative_to(root)
-            ):
-                return found.resolve()
-            outside = True
-    if outside:
-        where = f"lies outside of what belongs to {urdf.name}; name its folder as a package directory"
-        raise MeshFileError(filename, where)
-    raise MeshFileError(filename, f"not found for {urdf.name}; name its package directory")
-
-
-def _geometry(
-    path: Path, element: ElementTree.Element, package_dirs: Sequence[Path]
-) -> Shape | MeshReference:
+def _geometry(path: Path, element: ElementTree.Element, meshes: MeshNames) -> Shape | MeshReference:
     def sizes(shape: ElementTree.Element, *keys: str) -> list[float]:
         return [numbers(path, shape, key, "0", count=1)[0] for key in keys]
 
@@ -153,8 +105,7 @@ def _geometry(
         x, y, z = numbers(path, mesh, "scale", "1 1 1", count=3)
         if not x * y * z:
             raise FileFormatError(str(path), f"<mesh scale={shown(mesh.get('scale'))}> makes the mesh flat")
-        file = resolve_mesh(mesh.get("filename", ""), path, package_dirs)
-        return MeshReference(file, (x, y, z))
+        return MeshReference(meshes.find(mesh.get("filename", "")), (x, y, z))
     raise FileFormatError(str(path), "a <geometry> holds no shape that trajopt knows")
 
 
@@ -162,7 +113,7 @@ def _link_geometries(
     path: Path,
     root: ElementTree.Element,
     tag: str,
-    package_dirs: Sequence[Path],
+    meshes: MeshNames,
     missing: dict[str, str] | None = None,
 ) -> tuple[LinkGeometry, ...]:
     """Return the elements of a tag; meshes that are not found go into `missing`, by link, where it is given.
@@ -194,7 +145,7 @@ def _link_geometries(
                 red, green, blue, alpha = numbers(path, colour, "rgba", "0.7 0.7 0.7 1", count=4)
                 rgba = (red, green, blue, alpha)
             try:
-                shape = _geometry(path, geometry, package_dirs)
+                shape = _geometry(path, geometry, meshes)
             except MeshFileError as error:
                 if missing is None:
                     raise
@@ -246,19 +197,24 @@ def _check_joint(path: Path, joint: ElementTree.Element) -> None:
             )
 
 
-def read_urdf(path: Path, package_dirs: Sequence[Path] = ()) -> Urdf:
-    """Read a URDF file and find its meshes.
+def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str, str] | None = None) -> Urdf:
+    """Read a URDF file, or what a xacro file makes, and find its meshes.
 
     Args:
-        path: The file.
+        path: The file; xacro where its name ends so.
         package_dirs: Folders that hold ROS packages, for `package://` names.
+        xacro: Arguments of a xacro file by name.
 
     Raises:
+        MissingExtra: If it is xacro, and what expands that is not installed.
         FileFormatError: If it is missing or no URDF.
         MeshFileError: If a collision mesh cannot be found.
         UnsupportedJoint: If a joint is of no type that URDF has.
     """
-    root = read_xml(path, "URDF")
+    if path.suffix == SUFFIX:
+        root = parse_xml(expanded(path, xacro or {}, package_dirs), path, "URDF")
+    else:
+        root = read_xml(path, "URDF")
     if root.find("link") is None:
         raise FileFormatError(str(path), "has no <link>, so it describes no robot")
     notes: list[str] = []
@@ -279,9 +235,10 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = ()) -> Urdf:
                 numbers(path, mimic, "multiplier", "1", count=1)[0],
                 numbers(path, mimic, "offset", "0", count=1)[0],
             )
-    collisions = _link_geometries(path, root, "collision", package_dirs)
+    meshes = MeshNames(path, tuple(package_dirs))
+    collisions = _link_geometries(path, root, "collision", meshes)
     missing: dict[str, str] = {}
-    visuals = _link_geometries(path, root, "visual", package_dirs, missing)
+    visuals = _link_geometries(path, root, "visual", meshes, missing)
     if missing:
         # Nothing is planned with visuals: whoever looks sees the collision shapes.
         visuals = tuple(item for item in visuals if item.link not in missing)

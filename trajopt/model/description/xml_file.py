@@ -28,27 +28,33 @@ class _Bounded(ElementTree.TreeBuilder):
         return super().end(tag)
 
 
-def read_xml(path: Path, kind: str) -> ElementTree.Element:
-    """Return the root of a description, which is `<robot>`.
+def read_xml(path: Path, kind: str, *, root: str = "robot") -> ElementTree.Element:
+    """Return the root of an XML file.
 
     Args:
         path: The file.
         kind: What it is, for errors: "URDF" or "SRDF".
+        root: The root's tag.
 
     Raises:
         FileFormatError: If it cannot be read, is no XML, is nested too deep, or has another root.
     """
-    data = read_bytes(path)
+    return parse_xml(read_bytes(path), path, kind, root=root)
+
+
+def parse_xml(data: bytes, path: Path, kind: str, *, root: str = "robot") -> ElementTree.Element:
+    """Return the root of the text of an XML file; as `read_xml`."""
     parser = ElementTree.XMLParser(target=_Bounded())
     try:
         for start in range(0, len(data), _BLOCK):
             parser.feed(data[start : start + _BLOCK])
-        root: ElementTree.Element = parser.close()
+        found: ElementTree.Element = parser.close()
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise FileFormatError(str(path), f"is no readable {kind}: {error}") from error
-    if root.tag != "robot":
-        raise FileFormatError(str(path), f"is no readable {kind}: its root is <{root.tag[:80]}>, not <robot>")
-    return root
+    if found.tag != root:
+        reason = f"is no readable {kind}: its root is <{found.tag[:80]}>, not <{root}>"
+        raise FileFormatError(str(path), reason)
+    return found
 
 
 def numbers(
