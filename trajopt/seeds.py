@@ -1,4 +1,4 @@
-"""First guesses made by hand; those that planning makes are in `trajopt.planning.seeds`."""
+"""Seeds made by hand; those that planning makes are in `trajopt.planning.seeds`."""
 
 from trajopt.planning.seeds import straight_line
 

@@ -114,7 +114,7 @@ def stage_table(total: dict[str, object]) -> str:
 
 
 def winners(total: dict[str, object]) -> str:
-    """Say how many motions came from each kind of first guess."""
+    """Say how many motions came from each kind of seed."""
     won = cast("dict[str, int]", total["won_by"])
     return ", ".join(f"{count} {name}" for name, count in won.items()) or "none"
 

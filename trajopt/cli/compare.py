@@ -49,9 +49,9 @@ RobotOption = Annotated[str, typer.Option("--robot", help="The robot that --data
 LimitOption = Annotated[
     int | None, typer.Option("--limit", min=1, help="Problems of each set of --data at most.")
 ]
-AttemptsOption = Annotated[int, typer.Option("--attempts", min=1, help="First guesses at most.")]
+AttemptsOption = Annotated[int, typer.Option("--attempts", min=1, help="Seeds at most.")]
 SecondsOption = Annotated[
-    float, typer.Option("--cpu-seconds", min=0.0, help="No other first guess after so much CPU time.")
+    float, typer.Option("--cpu-seconds", min=0.0, help="No other seed after so much CPU time.")
 ]
 ResultsOption = Annotated[
     list[Path] | None,

@@ -37,7 +37,7 @@ PortfolioOption = Annotated[
     bool,
     typer.Option(
         "--portfolio/--no-portfolio",
-        help="Other first guesses where the straight line fails; without, the straight line alone.",
+        help="Other seeds where the straight line fails; without, the straight line alone.",
     ),
 ]
 TimeBudgetOption = Annotated[

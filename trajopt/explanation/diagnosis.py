@@ -165,7 +165,7 @@ def _walled_in(result: Result) -> Explanation:
 
 
 def _of_the_way(result: Result) -> Explanation:
-    """Explain why no path was found: what blocked each first guess."""
+    """Explain why no path was found: what blocked each seed."""
     tried: dict[str, int] = {}
     for each in result.attempts:
         what = each.status.name if each.block is None else " and ".join(each.block.subjects)

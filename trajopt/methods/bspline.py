@@ -20,12 +20,12 @@ from trajopt.transcription.bspline import BsplineNlp, Places, over_control_point
 DEGREES = (3, 5)
 """Degrees offered: continuous curvature, and continuous fourth derivative."""
 SAMPLES = 4
-"""Samples of the first guess in each of its segments, to fit the spline to."""
+"""Samples of the seed in each of its segments, to fit the spline to."""
 
 
 @dataclass(frozen=True)
 class Bspline:
-    """A path that is smooth as it is, and within the joint limits at every point of it, by its hull.
+    """A path that is smooth by itself, and within the joint limits everywhere, since its control points are.
 
     Attributes:
         pieces: Polynomial pieces.
@@ -54,7 +54,7 @@ class Bspline:
         return moving_start(problem) or followed_curve(problem) or windowed_differences(problem)
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "BsplineProgram":
-        """Write a problem over control points; see `Method.program`."""
+        """Transcribe a problem over control points; see `Method.program`."""
         base = transcribe(problem, seed, waypoint_knots)
         basis = SplineBasis(self.degree, np.linspace(0.0, 1.0, self.pieces + 1))
         ends, last = np.array((0.0, 1.0)), problem.knots - 1

@@ -22,11 +22,11 @@ from trajopt.transcription.bspline import Places, over_control_points
 from trajopt.transcription.free_duration import RESTING, FreeDurationNlp
 
 SEED_TOLERANCE = 5e-3
-"""How far the timed first guess may leave its path [m]."""
+"""How far the timed seed may leave its path [m]."""
 CROWDING = 0.8
 """How much shorter the pieces at the ends are than those in the middle: 0 for equal ones, below 1."""
 SAMPLES = 4
-"""Samples of the first guess in each piece, to fit the spline to."""
+"""Samples of the seed in each piece, to fit the spline to."""
 
 
 def _solver() -> Sqp:
@@ -43,13 +43,13 @@ def _solver() -> Sqp:
 class FreeDuration:
     """Minimises the duration itself, under limits of velocity, acceleration, jerk and torque.
 
-    A first guess is made into a path by sequential QP over knots and timed; that motion is where the shape
-    and the time of a spline are optimised from, and it is kept where nothing faster is found.
+    A seed is made into a path by sequential QP over knots and timed; from that motion the shape
+    and the time of a spline are optimised, and it is kept where nothing faster is found.
 
     Attributes:
         pieces: Polynomial pieces of the spline.
         solver: Of the program over control points and duration.
-        seed: What makes the first motion.
+        seed: Makes the first motion.
     """
 
     pieces: int = 64
@@ -66,7 +66,7 @@ class FreeDuration:
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
     ) -> "FreeDurationProgram":
-        """Write a problem over knots first; see `Method.program`."""
+        """Transcribe the problem over knots first; see `Method.program`."""
         return FreeDurationProgram(
             self, problem, self.seed.program(problem, seed, waypoint_knots), tuple(waypoint_knots)
         )

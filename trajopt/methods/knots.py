@@ -31,7 +31,7 @@ class Knots:
         return moving_start(problem)
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
-        """Write a problem over knots; see `Method.program`."""
+        """Transcribe a problem over knots; see `Method.program`."""
         return KnotsProgram(transcribe(problem, seed, waypoint_knots), self.solver)
 
 

@@ -1,4 +1,4 @@
-"""Method: how a seed becomes a path or a motion; what planning asks of every solver."""
+"""Method: how a seed becomes a path or a motion; what planning needs from every solver."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class Decoded(Value):
 
 
 class Program(Protocol):
-    """A problem as one method writes it; solved from as many seeds as there are."""
+    """A problem as one method transcribes it; solved from any number of seeds."""
 
     @property
     def scale(self) -> Floats:
@@ -54,14 +54,14 @@ class Program(Protocol):
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
         """Return the motions that a result of this program stands for, the best first.
 
-        The next is of use where the judge refuses the one before.
+        The next counts where the judge refuses the one before.
         """
         ...
 
 
 @runtime_checkable
 class SupportsEarlyStop(Protocol):
-    """A program whose solver can stop early, to see which of many seeds are worth more."""
+    """A program whose solver can stop early, to see which of many seeds are worth more work."""
 
     def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Take a few steps from a seed; see `Program.solve`."""
@@ -78,19 +78,19 @@ class Method(Protocol):
         ...
 
     def objection(self, problem: Problem) -> str:
-        """Say why the method cannot do what is asked, before anything starts; empty if it can."""
+        """Say why the method cannot plan this problem, before anything starts; empty if it can."""
         ...
 
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> Program:
-        """Write a problem down.
+        """Transcribe a problem.
 
         Args:
             problem: The problem, with one goal.
-            seed: A seed, shape (N, n): how long the motion may take is guessed from it.
+            seed: A seed, shape (N, n): the motion's duration is estimated from it.
             waypoint_knots: The knot that each waypoint is held at.
 
         Raises:
-            ProblemError: If a requirement cannot be asked of this robot.
+            ProblemError: If a requirement does not fit this robot.
         """
         ...
 
@@ -101,7 +101,7 @@ def moving_start(problem: Problem) -> str:
 
 
 def followed_curve(problem: Problem) -> str:
-    """Return the objection of a method that has no knots to lay along a curve."""
+    """Return the objection of a method without knots to place along a curve."""
     path = (*problem.requirements, *(part.required for part in problem.partial))
     curves = [item for item in path if isinstance(item, FollowsCurve)]
     return f"cannot follow the curve of {shown(curves[0].frame)}" if curves else ""

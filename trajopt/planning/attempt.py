@@ -1,4 +1,4 @@
-"""plan_once(problem, seed): one attempt, the sequence that a reader would have typed."""
+"""plan_once(problem, seed): one attempt, one step after the other."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -32,17 +32,17 @@ def plan_once(
         method: Transcription and solver, or the name of one; sequential QP over knots when None.
         waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
         program: The problem as the method transcribed it for an earlier seed; transcribed when None.
-        workspace: What attempts at this problem share; made anew, without a bound, when None.
+        workspace: What attempts at this problem share; a new one without bounds when None.
         brief: Whether a few steps are enough, where the method can stop early.
 
     Returns:
-        The motion with its certificate, or why this seed came to none.
+        The motion with its certificate, or why this seed led to none.
 
     Raises:
         SolverNotFound: If there is no method of that name.
-        ProblemError: If a requirement cannot be asked of this robot, or an argument is of the wrong kind.
+        ProblemError: If a requirement does not fit this robot, or an argument is of the wrong kind.
         ShapeError: If the seed is not of the problem's knots and the group's joints.
-        Stopped: If the workspace's budget ends before.
+        Stopped: If the workspace's budget runs out first.
     """
     work = workspace or Workspace(problem, BudgetTracker(Budget()))
     if program is None:

@@ -1,4 +1,4 @@
-"""Branches: the goal configurations that a motion may end at, with what was written down for each."""
+"""Branches: the goal configurations that a motion may end at, with what was transcribed for each."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ class GoalBranch(Value):
     """One end that a motion may have.
 
     Attributes:
-        kind: What its straight line is called.
+        kind: Kind of its straight line.
         problem: The problem, with the goal that it is to end at.
         line: Straight legs there.
         method: Transcribes the problem.
@@ -41,7 +41,7 @@ class GoalBranch(Value):
 
     @cached_property
     def context(self) -> SeedContext:
-        """What sources of seeds are told."""
+        """What sources of seeds need to know."""
         return SeedContext(self.problem.reduced, self.line, self.program.scale, self.problem.requirements)
 
 
@@ -70,7 +70,7 @@ def branches(problem: Problem, stops: Sequence[Sequence[Floats]], method: Method
 
 
 def _end_is_free(problem: Problem) -> bool:
-    """Whether any configuration that holds the goals will do: nothing but the program knows of more."""
+    """Whether any configuration that holds the goals will do, so that only the program can find more."""
     known = (Velocity, Acceleration, Jerk)
     return not problem.residual_constraints and all(
         isinstance(cost.residual, known) for cost in problem.costs or ()

@@ -15,14 +15,14 @@ from trajopt.query import Counts
 from trajopt.solvers import Iteration
 
 BACKSTOP = (10.0, 10.0)
-"""A budget by another clock than the wall's also ends after so many times its seconds, and so many more, on
-the wall's: a sleep costs no processor time, and a clock that stands still would never end it."""
+"""A budget by another clock also ends by wall time, after this many times its seconds, and this many more: a
+sleep costs no processor time, and a clock that stands still would never end it."""
 
 
 class Stop(Enum):
     """What ended planning before it was done."""
 
-    CLOCK = "the time was used up; on another day the answer may differ"
+    CLOCK = "the time was used up; another run may end differently"
     WORK = "the counted work was used up"
     CANCEL = "it was cancelled"
 
@@ -31,22 +31,22 @@ class Stop(Enum):
 class Budget:
     """What planning may use.
 
-    With none of `seconds`, `work` and `attempts` it ends when the seeds of the schedule are
-    attempted; with any of them it goes on to others until that is used up.
+    With none of `seconds`, `work` and `attempts` planning ends when the seeds of the schedule are
+    attempted; with any of them it goes on to other seeds until that is used up.
 
     Attributes:
         seconds: Time by `clock` [s]. The answer then depends on the machine.
-        work: Configurations that goal search, optimiser and sampling planner may look at: an exact
-            number, with which the same question has the same answer everywhere.
+        work: Configurations that goal search, optimiser and sampling planner may evaluate: an exact
+            number, so that the same problem has the same answer everywhere.
         attempts: Seeds at most; 1 is the straight line to the nearest goal configuration alone.
         workers: Processes that attempt seeds, from when the straight line has failed (with
             `improve`: has been attempted). The answer is the same for any number.
         improve: Whether to go on after the first motion, until the budget is used up, and return the
             shortest in time.
-        clock: What tells the time [s]: the wall's; `time.process_time` for benchmarks. By any other clock
-            than the wall's planning ends after `wall_seconds` too.
-        processes: What starts workers, such as `multiprocessing.get_context("spawn")`; when None, what Python
-            starts processes by, but no fork where there are several threads. Workers that are not forked
+        clock: Returns the time [s]: wall time; `time.process_time` for benchmarks. With any other clock
+            planning also ends after `wall_seconds`.
+        processes: Starts workers, such as `multiprocessing.get_context("spawn")`; when None, Python's
+            default, but no fork where there are several threads. Workers that are not forked
             take a second to begin, are sent problem, method and clock by pickle, and in a script need
             `if __name__ == "__main__":`.
     """
@@ -65,7 +65,7 @@ class Budget:
         return f"Budget({', '.join(f'{item.name}={shown(getattr(self, item.name))}' for item in changed)})"
 
     def __post_init__(self) -> None:
-        """Refuse what bounds nothing.
+        """Refuse bounds that bound nothing.
 
         Raises:
             ProblemError: If a number is not positive, or nothing would ever end the improvement.
@@ -95,7 +95,7 @@ class Budget:
 
     @property
     def bounded(self) -> bool:
-        """Whether anything but running out of first guesses ends planning."""
+        """Whether anything else than running out of seeds ends planning."""
         return any(bound is not None for bound in (self.seconds, self.work, self.attempts))
 
 
@@ -117,7 +117,7 @@ class Stopped(Exception):
 
 @dataclass(eq=False)
 class BudgetTracker:
-    """Counts work and time of one call of planning, and raises `Stopped` when there is to be no more.
+    """Counts work and time of one call of planning, and raises `Stopped` when it must stop.
 
     Attributes:
         budget: What may be used.
@@ -142,7 +142,7 @@ class BudgetTracker:
 
     @property
     def work(self) -> int:
-        """Configurations looked at so far."""
+        """Configurations evaluated so far."""
         return self._before + self.counts.get(WORK, 0)
 
     def check(self, counts: Counts | None = None) -> None:

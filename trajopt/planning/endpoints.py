@@ -90,7 +90,7 @@ class EndpointChecks:
             work.tracker.count_work(counts)
 
     def _candidates(self, rng: np.random.Generator, counts: Counts) -> GoalCandidates:
-        """Search goal configurations, thoroughly before it is said without a proof that there is none."""
+        """Search goal configurations; thoroughly before reporting without a proof that there is none."""
         work = self.workspace
 
         def search(starts: int) -> GoalCandidates:
@@ -109,7 +109,7 @@ class EndpointChecks:
         return search(MANY_STARTS) if nothing and not self._proofs else found
 
     def _out_of_reach(self, rng: np.random.Generator, counts: Counts, found: GoalCandidates) -> Result:
-        """Say that no configuration was found that holds what is wanted at the end, or that there is none."""
+        """Say that no configuration holds what is required at the end, or that none was found."""
         work = self.workspace
         if self._proofs:
             status, words = self._proofs[0]
@@ -120,7 +120,7 @@ class EndpointChecks:
 
     @cached_property
     def _proofs(self) -> tuple[tuple[Status, str], ...]:
-        """Proofs that nothing holds what is wanted at the end."""
+        """Proofs that nothing holds what is required at the end."""
         reduced = self.workspace.problem.reduced
         far = (out_of_reach(item, reduced) for item in self._wanted)
         clash = (

@@ -32,7 +32,7 @@ from trajopt.query import Counts
 from trajopt.terms import Clearance
 
 BRANCHES = 12
-"""Goal configurations that are planned to at all."""
+"""Goal configurations that are planned to at most."""
 CLOSE_BEND = 0.15
 """Bends of lines around the best motion so far, in ordinary steps."""
 SOURCES: dict[SeedKind, Source] = {
@@ -40,7 +40,7 @@ SOURCES: dict[SeedKind, Source] = {
     SeedKind.BUMP: Bumps(),
     SeedKind.SAMPLED: SampledPaths(),
 }
-"""What makes the seeds of each kind but the straight lines, which each branch calls as it likes."""
+"""Sources of the seeds of each kind but the straight lines, whose kind each branch names itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class Candidate:
         branch: Where it leads.
         kind: Its kind.
         make_seed: Makes it.
-        brief: Whether it is only looked at: a few steps show how promising it is.
+        brief: Whether it is only solved briefly: a few steps show how promising it is.
         goal_name: Of a goal set: the goal that it leads to.
     """
 
@@ -109,7 +109,7 @@ class GoalSearch:
     _seen: list[tuple[float, Candidate]] = field(default_factory=list[tuple[float, Candidate]])
 
     def prepare(self) -> Result | None:
-        """Look at the start and choose goal configurations; return why that is impossible, if it is."""
+        """Check the start and choose goal configurations; return why that is impossible, if it is."""
         work = self.workspace
         objection = self.method.objection(work.problem)
         if objection:
@@ -178,7 +178,7 @@ class GoalSearch:
         return [replace(item, brief=row.brief) for item in islice(self._running[row.source], row.count)]
 
     def _promising(self, row: Row) -> list[Candidate]:
-        """Go on with the seeds that came nearest, from where they were left."""
+        """Continue the seeds that came nearest, from where they stopped."""
         nearest_first = sorted(self._seen, key=lambda seen: seen[0])
         self._seen.clear()
         return [candidate for _, candidate in nearest_first[: row.count]]

@@ -1,4 +1,4 @@
-"""judge(problem, trajectory): all that a problem asks, put to the judge; anybody's motion will do."""
+"""judge(problem, trajectory): any trajectory, checked against all that a problem requires."""
 
 from dataclasses import dataclass
 
@@ -62,7 +62,7 @@ def judged(items: tuple[Constraint, ...], query: Query) -> tuple[Along, ...]:
 
 
 def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None = None) -> Certificate:
-    """Judge a motion by all that a problem asks, with nothing of what its planner made but the motion.
+    """Judge a motion by everything that a problem requires; nothing else that its planner made is used.
 
     Args:
         problem: The problem, with one goal.

@@ -17,7 +17,7 @@ from trajopt.planning.workers import attempted_in_processes
 from trajopt.problem import Problem
 
 NO_BOUNDS = Budget()
-"""The budget unless told otherwise: the seeds of the schedule, one after the other."""
+"""The default budget: the seeds of the schedule, one after the other."""
 
 
 def plan(
@@ -37,7 +37,7 @@ def plan(
         problem: What the motion must achieve.
         method: Transcription and solver with their options, or the name of one ("chomp"); sequential QP over
             knots when None.
-        seconds: Time that planning may take by the wall's clock [s]; short for a budget of so many seconds.
+        seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
         rng: Draws the starts of inverse kinematics and the bends of seeds; a fixed seed when None, so that
             the answer is the same every time.
         budget: How much work, time and how many cores it may use, and whether to go on improving.
@@ -51,7 +51,7 @@ def plan(
 
     Raises:
         SolverNotFound: If there is no method of that name.
-        ProblemError: If a requirement cannot be asked of this robot, or an argument is of the wrong kind.
+        ProblemError: If a requirement does not fit this robot, or an argument is of the wrong kind.
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     if cancel is not None:

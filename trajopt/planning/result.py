@@ -28,7 +28,7 @@ class Plan:
     """A motion that was verified.
 
     Attributes:
-        problem: What was asked.
+        problem: The problem.
         path: The path, without time.
         trajectory: The motion.
         certificate: The judge's verdict on it.
@@ -65,7 +65,7 @@ class Attempt:
         solver: How the solver ended, if it got so far.
         message: The particulars: what could not be satisfied, where and by how much.
         iterations: Steps of the solver.
-        block: What stood in its way most; None if nothing did, or nothing that has a place.
+        block: What stood in its way most; None if nothing did, or nothing with a location.
         goal_name: Of a goal set: the goal it was for.
     """
 
@@ -114,7 +114,7 @@ class Result:
         path: The solver's path, if it got so far.
         solve: The solver's result, if it got so far.
         trajectory: The motion, verified or not, if it got so far.
-        timed: What retiming tells of it; None where the method decided on time itself.
+        timed: What retiming reports; None where the method decided on time itself.
         certificate: The judge's verdict, if it got so far.
         counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
@@ -124,7 +124,7 @@ class Result:
         won: Of a motion: the attempt that it came from, the last one or, with a budget that improves, the
             one of least cost.
         stopped: What ended planning before it was done; None if nothing did.
-        certainty: How well the status is known, from where it was shown; of a goal set that failed, proven
+        certainty: How well the status is known; of a goal set that failed, proven
             only if the failure of every goal is.
     """
 
@@ -169,16 +169,16 @@ class Result:
 
     @property
     def cost(self) -> float:
-        """What tells motions of one problem apart: how long it takes [s]; infinite without a plan.
+        """By what motions of one problem are compared: the duration [s]; infinite without a plan.
 
-        Not the costs of the problem: they belong to one program, and knots, goals and methods that
-        differ have sums that mean different things. Time means the same to all.
+        Not the costs of the problem: their sum belongs to one program, and means something else with other
+        knots, goals or methods. Time means the same for all.
         """
         return self.trajectory.duration if self.verified and self.trajectory is not None else inf
 
     @property
     def stopped_by_clock(self) -> bool:
-        """Whether time ran out: then, and only then, the same question may have another answer."""
+        """Whether time ran out: then, and only then, planning the same problem again may end differently."""
         return self.stopped is Stop.CLOCK
 
     def require(self) -> Plan:
@@ -240,5 +240,5 @@ class Result:
         Returns:
             The explanation: print it, or read its parts.
         """
-        # Explanation stands above planning and plans itself; a result only knows where it is to be found.
+        # Explanation is a higher layer and plans itself; a result only knows where to find it.
         return import_module("trajopt.explanation").explain(self, plan_again=plan_again)

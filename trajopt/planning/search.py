@@ -18,7 +18,7 @@ from trajopt.planning.workspace import Workspace
 from trajopt.problem import Problem
 
 BEFORE_PROOF = 2
-"""Rounds after whose failure a proof is looked for that there is no way at all."""
+"""After this many failed rounds, planning looks for a proof that there is no path at all."""
 ENDED = {
     Stop.CLOCK: Status.OUT_OF_TIME,
     Stop.WORK: Status.OUT_OF_WORK,
@@ -32,13 +32,13 @@ class Search:
     """One call of planning.
 
     Attributes:
-        problem: What was asked; may have a goal set.
+        problem: The problem; may have a goal set.
         method: Transcription and solver.
         rng: Draws what is random.
-        tracker: What may be used, and what was.
+        tracker: Counts what is used, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
         incumbent: The best of those.
-        attempts: What each seed came to.
+        attempts: What became of each seed.
     """
 
     problem: Problem
@@ -120,7 +120,7 @@ class Search:
         return best if best is not None and best.goal_name == goal.goal_name else None
 
     def _walled_in(self, goal: GoalSearch) -> bool:
-        """Look for a proof that no other seed can do better either."""
+        """Look for a proof that no other seed can succeed either."""
         stuck = goal.nearest
         if stuck is None or stuck.status is not Status.STUCK:
             return False
@@ -164,7 +164,7 @@ class Search:
         )
 
     def _complete(self, result: Result) -> Result:
-        """Add what planning did in all."""
+        """Add what planning did in total."""
         return replace(
             result,
             attempts=tuple(self.attempts),

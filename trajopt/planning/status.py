@@ -41,13 +41,13 @@ class Status(Enum):
         "configuration, a smaller margin or waypoints may avoid"
     )
     PROVEN_INFEASIBLE = (
-        "every way from the start to the goal is blocked: something in the way must move, or the goal"
+        "every path from the start to the goal is blocked: move what is in the way, or the goal"
     )
     NO_SEED = "no seed of that kind could be made: another kind may do"
     OUT_OF_TIME = "the time was used up before a motion was found: allow more, or try again"
     OUT_OF_WORK = "the counted work was used up before a motion was found: allow more"
     CANCELLED = "planning was cancelled before a motion was found"
-    WORKER_DIED = "a process that tried a first guess died: plan with one worker to see why"
+    WORKER_DIED = "a process that attempted a seed died: plan with one worker to see why"
     METHOD_CANNOT = "the method cannot do what is asked: choose another"
     COLLISION = (
         "the arm comes too near something along the curve: move it, free the spin, or allow a deviation"

@@ -28,7 +28,7 @@ from trajopt.planning.workspace import Workspace
 from trajopt.problem import Problem
 
 POLL = 0.005
-"""How often the budget is looked at while waiting [s]."""
+"""How often the budget is checked while waiting [s]."""
 FAREWELL = 1.0
 """How long an ended process may take to go [s]."""
 
@@ -38,7 +38,7 @@ Answer = Result | Stop | Exception
 
 @dataclass(eq=False)
 class _Worker:
-    """A process and the candidates that it is yet to answer for, by number."""
+    """A process and the candidates that it has not answered yet, by number."""
 
     process: BaseProcess
     answers: Connection
@@ -49,7 +49,7 @@ def attempted_in_processes(candidates: Sequence[Candidate], tracker: BudgetTrack
     """Attempt candidates; yield their results in the order given, their work added to the tracker.
 
     Args:
-        candidates: The candidates; every worker takes each so many-th.
+        candidates: The candidates; the workers take turns.
         tracker: Of the whole of planning; its budget says how many workers there may be.
 
     Raises:
@@ -124,7 +124,7 @@ def _died(candidate: Candidate, message: str) -> Result:
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """What a worker is told of a candidate: data that any process can be sent."""
+    """What a worker is sent of a candidate: data that any process can read."""
 
     problem: Problem
     branch: GoalBranch
@@ -149,7 +149,7 @@ def _work(
     pieces: Sequence[_Piece], budget: Budget, so_far: tuple[int, float, float], send: Connection
 ) -> None:
     """Attempt candidates one after the other; this is the other process."""
-    signal(SIGINT, SIG_IGN)  # The one who waits is interrupted, and ends this.
+    signal(SIGINT, SIG_IGN)  # The waiting process is interrupted instead, and ends this one.
     for piece in pieces:
         tracker = BudgetTracker.elsewhere(budget, so_far)
         answer: Answer

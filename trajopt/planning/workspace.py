@@ -1,4 +1,4 @@
-"""Workspace: what the attempts at one problem share: its judge, its budget, and how results are made."""
+"""Workspace: what the attempts at one problem share: its judge, its budget, and the way to make results."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class TimedMotion(Printed):
     Attributes:
         path: Its path.
         trajectory: The motion.
-        timed: What retiming tells of it; None where the method decided on time itself.
+        timed: What retiming reports; None where the method decided on time itself.
     """
 
     path: Path
@@ -58,7 +58,7 @@ class Workspace(Printed):
         return Judge(self.problem.reduced)
 
     def timed(self, decoded: Iterable[Decoded]) -> Iterator[TimedMotion | RetimeFailure]:
-        """Time what a method made, and time it again, nearer to its path, whenever another is asked for."""
+        """Time what a method made, and time it again, nearer to its path, each time another is needed."""
         for item in decoded:
             if item.trajectory is not None:
                 yield TimedMotion(item.path, item.trajectory, None)
@@ -73,7 +73,7 @@ class Workspace(Printed):
                 yield TimedMotion(item.path, retimed.trajectory, retimed)
 
     def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:
-        """Have a motion judged by all that the problem asks.
+        """Have a motion judged against everything that the problem requires.
 
         Args:
             motion: The motion.

@@ -14,7 +14,7 @@ from trajopt.nlp import Linearisation, Loss, Rows
 from trajopt.solvers.step import REGULARISATION, Step, softened_rows
 
 NAME = "banded"
-"""By which `Sqp.qp` names it."""
+"""Its name in `Sqp.qp`."""
 SOLVED = (0, 1)
 """Codes of the core: solved, and stopped at the limit of iterations, inaccurate but usable."""
 
@@ -30,7 +30,7 @@ class BandedSteps:
     max_iterations: int = 60
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> "BandedStep":
-        """Write the QP around a point; see `StepSolver`."""
+        """Build the QP around a point; see `StepSolver`."""
         core = banded.Program(moves.shape[1], np.ascontiguousarray(moves).ravel())
         for block in at.costs:
             if block.loss is Loss.SQUARED:
@@ -59,7 +59,7 @@ class BandedStep:
 
     @property
     def bandwidth(self) -> int:
-        """Distance of the farthest variables that one row couples."""
+        """Largest distance of two variables that one row couples."""
         return self.core.bandwidth
 
     @property

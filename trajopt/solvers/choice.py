@@ -9,11 +9,11 @@ from trajopt.nlp import Linearisation
 from trajopt.solvers.step import StepProgram, StepSolver
 
 AUTO = "auto"
-"""The band where rows couple near knots only, else PIQP."""
+"""The banded solver where rows couple neighbouring knots only, else PIQP."""
 GENERAL = "piqp"
 """The backend of programs without the structure."""
 WIDEST = 5
-"""Knots that a row may span for the band to be worth its while."""
+"""Knots that a row may span for the banded solver to be worthwhile."""
 
 
 def step_solver(name: str) -> StepSolver:
@@ -42,7 +42,7 @@ def _general(name: str) -> StepSolver:
 
 @dataclass(eq=False)
 class ByStructure:
-    """Decides anew for every program; `StepProgram.backend` says how."""
+    """Chooses for each program; `StepProgram.backend` says which."""
 
     _band: StepSolver = field(default_factory=lambda: step_solver("banded"))
     _wide: StepSolver | None = None
@@ -57,6 +57,6 @@ class ByStructure:
 
 
 def _span(at: Linearisation) -> int:
-    """Return how many knots the widest row reaches over."""
+    """Return how many knots the widest row spans."""
     blocks = [block.rows.knots for block in (*at.costs, *at.constraints)]
     return max((int(np.ptp(knots, axis=1).max()) for knots in blocks if knots.size), default=0)

@@ -62,10 +62,10 @@ class Chomp:
         return "chomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a first guess; see `Solver.solve`.
+        """Minimise from a seed; see `Solver.solve`.
 
         Returns:
-            The best point met, never worse than the first guess: feasible before infeasible, then by
+            The best point met, never worse than the seed: feasible before infeasible, then by
             cost, or by violation where none was feasible.
         """
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)

@@ -131,7 +131,7 @@ def subproblem(moves: Bools, at: Linearisation, penalty: float) -> Subproblem:
 
 @dataclass(eq=False)
 class FlatSteps:
-    """Steps by a general backend, named by its user; it may keep what depends on the pattern only.
+    """Steps by a general backend, named by its user; it may keep what depends only on the pattern.
 
     Attributes:
         name: Of the backend.
@@ -149,7 +149,7 @@ class FlatSteps:
         self._backend = qp_backend(self.name)
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> "FlatStep":
-        """Write the QP around a point; see `StepSolver`."""
+        """Build the QP around a point; see `StepSolver`."""
         return FlatStep(self, subproblem(moves, at, penalty), at.x.shape)
 
     def solve(self, qp: Qp) -> QpSolution | None:

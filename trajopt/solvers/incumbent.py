@@ -28,11 +28,11 @@ def finite(at: Linearisation) -> bool:
 
 @dataclass(eq=False)
 class Incumbent:
-    """The best of the points that were offered; all of them on the same samples.
+    """The best of the points that were offered; all on the same samples.
 
     Attributes:
         nlp: The program.
-        seed: The first guess, within bounds, shape (N, n).
+        seed: The seed, within bounds, shape (N, n).
         best: The best point so far.
     """
 
@@ -41,7 +41,7 @@ class Incumbent:
     best: Linearisation = field(init=False)
 
     def __post_init__(self) -> None:
-        """Begin with the first guess, on coarse samples."""
+        """Begin with the seed, on coarse samples."""
         self.best = self.nlp.linearise(self.seed, self.nlp.sampling(self.seed, fine=False))
 
     def offer(self, at: Linearisation) -> None:
@@ -50,7 +50,7 @@ class Incumbent:
             self.best = at
 
     def refine(self) -> bool:
-        """Look at the best point on as many samples as it needs; return whether these are new."""
+        """Evaluate the best point on as many samples as it needs; return whether these are new."""
         needed = np.maximum(self.best.sampling, self.nlp.sampling(self.best.x, fine=True))
         if (needed == self.best.sampling).all():
             return False
@@ -58,7 +58,7 @@ class Incumbent:
         return True
 
     def settle(self) -> Linearisation:
-        """Return the better of the best point and the first guess, compared on samples fine enough."""
+        """Return the better of the best point and the seed, compared on equally fine samples."""
         while True:
             self.refine()
             self.offer(self.nlp.linearise(self.seed, self.best.sampling))

@@ -13,7 +13,7 @@ from trajopt.nlp import ConstraintRows, Linearisation
 from trajopt.solvers.smooth_metric import SmoothMetric
 
 ROUNDS = 6
-"""How often rows and bounds that a corrected step newly breaks are looked for."""
+"""How often a corrected step is checked for rows and bounds that it newly breaks."""
 DAMPING = 1e-6
 """Added to the diagonal, as a share of its mean: rows may depend on one another."""
 
@@ -68,7 +68,7 @@ class LinearRows:
         """Return the step nearest in the metric that holds the rows it would break, shape (N, n).
 
         step + M C' (C M C')^-1 (b - C step) with M the inverse of the metric, C the rows that the step
-        breaks and b what they lack. A row within its bounds is left alone: a tolerance is a tolerance.
+        breaks and b the change they need. A row within its bounds is left alone.
         """
         held: Bools = np.zeros(len(self.value), dtype=np.bool_)
         moved = step.ravel()
@@ -82,7 +82,7 @@ class LinearRows:
         return moved.reshape(step.shape)
 
     def _lack(self, step: Floats) -> Floats:
-        """Return what each row lacks after a step of shape (N n,), to be within its bounds, shape (m,)."""
+        """Return by how much each row is outside its bounds after a step of shape (N n,), shape (m,)."""
         predicted = self.value + self.matrix @ step
         return np.clip(predicted, self.lower, self.upper) - predicted
 

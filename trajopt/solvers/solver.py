@@ -16,7 +16,7 @@ class SolverStatus(Enum):
     MAX_ITERATIONS = "reached its limit of iterations"
     INFEASIBLE_STATIONARY = "no step reduces the violation of constraints: a local minimum of it"
     TRUST_REGION_COLLAPSED = "the trust region shrank to nothing before constraints held"
-    QP_FAILED = "the QP backend failed on every size of step"
+    QP_FAILED = "the QP backend failed at every step size"
     NON_FINITE = "a residual or its derivative was not a finite number"
 
 
@@ -63,8 +63,8 @@ class SolveResult(Value):
     Attributes:
         status: How it ended.
         x: Knots, shape (N, n).
-        at: Everything linearised there.
-        log: One entry a step.
+        at: All costs and constraints, linearised there.
+        log: One entry per step.
     """
 
     status: SolverStatus
@@ -101,7 +101,7 @@ class SolveResult(Value):
 
     @property
     def qp_iterations(self) -> int:
-        """Iterations of the QP backend in all."""
+        """Iterations of the QP backend in total."""
         return sum(step.qp_iterations for step in self._steps)
 
     @property
@@ -129,11 +129,11 @@ class Solver(Protocol):
         ...
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a first guess.
+        """Minimise from a seed.
 
         Args:
             nlp: The program.
-            x0: First guess, shape (N, n); clipped to the bounds.
+            x0: Seed, shape (N, n); clipped to the bounds.
             progress: Called after every step.
 
         Returns:
@@ -144,8 +144,8 @@ class Solver(Protocol):
 
 @runtime_checkable
 class HasBriefForm(Protocol):
-    """A solver that has a form of few steps."""
+    """A solver with a form that takes few steps."""
 
     def brief(self) -> Solver:
-        """Return the solver with so few steps that they only show whether a first guess is promising."""
+        """Return the solver limited to as many steps as it takes to see whether a seed is promising."""
         ...

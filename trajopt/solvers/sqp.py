@@ -79,8 +79,8 @@ class Sqp:
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
         penalty_rounds: Rounds of growth at most.
-        max_iterations: QPs at most; what is not feasible by then rarely will be, and another first
-            guess is the better use of the time.
+        max_iterations: QPs at most; what is not feasible by then rarely will be, and another
+            seed is the better use of the time.
         relative_gain: Converged when the predicted reduction is below this share of the merit.
         absolute_gain: Or less than this.
         trust_region: First trust region, and its rule.
@@ -101,17 +101,17 @@ class Sqp:
         return "sqp" if self.qp == AUTO else f"sqp-{self.qp}"
 
     def brief(self) -> "Sqp":
-        """Return the solver with a quarter of the steps: by then promising first guesses stand out."""
+        """Return the solver with a quarter of the steps: by then promising seeds stand out."""
         return replace(self, max_iterations=ceil(self.max_iterations / 4))
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a first guess.
+        """Minimise from a seed.
 
         Works on coarse samples until the constraints hold there, then on fine ones.
 
         Args:
             nlp: The program.
-            x0: First guess, shape (N, n); clipped to the bounds.
+            x0: Seed, shape (N, n); clipped to the bounds.
             progress: Called after every step.
 
         Returns:

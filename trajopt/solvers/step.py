@@ -9,7 +9,7 @@ from trajopt.arrays import Bools, Floats
 from trajopt.nlp import Linearisation, Loss, Rows
 
 REGULARISATION = 1e-9
-"""Added to the Hessian's diagonal, so that directions that no cost touches stay put."""
+"""Added to the Hessian's diagonal, so that variables that no cost depends on stay where they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class StepProgram(Protocol):
         Args:
             lower: Of the knots' change, shape (N, n).
             upper: Likewise.
-            accuracy: By how much the model's value may exceed its least one. General backends
+            accuracy: By how much the model's value may exceed its minimum. General backends
                 solve to their own tolerance instead.
 
         Returns:
@@ -56,10 +56,10 @@ class StepProgram(Protocol):
 
 
 class StepSolver(Protocol):
-    """Writes the QPs of the steps; what depends on their pattern only may be kept between them."""
+    """Builds the QPs of the steps; what depends only on their pattern may be kept between them."""
 
     def program(self, moves: Bools, at: Linearisation, penalty: float) -> StepProgram:
-        """Write the QP around a point.
+        """Build the QP around a point.
 
         Args:
             moves: Which variables may change, shape (N, n).

@@ -29,8 +29,8 @@ class Stomp:
         seed: Of the noise: the same seed gives the same answer.
         max_iterations: Updates at most; every one draws new roll-outs.
         after_feasible: Updates after the constraints hold, which may still lower the cost.
-        rollouts: Noisy paths drawn for an update.
-        kept: Best of the last update's that take part in the next.
+        rollouts: Noisy paths drawn per update.
+        kept: Best roll-outs of the last update that take part in the next.
         noise: Standard deviation at the knot that varies most, in ordinary steps.
         sensitivity: How much better roll-outs count for more: h of the paper's eq. 11.
         cost_weight: Weight of the costs beside violations.
@@ -51,10 +51,10 @@ class Stomp:
         return "stomp"
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Minimise from a first guess; see `Solver.solve`.
+        """Minimise from a seed; see `Solver.solve`.
 
         Returns:
-            The best point met, never worse than the first guess: feasible before infeasible, then by
+            The best point met, never worse than the seed: feasible before infeasible, then by
             cost, or by violation where none was feasible.
         """
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
@@ -120,7 +120,7 @@ def rollout_weights(costs: Floats, sensitivity: float) -> Floats:
 def knot_costs(at: Linearisation, cost_weight: float) -> Floats:
     """Return what each knot costs, shape (N,): violations in tolerances, and weighted costs.
 
-    What holds within its bounds costs nothing: a tolerance is a tolerance. A row between two knots is
+    What holds within its bounds costs nothing. A row between two knots is
     shared by both.
     """
     found = np.zeros(len(at.x))

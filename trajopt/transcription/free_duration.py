@@ -43,7 +43,7 @@ class FreeDurationNlp:
     Attributes:
         spline: The program over the control points alone.
         limits: The group's limits, scaled as the problem says.
-        reference: Duration of the first guess [s].
+        reference: Duration of the seed [s].
         dynamics: Torques, where they are limited.
         start_velocities: Shape (n,) [rad/s | m/s]; there is no acceleration at the start.
     """

@@ -118,7 +118,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
 
     Args:
         problem: The problem.
-        seed: A first guess of the knots, shape (N, n): how long the motion will take is guessed
+        seed: The knots to start from, shape (N, n): the motion's duration is estimated
             from it, for windows of allowed contact.
         waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
 
@@ -137,8 +137,8 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     if goal is not None:
         lower[-1] = upper[-1] = goal
     stops = seed[[0, *waypoint_knots, len(seed) - 1]]
-    guess = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
-    duration = 1.5 * max(guess, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
+    shortest = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
+    duration = 1.5 * max(shortest, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
     margins = tapered_margins(Query(reduced, counts), count, goal, duration)
     distance = Clearance(reduced, margins)
     clearance = constraint(

@@ -66,7 +66,7 @@ def tapered_margins(
         query: Measures them.
         knots: Number of knots.
         goal: The group's positions at a fixed goal, shape (n,); None if the goal is not fixed.
-        duration: A cautious (long) guess of the motion's duration, for contact windows [s].
+        duration: A cautious (long) estimate of the motion's duration, for contact windows [s].
     """
     pairs, last = query.reduced.pairs, float(knots - 1)
 

@@ -26,7 +26,7 @@ HELD = 1e-6
 """Violations below this are drawn here: zero has no logarithm."""
 DASHES = ("-", "--", ":", "-.")
 HISTORIES = (
-    "Violation at the current point against CPU time, over all first guesses; a dot where a motion was "
+    "Violation at the current point against CPU time, over all seeds; a dot where a motion was "
     "verified in the end, a cross where not"
 )
 WIDTH = 10.0

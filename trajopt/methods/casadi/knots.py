@@ -25,7 +25,7 @@ ROUNDS = 6
 GROWTH = 10.0
 """Factor on the penalty where constraints do not hold."""
 PENALTY = 5.0
-"""First weight of what constraints are exceeded by."""
+"""First weight of constraint violations."""
 
 IPOPT: Mapping[str, object] = {
     "ipopt.max_iter": 100,
@@ -37,7 +37,7 @@ IPOPT: Mapping[str, object] = {
     "ipopt.acceptable_obj_change_tol": 1e-3,
     "ipopt.acceptable_iter": 5,
 }
-"""A small barrier at once, for the first guess is mostly good, and the accuracy that paths need."""
+"""A small first barrier, since the seed is mostly good, and the accuracy that paths need."""
 FATROP: Mapping[str, object] = {
     "structure_detection": "auto",
     "fatrop.max_iter": 150,
@@ -115,7 +115,7 @@ class CasadiKnots:
     def program(
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
     ) -> "CasadiKnotsProgram":
-        """Write a problem over knots; see `Method.program`."""
+        """Transcribe a problem over knots; see `Method.program`."""
         return CasadiKnotsProgram(transcribe(problem, seed, waypoint_knots), self.solver, self._staged)
 
 
@@ -175,7 +175,7 @@ class CasadiKnotsProgram(Printed):
         log: list[Iteration],
         progress: Progress | None,
     ) -> tuple[SolverStatus, Linearisation]:
-        """Solve on some samples from a point; return the end and what it is worth there."""
+        """Solve on given samples from a point; return the solution and its linearisation there."""
         writing = (by_stages if self.staged else plainly)(self.nlp, sampling)
         program = writing.program()
         try:

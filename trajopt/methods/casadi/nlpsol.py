@@ -108,11 +108,11 @@ class Nlpsol:
     def solve(
         self, program: CasadiProgram, x0: Floats, *, progress: Progress | None = None
     ) -> CasadiSolution:
-        """Minimise from a first guess.
+        """Minimise from a seed.
 
         Args:
             program: The program.
-            x0: First guess, shape (v,).
+            x0: Seed, shape (v,).
             progress: Called after every iteration, of plugins that report them.
 
         Raises:
@@ -188,7 +188,7 @@ class _Elastic:
             )
 
     def start(self, x0: Floats) -> Floats:
-        """Return a first guess with slacks that make every elastic bound hold."""
+        """Return a seed with slacks that make every elastic bound hold."""
         if not len(self._rows):
             return x0
         (values,) = ca.Function("values", [self.given.x], [self.given.functions]).call([x0])

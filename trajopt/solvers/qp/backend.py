@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 UNBOUNDED = 1e20
-"""What backends that know no infinity are given in its place."""
+"""What backends without infinity get in its place."""
 VIOLATION = 1e-3
 """Largest violation of rows and bounds that a solution may have."""
 RESIDUAL = 1e-2
 """Largest residual of the optimality conditions that a solution may have."""
 USELESS = 1.0
-"""From this violation on an answer is none."""
+"""An answer with a larger violation is none."""
 
 NATIVE: Mapping[str, tuple[str, str]] = {
     "piqp": ("trajopt.solvers.qp.piqp", "Piqp"),
@@ -105,7 +105,7 @@ class QpStatus(Enum):
     """How a backend ended."""
 
     SOLVED = "solved to its tolerance"
-    INACCURATE = "stopped at its iteration limit, or its answer is not as good as it says"
+    INACCURATE = "stopped at its iteration limit, or its answer is not as good as it claims"
     FAILED = "failed or found the program infeasible"
 
 
@@ -150,7 +150,7 @@ def finite(bound: Floats) -> Floats:
 
 @dataclass(eq=False)
 class Checked:
-    """A backend, and a second look at what it returns.
+    """A backend whose answers are checked.
 
     Attributes:
         backend: Solves.
@@ -170,7 +170,7 @@ class Checked:
         self._qp = qp
 
     def solve(self) -> QpSolution:
-        """Solve; a solution that does not hold what it says is called inaccurate, or failed."""
+        """Solve; a solution that is not as good as it claims is called inaccurate, or failed."""
         if self._qp is None:
             raise SolverError("solve before setup")
         solution = self.backend.solve()

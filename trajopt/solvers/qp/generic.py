@@ -16,7 +16,7 @@ OPTIONS: Mapping[str, Mapping[str, float]] = {
     "scs": {"eps_abs": 1e-6, "eps_rel": 1e-6},
     "highs": {"qp_iteration_limit": 20_000, "simplex_iteration_limit": 20_000},
 }
-"""Options of solvers whose own defaults are too rough for a step, or let it go on for ever."""
+"""Options of solvers whose own defaults are too rough for a step, or let it run for ever."""
 STRICT = {"quadprog"}
 """Solvers that take positive definite Hessians only: for them the proximal point method is run."""
 PROXIMAL_WEIGHT = 1e-3
@@ -54,7 +54,7 @@ class Generic:
         self._qp = qp
 
     def update(self, qp: Qp) -> None:
-        """Take a program anew."""
+        """Take another program."""
         self._qp = qp
 
     def solve(self) -> QpSolution:

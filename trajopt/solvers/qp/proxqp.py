@@ -59,7 +59,7 @@ class Proxqp:
         settings.eps_duality_gap_rel = 0.0
 
     def update(self, qp: Qp) -> None:
-        """Take a program anew."""
+        """Take another program."""
         self.setup(qp)
 
     def solve(self) -> QpSolution:
