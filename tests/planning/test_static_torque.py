@@ -139,7 +139,7 @@ def test_branches_that_cannot_be_held_are_left_out() -> None:
 def test_a_pose_of_which_no_branch_can_be_held_is_refused_as_such() -> None:
     found = to.plan(moving(ABOVE, reaching(STRETCHED, 0.01), carrying(shoulder=80.0)))
     assert (found.status, found.certainty) == (to.Status.GOAL_CANNOT_BE_HELD, Certainty.EVIDENCE)
-    assert "can be held; in the one that lacks least, panda_joint2 needs" in found.message
+    assert "can be held; in the one that needs least, panda_joint2 needs" in found.message
     told = found.explain(plan_again=True)
     assert any(block.kind is BlockKind.EFFORT for block in told.blocks)
     assert told.remedies

@@ -44,11 +44,11 @@ AT_THE_GOAL = {
     Status.CONFLICTING_CONSTRAINTS,
 }
 SPARE = 1.05
-"""Factor on what the elastic relaxation says: the program keeps a little in hand."""
+"""Factor on the amount of the elastic relaxation: the program keeps a reserve."""
 SMALLEST = 1e-3
-"""First amount of a change of which nothing is known [m | rad]."""
+"""First amount of a change when nothing is known about it [m | rad]."""
 PAIRS = 3
-"""Pairs in contact of which something is changed."""
+"""How many pairs in contact changes are tried for."""
 
 
 def candidates(known: Explanation) -> Iterator[Change]:
@@ -89,7 +89,7 @@ def _at_a_searched_goal(known: Explanation) -> Iterator[Change]:
     always = problem.requirements_at(problem.last_stop)
     yield from _gives_way(problem, problem.goals, always)
     for required in always:
-        # The start holds it, so widening it is a change of the way, too.
+        # The start holds it, so widening it changes the path too.
         rest = [*problem.goals, *(item for item in always if item is not required)]
         stood = least_missed(problem, [required], hard=rest)
         if stood is not None:

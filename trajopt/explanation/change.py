@@ -41,13 +41,13 @@ class Change:
 
 
 def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Problem:
-    """Return the problem with one requirement in place of another, wherever it is asked.
+    """Return the problem with one requirement in place of another, wherever it occurs.
 
     Raises:
         ProblemError: If the problem has a set of goals.
     """
     if isinstance(problem.goal, GoalSet):
-        raise ProblemError("the goal is a set: ask one of the problem's alternatives")
+        raise ProblemError("the goal is a set: take one of the problem's alternatives")
 
     def swapped(items: Sequence[Requirement]) -> tuple[Requirement, ...]:
         return tuple(new if item is old else item for item in items)

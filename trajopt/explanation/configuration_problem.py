@@ -28,14 +28,14 @@ SOLVER = Sqp(max_iterations=60, relative_gain=1e-4, absolute_gain=1e-7)
 HELD = 0.998
 """Share of an effort limit that holding still may take: nearly all, as the least change is looked for."""
 LISTED = 0.3
-"""A joint gets a row from so far below that share on."""
+"""A joint gets a row from this far below that share on."""
 CLEARANCE_TOLERANCE = 1e-4
 """A margin counts as held when undercut by no more than this [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ConfigurationProblem:
-    """What is asked of one configuration; see the module.
+    """What one configuration must hold; see the module.
 
     Attributes:
         reduced: The robot and its surroundings.
@@ -45,7 +45,7 @@ class ConfigurationProblem:
         near: Configuration to stay near, shape (n,) [rad | m].
         stay: Weight of staying near, by squared distance.
         effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
-            [Nm | N]; not asked for when None.
+            [Nm | N]; not required when None.
     """
 
     reduced: ReducedModel

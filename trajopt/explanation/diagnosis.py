@@ -33,7 +33,7 @@ AT_THE_MIDDLE = (
     Status.GOAL_CANNOT_BE_HELD,
     Status.GOAL_BREAKS_CONSTRAINT,
 )
-"""What the middle of a goal of all joints is refused for."""
+"""Reasons to refuse the middle of a goal of all joints."""
 PRESSED = 1e-3
 """A joint this near to its limit presses against it [rad | m]."""
 
@@ -44,7 +44,7 @@ def diagnose(result: Result) -> Explanation:
 
 
 def _plain(result: Result, grounds: str, certainty: Certainty | None = None) -> Explanation:
-    """Say how planning ended; as certain as where that was shown, unless it is shown here."""
+    """Say how planning ended; as certain as the result, unless it is shown here."""
     return Explanation(
         problem=result.problem,
         status=result.status,
@@ -61,7 +61,7 @@ def _solved(result: Result) -> Explanation:
 
 
 def _cannot(result: Result) -> Explanation:
-    return _plain(result, "the method was asked before anything began")
+    return _plain(result, "the method said so before anything began")
 
 
 def _start(result: Result) -> Explanation:
@@ -91,7 +91,7 @@ def _end(result: Result, positions: Floats, moment: Moment) -> Explanation:
         kind, words = BlockKind.REQUIREMENT, result.message
         blocks = (Block(kind=kind, subjects=(words,), amount=0.0, place=None, words=words),)
     proven = result.certainty is Certainty.PROVEN
-    grounds = "it was measured at that very configuration"
+    grounds = "it was measured at exactly that configuration"
     lower, upper = joint_box(problem.goals, problem.reduced)
     alone = moment is Moment.START or not (lower < upper).any()
     if not proven and alone:
@@ -196,7 +196,7 @@ def _worst(result: Result) -> Floats | None:
 
 
 def _timing(result: Result) -> Explanation:
-    """Explain a path that no timing cures, by its configuration that asks a joint for most too much."""
+    """Explain a path that no timing helps, by the configuration that overloads a joint most."""
     problem = result.problem
     if result.path is None:
         return _of_the_way(result)
@@ -262,4 +262,4 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.NO_TIMING: _timing,
     Status.NOT_VERIFIED: _refused,
 }
-"""What explains each status; all others are explained by what blocked the way."""
+"""The function that explains each status; all others are explained by what blocked the path."""

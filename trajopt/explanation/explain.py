@@ -1,4 +1,4 @@
-"""explain(result): the whole explanation, visibly built of its parts."""
+"""explain(result): the whole explanation, put together from its parts."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -18,7 +18,7 @@ from trajopt.planning.summary import Summary
 from trajopt.problem import Problem
 
 NAMED = 4
-"""Things in the way that are named; the others are counted."""
+"""How many things in the way are named; the others are counted."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -26,7 +26,7 @@ class Explanation(Summary):
     """How planning ended and why: `print` it, or read its parts.
 
     Attributes:
-        problem: What was asked.
+        problem: The problem.
         blocks: What stands in the way, worst first.
         conflict: What excludes each other; whichever one is left out, the others can be held. Empty where
             nothing of the kind was found.

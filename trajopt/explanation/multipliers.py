@@ -1,4 +1,4 @@
-"""Lagrange multipliers at a solution, from its linearisation alone: no solver has to tell them.
+"""Lagrange multipliers at a solution, from its linearisation alone: no solver has to return them.
 
 At a minimum the gradient of the costs is balanced by the active rows, grad f + J^T l = 0 with l >= 0. The
 balance is solved in the least-squares sense under the signs. Source: Nocedal and Wright, Numerical
@@ -28,7 +28,7 @@ class RowKey(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Multipliers:
-    """What the active rows of each constraint push with.
+    """The forces of the active rows of each constraint.
 
     Attributes:
         rows: By class and name of the residual and component of the row: by how much the cost falls when

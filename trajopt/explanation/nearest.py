@@ -23,7 +23,7 @@ POLISHED = 6
 SPREADS = (0.0, 0.1, 0.3, 0.6, 1.0)
 """Standard deviations of starts around a configuration [rad | m]."""
 SEED = 0
-"""Of what is drawn: explanations are the same every time."""
+"""Of the generator: explanations are the same every time."""
 STAY = 1e-3
 """Weight of staying near the start, where the goal is what gives way."""
 
@@ -34,8 +34,8 @@ class NearestFree(Value):
 
     Attributes:
         positions: Of the group's joints, shape (n,) [rad | m].
-        moved: By how much each joint differs from where it was asked to be, shape (n,) [rad | m].
-        given: By how much the goal is missed there [m and rad]; 0 where joints were asked for.
+        moved: By how much each joint differs from where it was required to be, shape (n,) [rad | m].
+        given: By how much the goal is missed there [m and rad]; 0 where the goal was joint positions.
         clearance: Smallest distance there, by the judge [m]; inf where no pair keeps apart.
     """
 
@@ -83,7 +83,7 @@ def nearest_free(problem: Problem, positions: Floats, moment: Moment) -> Nearest
 def least_missed(
     problem: Problem, soft: Sequence[Requirement], *, hard: Sequence[Requirement], clear: bool = True
 ) -> NearestFree | None:
-    """Find a configuration to end at where some of what is asked gives way, as little as it can.
+    """Find a goal configuration where some requirements give way, as little as possible.
 
     Args:
         problem: The problem.
@@ -159,7 +159,7 @@ def conflict_at_goal(problem: Problem, blocks: Sequence[Block]) -> tuple[str, ..
         blocks: What is in contact where the goal is held, the most likely obstacles first.
 
     Returns:
-        The set in words; empty if the rest of the scene is in the way in more ways than one.
+        The set in words; empty if other parts of the scene are in the way as well.
     """
     touched = {name for block in blocks if block.kind is BlockKind.CONTACT for name in block.subjects}
     near = [_Obstacle(name) for name in problem.scene.objects if name in touched]

@@ -10,11 +10,11 @@ from trajopt.planning.result import Result
 from trajopt.problem import Problem
 
 MOST = 3
-"""Remedies after which no more are looked for."""
+"""How many remedies are looked for."""
 DOUBLINGS = 4
 """How often an amount that is not enough is doubled."""
 HALVINGS = 8
-"""How often an amount that is enough is halved, before the change is taken for none at all."""
+"""How often an amount that is enough is halved, before the change is taken to be needless."""
 BISECTIONS = 3
 """Steps between an amount that is not enough and one that is, at most twice as large."""
 
@@ -31,7 +31,7 @@ class Remedy:
         what: What is changed.
         amount: By how much.
         unit: Unit of the amount.
-        problem: The changed problem, to go on with.
+        problem: The changed problem.
         result: The verified plan of it.
         half: The failure with half of the change.
     """

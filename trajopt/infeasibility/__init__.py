@@ -1,4 +1,4 @@
-"""Proofs that a problem has no solution: what is returned here holds, and what is not proves nothing."""
+"""Proofs that a problem has no solution: what is returned here holds; no proof proves nothing."""
 
 from trajopt.infeasibility.closed_cut import ClosedCut as ClosedCut
 from trajopt.infeasibility.closed_cut import closed_cut as closed_cut

@@ -1,4 +1,4 @@
-"""A proof that there is no way from the start to the goal: a cut that no configuration can cross.
+"""A proof that there is no path from the start to the goal: a cut that no configuration can cross.
 
 A joint that starts on one side of a value and must end on the other has to pass it. If every
 configuration with the joint at that value is in collision, whatever all other joints do, nothing passes.
@@ -20,7 +20,7 @@ from trajopt.terms.joint_positions import without_followers
 SHARES = (0.5, 0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
 """Where between start and goal each joint is cut."""
 MOST_BOXES = 30000
-"""Boxes that are looked at, of all cuts together, before the question is left undecided."""
+"""Boxes that are examined, of all cuts together, before the question is left undecided."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class ClosedCut:
         joint: The joint.
         position: The value [rad | m].
         pairs: Links and objects whose contact, or required clearance, closes the cut, most frequent first.
-        boxes: Boxes of configurations that were looked at.
+        boxes: Boxes of configurations that were examined.
     """
 
     joint: str
@@ -44,7 +44,7 @@ def closed_cut(problem: Problem) -> ClosedCut | None:
     """Look for a cut between the start and a goal of joints that no configuration can cross.
 
     Returns:
-        The first that is proven; None if none is, which says nothing.
+        The first that is proven; None if none is, which proves nothing.
     """
     if _endless(problem.reduced).any():
         return None

@@ -4,7 +4,7 @@ At the middle of a box some pair of convex bodies is in penetration by a depth p
 farther than delta while the joints stay in the box; and bodies whose Minkowski difference holds a ball of
 radius p around the origin still meet after their points have moved by less than p, and are nearer than a
 required clearance c after less than p + c. So delta < p + c closes a box, where p is minus the distance of
-bodies apart; else it is halved, and a middle that is free opens the whole. Nothing but this is taken for a
+bodies apart; else it is halved, and a middle that is free opens the whole. Nothing else counts as a
 proof: a box that stays undecided proves nothing.
 Related: Schwarzer, Saha, Latombe, IEEE T-RO 2005 (the same bound, for clearance).
 """
@@ -20,7 +20,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.query import Query
 
 ACCURACY = 1e-4
-"""Depth that measurements may be wrong by [m]."""
+"""By how much measured depths may be wrong [m]."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Closed:
 
     Attributes:
         pairs: Links and objects whose contact, or required clearance, closes it, most frequent first.
-        boxes: Boxes that were looked at.
+        boxes: Boxes that were examined.
     """
 
     pairs: tuple[tuple[str, str], ...]
@@ -44,7 +44,7 @@ class Cover:
 
         Args:
             reduced: The robot and its surroundings.
-            most: Boxes that are looked at, in all calls together, before a question is left undecided.
+            most: Boxes that are examined, in all calls together, before a question is left undecided.
         """
         self._reduced, self._query = reduced, Query(reduced)
         self._levers = _pair_levers(reduced)

@@ -1,7 +1,7 @@
 """Requirements that exclude each other: a proof for two of them, or a search for the fewest that seem to.
 
 The proofs hold for any robot, by angles and distances alone. A frame turned to within an angle of a rotation,
-and an axis of it held within a cone, have a say about the same rotation; the triangle inequality of angles
+and an axis of it held within a cone, both restrict the same rotation; the triangle inequality of angles
 decides whether both can be held. Likewise two points of one body keep their distance, wherever the body goes.
 """
 
@@ -29,7 +29,7 @@ from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import without_followers
 
 ACCURACY = 1e-6
-"""What exceeds by less than this is not called so [m | rad]."""
+"""A smaller excess proves nothing [m | rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ def _joints(first: Requirement, second: Requirement) -> str:
 
 
 def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
-    """Compare what two requirements say of the direction of the same axis."""
+    """Compare the directions that two requirements demand of the same axis."""
     pair = (first, second)
     for one, other in (pair, pair[::-1]):
         if not isinstance(one, AxisAlignment):
@@ -103,7 +103,7 @@ def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> s
             continue
         if excess > ACCURACY:
             return (
-                f"the directions that they ask for are {np.degrees(excess):.1f} deg farther apart than "
+                f"the directions that they require are {np.degrees(excess):.1f} deg farther apart than "
                 "their tolerances allow"
             )
     if isinstance(first, FramePlacement) and isinstance(second, FramePlacement):
@@ -112,7 +112,7 @@ def _turned(first: Requirement, second: Requirement, reduced: ReducedModel) -> s
         excess = angle - largest_turn(first) - largest_turn(second)
         if excess > ACCURACY:
             return (
-                f"the rotations that they ask for are {np.degrees(excess):.1f} deg farther apart than "
+                f"the rotations that they require are {np.degrees(excess):.1f} deg farther apart than "
                 "their tolerances allow"
             )
     return ""
@@ -207,7 +207,7 @@ def conflicting(
     linear programs, ORSA J. Computing 1991, with the search of goal configurations as its oracle.
 
     Args:
-        reduced: The robot and its limits; collisions are not looked at.
+        reduced: The robot and its limits; collisions are not considered.
         requirements: What no configuration was found for.
         rng: Draws the starts of the search.
         counts: Takes the work done.

@@ -1,4 +1,4 @@
-"""Proofs that no configuration of a box can be what is asked: it collides, or breaks what must hold.
+"""Proofs that no configuration of a box will do: each collides, or breaks what must hold.
 
 What is measured at the middle of the box cannot change by more than the joints of the box can move it.
 """
@@ -21,9 +21,9 @@ from trajopt.model.requirements import (
 )
 
 MOST_BOXES = 2000
-"""Boxes that are looked at before it is left undecided whether all of a goal collides."""
+"""Boxes that are examined before it is left undecided whether all of a goal collides."""
 ACCURACY = 1e-6
-"""What exceeds by less than this is not called so [m | rad]."""
+"""A smaller excess proves nothing [m | rad]."""
 
 
 def box_collides(reduced: ReducedModel, lower: Floats, upper: Floats) -> bool:

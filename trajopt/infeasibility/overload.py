@@ -1,4 +1,4 @@
-"""Proofs that no configuration of a box can be held: gravity asks a joint for more than it has everywhere."""
+"""Proofs that no configuration of a box can be held: gravity overloads a joint everywhere in it."""
 
 import numpy as np
 

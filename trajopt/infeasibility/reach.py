@@ -11,13 +11,13 @@ from trajopt.model.requirements import FramePlacement, PointOnArc, PositionInReg
 from trajopt.model.shapes import Plane, bounding_sphere
 
 ACCURACY = 1e-6
-"""What is beyond reach by less than this is not called so [m]."""
+"""A smaller distance beyond reach proves nothing [m]."""
 
 
 def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
     """Say by how much what is required is out of reach; empty where that cannot be proven.
 
-    The bound is the sum of the lengths of the chain, so it is generous: what it excludes is excluded.
+    The bound is the sum of the lengths of the chain, so it is generous: what it excludes is out of reach.
     """
     balls = _balls(required)
     if not balls or not isinstance(required, FramePlacement | PositionInRegion | PointOnArc):

@@ -42,8 +42,8 @@ class Block:
     Attributes:
         kind: What kind of thing.
         subjects: The two links or objects, the joint, or the requirement.
-        amount: By how much it is broken: depth or missing clearance [m], excess over a limit [rad, m, Nm, N],
-            or violation in the requirement's unit.
+        amount: By how much it is violated: depth or missing clearance [m], excess over a limit [rad, m, Nm,
+            N], or violation in the requirement's unit.
         place: Where on the way, from 0 (start) to 1 (goal); None where it is not on the way.
         words: All of it, as a phrase.
         residual: Class of the residual that is not satisfied; None where no program was solved.
@@ -199,7 +199,7 @@ def unreachable(clash: tuple[Requirement, ...], nearest_miss: float, goals: Sequ
 
 
 def no_goal_configuration(found: GoalCandidates, goals: Sequence[Requirement]) -> str:
-    """Say why no configuration that reaches a goal can be had."""
+    """Say why there is no usable configuration that reaches a goal."""
     if found.blocking is None:
         return unreachable((), found.nearest_miss, goals)
     how = "collide" if found.required == 0.0 else "collide or come too near to something"
@@ -218,7 +218,7 @@ def none_can_be_held(count: int, least: Sequence[Overload]) -> str:
         found = "the one configuration found that reaches the goal and keeps clear cannot be held"
         return f"{found}: {overloaded(least, 'at the goal')}"
     found = f"none of the {count} configurations found that reach the goal and keep clear can be held"
-    return f"{found}; in the one that lacks least, {overloaded(least, 'at the goal')}"
+    return f"{found}; in the one that needs least, {overloaded(least, 'at the goal')}"
 
 
 def nowhere_within(message: str) -> str:

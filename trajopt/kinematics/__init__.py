@@ -1,4 +1,4 @@
-"""Kinematics that people ask for by itself, without a motion to plan.
+"""Kinematics by itself, without a motion to plan.
 
 Every function takes a reduced model: the robot in its scene with one group's joints free. It is
 `problem.reduced` of a problem, or `reduce_model(scene, "panda_arm", robot.positions("ready"))`.

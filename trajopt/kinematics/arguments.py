@@ -22,11 +22,11 @@ def count_of(name: str, value: int) -> int:
 
 
 def frame_of(reduced: ReducedModel, name: str) -> str:
-    """Return the name of a frame that is there.
+    """Return the name of an existing frame.
 
     Raises:
         FrameNotFound: If it is not.
-        ProblemError: If it is no text.
+        ProblemError: If it is not a name.
     """
     if one_of("frame", name, str) not in reduced.anchors:
         raise FrameNotFound("frame", name, reduced.anchors)
@@ -36,7 +36,7 @@ def frame_of(reduced: ReducedModel, name: str) -> str:
 def requirements_of(
     reduced: ReducedModel, name: str, requirements: Requirement | Sequence[Requirement]
 ) -> tuple[Requirement, ...]:
-    """Return requirements as a tuple, once their frames and joints are known to be there.
+    """Return requirements as a tuple, after checking that their frames and joints exist.
 
     Raises:
         ProblemError: If one is no requirement.
@@ -45,7 +45,7 @@ def requirements_of(
     wanted = (requirements,) if isinstance(requirements, Requirement) else tuple(sequence(name, requirements))
     for item in wanted:
         if not isinstance(cast("object", item), Requirement):
-            raise ProblemError(f"{name}: {shown(item)} is no requirement")
+            raise ProblemError(f"{name}: {shown(item)} is not a requirement")
         reduced.scene.robot.index(item.joints)
         for frame in item.frames:
             reduced.scene.holder(frame)

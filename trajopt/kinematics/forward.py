@@ -39,7 +39,7 @@ class Placements(Value):
         return Placement(readonly(self.rotation[index].copy()), readonly(self.translation[index].copy()))
 
     def __iter__(self) -> Iterator[Placement]:
-        """Go through them in order."""
+        """Iterate over them in order."""
         return (self[index] for index in range(len(self)))
 
 
@@ -105,7 +105,7 @@ def frame_jacobian(
 def moving_frame(
     query: Query, frame: str, positions: Floats, reference: str = WORLD, offset: ArrayLike = (0.0, 0.0, 0.0)
 ) -> RelativeFrame:
-    """Evaluate a frame and its derivatives with a query at hand; see `forward_kinematics`."""
+    """Evaluate a frame and its derivatives with a given query; see `forward_kinematics`."""
     reduced, point = query.reduced, floats("offset", offset, (3,))
     motion = Motion.each(positions, query)
     return relative_frame(reduced, motion, frame_of(reduced, frame), frame_of(reduced, reference), point)

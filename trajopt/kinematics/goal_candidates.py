@@ -19,7 +19,7 @@ from trajopt.terms.joint_positions import joint_box
 STARTS = 64
 """Configurations that the search starts from; twice as many cost a third more time."""
 MANY_STARTS = 1024
-"""The same before it is said that there is none: some goals are reached from one start in five hundred."""
+"""The same before reporting that there is none: some goals are reached from one start in five hundred."""
 WAVES = 3
 """How often as many starts are drawn at most, while no solution is free."""
 PUSHES = 3
@@ -32,7 +32,7 @@ HOLDABLE = 1.0 - 2e-6
 """Share of an effort limit that holding still must stay below: what is left has to move the joint."""
 
 LEVENBERG_MARQUARDT = LevenbergMarquardt()
-"""The method unless another is named."""
+"""The default method."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def goal_candidates(
         starts: How many starts to search from at once.
         method: Moves starts until they hold the goals.
         effort: Effort limits within which the joints must hold the arm and what it carries still, shape (n,)
-            [Nm | N]; not asked for when None.
+            [Nm | N]; not required when None.
         check: Called before every wave of starts; may raise to stop.
     """
     query = Query(reduced, counts)
@@ -167,7 +167,7 @@ def random_starts(
 
 
 def _around(found: Floats, depth: Floats, count: int, rng: np.random.Generator) -> Floats:
-    """Draw starts around the solutions that collide least: a free one is rather there than anywhere."""
+    """Draw starts around the solutions that collide least: a free one is more likely there than elsewhere."""
     least = found[np.argsort(depth, kind="stable")[: max(count // 8, 1)]]
     chosen = least[np.arange(count) % len(least)]
     return chosen + rng.normal(scale=PUSH, size=chosen.shape)
@@ -200,7 +200,7 @@ def _distinct(found: Floats) -> Floats:
 
 
 def _deepest(query: Query, found: Floats) -> tuple[Floats, Ints]:
-    """Return by how much a pair is too near where that is not meant [m] (0: not), and its pair; both (k,).
+    """Return by how much a pair is too near without an allowance [m] (0: not), and the pair; both (k,).
 
     Without required clearance that is the depth of the deepest contact.
     """
@@ -257,7 +257,7 @@ def nearest_turn(start: Floats, goal: Floats, limits: JointLimits, revolute: Flo
 def goal_configurations(problem: Problem, *, rng: np.random.Generator | None = None) -> tuple[Floats, ...]:
     """Return configurations at which a motion may end: they hold goal and path constraints, clear of all.
 
-    Constraints in code of your own are not looked at.
+    Constraints that are your own code are not considered.
 
     Args:
         problem: What the motion must achieve.

@@ -75,7 +75,7 @@ def inverse_kinematics(
             method of your own. Its answers are checked, whatever it is.
 
     Raises:
-        ProblemError: If nothing is asked for.
+        ProblemError: If no goal is given.
         NameNotFound: If the goal names what does not exist.
         ShapeError: If `near` is not one finite position for each joint.
         SolverNotFound: If there is no method of that name.

@@ -32,7 +32,7 @@ UNBOUNDED = 1e3
 INSET = 0.1
 """Share of a joint position's tolerance that is kept in hand."""
 STIFF = 1e-9
-"""Joints whose range is narrower are masked: they stay where they are put [rad | m]."""
+"""Joints whose range is narrower are masked: they stay where they are [rad | m]."""
 
 _Task = Callable[[placo.KinematicsSolver], object]
 """States something to placo's solver."""

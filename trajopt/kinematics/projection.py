@@ -1,7 +1,7 @@
 """Configurations moved until they hold requirements: Levenberg-Marquardt on many starts at once.
 
 The residuals and derivatives are those of the program's own terms, so every requirement that has a
-term can be a goal, alone or with others, and what is found here is what the program asks for.
+term can be a goal, alone or with others, and what is found here satisfies the program.
 """
 
 from collections.abc import Sequence
@@ -71,7 +71,7 @@ class _Linearised:
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """What is asked of a residual's d components; bounds of shape (d,), or (1,) if all have the same.
+    """What is required of a residual's d components; bounds of shape (d,), or (1,) if all have the same.
 
     Attributes:
         accepted: Bounds within which it holds.

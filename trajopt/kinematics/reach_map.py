@@ -164,7 +164,7 @@ def reach_map(
         reference: The frame that positions and directions are seen from.
         margin: Clearance to keep from everything [m]; the scene's own margins when None.
         length: What a radian of rotation is weighed as in the manipulability [m].
-        progress: Is told how many are drawn so far.
+        progress: Called with the number drawn so far.
 
     Raises:
         FrameNotFound: If a frame is unknown.
@@ -235,7 +235,7 @@ class _Grid:
 
 
 def _grid(met: _Met, cell: float, directions: int) -> _Grid:
-    """Count in cells what was met."""
+    """Count what was met in each cell."""
     index = np.floor(met.point / cell).astype(np.int64)
     lowest = index.min(axis=0)
     shape = tuple((index.max(axis=0) - lowest + 1).tolist())

@@ -17,10 +17,10 @@ from trajopt.query import Query
 BATCH = 4096
 """Configurations drawn at once."""
 MOST_DRAWS = 200
-"""How many are drawn for each that is asked for, at most; and never fewer than a few batches."""
+"""How many are drawn for each configuration wanted, at most; and never fewer than a few batches."""
 
 Progress = Callable[[int], None]
-"""Is told how many are found so far."""
+"""Called with the number found so far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class RandomConfigurations(Value):
     """Valid configurations, and what became of the others that were drawn.
 
     Attributes:
-        positions: Shape (k, n) [rad | m]; k is smaller than asked for where too few were found.
+        positions: Shape (k, n) [rad | m]; k is smaller than `count` where too few were found.
         drawn: How many were drawn.
         missed: How many of these could not be brought to hold what is required.
         colliding: How many others came nearer to something than the margin.
@@ -59,8 +59,8 @@ def random_configurations(
     """Draw configurations evenly within limits and keep those that are valid.
 
     Without requirements they are spread evenly over all that is valid. With requirements each draw is moved
-    to the nearest configuration that holds them (`docs/decisions/goal-configurations.md`), so that how
-    densely they lie is nobody's promise.
+    to the nearest configuration that holds them (`docs/decisions/goal-configurations.md`), so that
+    their density is not uniform.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
@@ -68,7 +68,7 @@ def random_configurations(
         rng: Draws them.
         margin: Clearance to keep from everything [m]; the scene's own margins when None.
         requirements: What must hold.
-        progress: Is told how many are found so far.
+        progress: Called with the number found so far.
 
     Raises:
         ShapeError: If the count is not positive or the margin is negative.
@@ -100,7 +100,7 @@ class Sampler:
     def __init__(
         self, query: Query, requirements: Sequence[Requirement], margin: Floats, rng: np.random.Generator
     ) -> None:
-        """Take what is asked.
+        """Take the arguments of `valid_configurations`.
 
         Args:
             query: Measures.

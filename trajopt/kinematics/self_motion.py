@@ -19,7 +19,7 @@ from trajopt.query import Query
 STEP = 0.05
 """How far the joint that moves most goes from one configuration to the next [rad | m]."""
 SMALLEST_SHARE = 1 / 16
-"""A step that must be shorter than this share of the one asked for ends the sweep."""
+"""A step that must be shorter than this share of `step` ends the sweep."""
 MOST = 2000
 """Configurations of a sweep, at most, each way."""
 RANK_TOLERANCE = 1e-6
@@ -110,7 +110,7 @@ class _Sweep:
         place = int(np.argmax(freedom)) if joint is None else names.index(joint)
         if freedom[place] < RANK_TOLERANCE:
             what = f"joint {shown(joint)} cannot move" if joint else "no joint can move"
-            raise ProblemError(f"{what} there while the goal holds")
+            raise ProblemError(f"{what} there while the goal is held")
         return _scaled(null.T @ null[:, place])
 
     def march(self, begin: Floats, direction: Floats) -> tuple[list[Floats], bool]:

@@ -18,7 +18,7 @@ from trajopt.model.requirements import WORLD
 from trajopt.query import Query
 
 HOPELESS = 100 * BATCH
-"""So many draws without one that is clear end the search."""
+"""After this many draws without a clear one the search ends."""
 COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "manipulability", "clear")
 """Columns after those of the joints."""
 
@@ -112,8 +112,8 @@ def sample_table(
         rng: Draws them.
         reference: The frame that placements are seen from.
         margin: Clearance of what counts as clear [m]; the scene's own margins when None.
-        only_clear: Whether to draw on until `count` rows are clear; else the others are rows too.
-        progress: Is told how many rows there are so far.
+        only_clear: Whether to draw until `count` rows are clear; else rows in collision count too.
+        progress: Called with the number of rows so far.
 
     Raises:
         FrameNotFound: If a frame is unknown.

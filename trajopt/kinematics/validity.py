@@ -23,8 +23,8 @@ class Validity(Value):
     Attributes:
         positions: Of the group's joints, shape (n,) [rad | m].
         examination: Collisions and joints out of their limits.
-        margin: Clearance that was asked for [m].
-        checks: What requirements say, those that hold too.
+        margin: Clearance that was required [m].
+        checks: The checks of the requirements, including those that hold.
     """
 
     positions: Floats
@@ -106,7 +106,7 @@ def judged_validity(
     *,
     margin: float = 0.0,
 ) -> Validity:
-    """Judge a configuration with a judge at hand; see `validity`."""
+    """Judge a configuration with a given judge; see `validity`."""
     if number("margin", margin) < 0.0:
         raise ShapeError("margin", f"is negative: {margin:g} m")
     place = floats("positions", positions, (len(reduced.joint_names),))

@@ -27,7 +27,7 @@ from trajopt.retime.smoothing import Smoothing
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A trajectory that holds some bounds at its points, and what it uses of the limits.
+    """A trajectory that holds some bounds at its points, and how far it uses the limits.
 
     Attributes:
         on: The path on the grid.

@@ -4,7 +4,7 @@ Source: Pham and Pham, A new approach to time-optimal path parameterization base
 analysis, IEEE T-RO 34(3), 2018.
 
 Grids are many and fine, and the torque along a path changes slowly: so the inverse dynamics are evaluated
-once, at the ends and the middle of panels of the path, and every grid reads the torque off the parabolas
+once, at the ends and the middle of panels of the path, and every grid interpolates the torque by parabolas
 through them. No panel reaches beyond a knot of the path, where the derivative of the curvature jumps. What
 the parabolas miss shows when the trajectory is measured (`torque_range`).
 """
@@ -29,7 +29,7 @@ LARGEST_SQUARED_SPEED = 1e8
 LEAST_ROOM = 1e-6
 """Part of each limit that is left to motion even where holding still takes more than all of it."""
 QUARTERS = (0.25, 0.5, 0.75)
-"""Where in each piece speeds are looked at besides its ends."""
+"""Where in each piece speeds are evaluated besides its ends."""
 PARTS = (0.2, 0.4, 0.6, 0.8)
 """Where within a piece of a trajectory the torque is evaluated, beside its ends, if it is near a limit."""
 CLEAR = 0.8
@@ -116,10 +116,10 @@ def joined(states: Sequence[States]) -> States:
 
 @dataclass(frozen=True, eq=False)
 class ToolLimits(Value):
-    """Limited speeds of tools, and what tells them.
+    """Limited speeds of tools, and the function that returns them.
 
     Attributes:
-        speeds: What tells the speeds; they must be proportional to the velocities' size.
+        speeds: Returns the speeds; they must be proportional to the velocities' size.
         limit: Largest speeds, positive, shape (m,) [m/s | rad/s].
         names: What each is, for sentences.
     """
@@ -152,7 +152,7 @@ def tool_speed_peaks(tools: ToolLimits, trajectory: Trajectory) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class TorqueLimits:
-    """Joints with a torque limit, and what tells their torque.
+    """Joints with a torque limit, and the function that returns their torque.
 
     Attributes:
         inverse_dynamics: Torques of all joints.

@@ -7,7 +7,7 @@ The unknowns are control values z at the stations of a squared clock speed y, a 
     jerk          q''' = sqrt(y) (p y'' / 2 + 3/2 p' y' + p'' y).
 
 The acceleration is linear in z. The jerk's limit reads |linear in z| <= jerk / sqrt(y), whose right-hand
-side is convex: its tangent lies below, so that what holds with the tangent holds truly.
+side is convex: its tangent lies below, so what holds with the tangent holds exactly.
 
 Source: the form of the rows is that of Debrouwere et al., Time-optimal path following for robots with
 convex-concave constraints using sequential convex programming, IEEE T-RO 29(6), 2013.
@@ -58,7 +58,7 @@ def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> tu
         program: The program.
         z: Positive control values to start from, the first two equal and the last two, shape (k + 1,).
         first_gap: Part of the duration that the first barrier leaves open.
-        gap: Part of the duration that may be missing to the least.
+        gap: Part of the duration by which it may exceed the least.
 
     Returns:
         Control values within all limits, shape (k + 1,), and the number of Newton steps.
@@ -72,12 +72,12 @@ def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> tu
 
 @dataclass(frozen=True, eq=False)
 class JerkRows:
-    """What of a program does not depend on the limits.
+    """The part of a program that does not depend on the limits.
 
     Attributes:
         on: The path on the grid of the clock.
         moving: Places of the joints that move.
-        columns: Places of their accelerations and of the torques among the rows of the on.
+        columns: Places of their accelerations and of the torques among the rows of the path.
         weight: As in `Program`.
         rows: As in `Program`.
         speed: As in `Program`.
@@ -106,7 +106,7 @@ class JerkRows:
 
 
 def jerk_rows(on: DiscretisedPath, ramp: RampedPath) -> JerkRows:
-    """Write the rows of a path over a clock.
+    """Build the rows of a path over a clock.
 
     Args:
         on: The path on the grid of the clock.

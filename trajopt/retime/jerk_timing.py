@@ -1,8 +1,8 @@
 """Timing a smooth path with limits on the jerk: rest to rest, with no acceleration at the ends.
 
 The fastest motion without such limits is averaged over the time that the acceleration takes to rise. On the
-clock of that motion a squared clock speed near 1 is what is looked for, which a `Program` finds. What comes
-out gives the next clock: then everything is even in time, also where the jerk makes a corner much slower.
+clock of that motion the squared clock speed is near 1, and a `Program` finds it. The result
+gives the next clock: then everything is even in time, also where the jerk makes a corner much slower.
 """
 
 from dataclasses import dataclass, replace
@@ -34,11 +34,11 @@ ROUGH_GAP = 6e-2
 GAP = 4e-3
 """The same of the last."""
 PASSES = 4
-"""Most times that the limits are tightened where the trajectory exceeds them between its points."""
+"""How many times at most the limits are tightened where the trajectory exceeds them between its points."""
 REMAINDER = 2e-3
 """Part of the duration that the final uniform stretch may add without another pass."""
 TRIFLE = 1e-9
-"""Jerk limits that are smaller count with this, where only a scale is wanted [rad/s^3 | m/s^3]."""
+"""Jerk limits that are smaller count with this, where only a scale is needed [rad/s^3 | m/s^3]."""
 DEVIATION = 5e-6
 """Farthest that a piece may leave the path [rad | m]; else the grid is made finer."""
 COARSE = 1.03

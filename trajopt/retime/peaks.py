@@ -1,4 +1,4 @@
-"""How far a trajectory uses its limits and leaves its path, also between its points, and what follows."""
+"""How far a trajectory uses its limits and leaves its path, also between its points, and the remedies."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ LEAST_ROOM = 0.1
 AHEAD = 0.01
 """How far a piece may run ahead of its profile or behind, as a part of its length on the path."""
 BINDS = 0.97
-"""Part of its speed to which a limit must hold a piece of the motion to count as the one that decides."""
+"""Part of a piece's speed to which a limit must hold it to count as the one that decides."""
 ROUNDS = 16
 """Most stretches; one is enough but for rounding errors and friction."""
 ROUNDING = 1e-10
@@ -99,9 +99,9 @@ class Slowdown:
 
     Attributes:
         factor: Of all times; not above 1 when the limits hold.
-        column: The limit that asks for it: speeds (n + l), accelerations and torques (n + m), jerks (n).
+        column: The limit that requires it: speeds (n + l), accelerations and torques (n + m), jerks (n).
         piece: The piece of the trajectory in which it does.
-        factors: What each piece alone would ask for, shape (k - 1,).
+        factors: What each piece alone would require, shape (k - 1,).
     """
 
     factor: float
@@ -256,7 +256,7 @@ def path_deviation(path: SmoothPath | RampedPath, profile: Profile, trajectory: 
     """Distance of the middle of each quintic piece from the path.
 
     The trajectory has the position, velocity and acceleration of the path at its points; between
-    them it strays most about the middle, with the sixth power of the length of the piece.
+    them it deviates most near the middle, with the sixth power of the length of the piece.
 
     Args:
         path: The smooth path, over the parameter of the profile.

@@ -60,7 +60,7 @@ def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
 def unholdable(on: DiscretisedPath, limits: JointLimits, torque: TorqueLimits | None) -> RetimeFailure | None:
     """Find the point where holding still takes more torque than there is.
 
-    A path through such a point could be passed in one swing only, and nowhere be stopped.
+    The arm could only swing through such a point, and never stop there.
     """
     if torque is None:
         return None

@@ -1,4 +1,4 @@
-"""What a caller may choose about retiming, and what retiming returns."""
+"""Options of retiming, and its results."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ class RetimeOptions:
     Attributes:
         path_tolerance: How far the smooth path may leave the polyline, by the measure of the
             deviation bound [m]; without such a bound, by the largest joint difference [rad | m].
-        points: Points of the trajectory that are asked for. Every knot of the smooth path is a
+        points: Points of the trajectory to aim at. Every knot of the smooth path is a
             point too, so that a path with many knots gets more.
         passes: Most times that the profile is computed, on finer grids or with tightened limits.
         remainder: Part of the duration that the final uniform stretch may add without another pass.
@@ -32,7 +32,7 @@ class RetimeOptions:
     shortest: float = 1e-2
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be meant.
+        """Refuse numbers that make no sense.
 
         Raises:
             ShapeError: If a number is out of its range.
@@ -58,11 +58,11 @@ class Retimed(Printed):
         deviation: How far the smooth path leaves the polyline, by the measure of the deviation
             bound [m], or the largest joint difference [rad | m] without one.
         added_duration: What keeping the limits between the points too has cost, against the
-            first profile, which keeps them at the points only [s]; a trifle below 0 where a finer grid
+            first profile, which keeps them at the points only [s]; slightly below 0 where a finer grid
             has gained more.
         passes: How many times the profile was computed.
         binding: Kind of limit (velocity, acceleration, torque, jerk, tool speed) -> part of the duration
-            for which it decides how fast the motion is; what is missing to 1 no limit decides alone.
+            for which it decides how fast the motion is; for the rest, no single limit decides.
     """
 
     trajectory: Trajectory

@@ -12,7 +12,7 @@ from trajopt.retime.smoothing import DeviationBound, polyline, smooth
 from trajopt.retime.timing import fastest_trajectory
 
 DEFAULT_OPTIONS = RetimeOptions()
-"""What `retime` does unless told otherwise."""
+"""The default options of `retime`."""
 
 
 def retime(
@@ -31,7 +31,7 @@ def retime(
 
     Args:
         path: A polyline; it may have repeated knots, or go nowhere at all.
-        limits: Limits of its joints; slower motions are asked for by `JointLimits.scaled`.
+        limits: Limits of its joints; `JointLimits.scaled` makes motions slower.
             Where a joint that moves has a jerk limit, jerks are limited.
         inverse_dynamics: Torques of the joints at positions, velocities and accelerations; without
             it effort limits are not used. Joints with infinite effort limits have none.
@@ -74,7 +74,7 @@ def _check(path: Path, limits: JointLimits) -> None:
         raise ShapeError("limits", f"are of {limits.joint_names}, the path is of {path.joint_names}")
     for name, limit in (("velocity", limits.velocity), ("acceleration", limits.acceleration)):
         if not np.isfinite(limit).all():
-            raise ShapeError(f"limits.{name}", f"must be finite for time to be: {limit.tolist()}")
+            raise ShapeError(f"limits.{name}", f"must be finite, else time would vanish: {limit.tolist()}")
 
 
 def _torque_limits(limits: JointLimits, inverse_dynamics: InverseDynamics | None) -> TorqueLimits | None:

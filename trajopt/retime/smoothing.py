@@ -2,8 +2,8 @@
 
 The control points lie on the polyline (Schoenberg's spline, which reproduces straight lines and
 never oscillates), and are moved so that the spline passes through every knot. Where it then leaves
-the polyline by more than the tolerance, the knot is given up for a rounded corner: its control
-points stay on the polyline, and two spline knots beside it say how near to it the rounding begins.
+the polyline by more than the tolerance, the knot is replaced by a rounded corner: its control
+points stay on the polyline, and two spline knots beside it set where the rounding begins.
 """
 
 from collections.abc import Callable
@@ -22,14 +22,14 @@ DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
 SAMPLES = 8
 """Even number of samples per piece of the spline at which its distance from the polyline is measured."""
 BETWEEN = 0.98
-"""Part of the tolerance that samples may use: the arcs between them are that much higher at most."""
+"""Part of the tolerance that samples may use: arcs between them are higher by the rest at most."""
 DOMINATED = 0.5
 """Samples whose neighbours both stay below this part of the largest are not measured: they do not exceed the
 largest, for a piece leaves the polyline by a cubic (Lagrange's weights of four even samples tell)."""
 NEGLIGIBLE = 1e-9
-"""Joint differences up to this are not worth asking the bound about [rad | m]."""
+"""Joint differences up to this are not worth a call of the bound [rad | m]."""
 SHRINK = 0.1
-"""Least factor by which a rounding gets smaller in one step."""
+"""Smallest factor by which a rounding shrinks in one step."""
 MERGED = 1e-9
 """Knots nearer to the one before than this part of the whole length are left out."""
 
@@ -161,7 +161,7 @@ def _measure(on_path: Floats, on_line: Floats, deviation: DeviationBound | None)
     Args:
         on_path: Samples of the smooth path, shape (S, n), S even.
         on_line: The same of the polyline.
-        deviation: What measures; the largest joint difference if None.
+        deviation: Measures it; the largest joint difference if None.
 
     Returns:
         Shape (S,); where not measured, the larger of the neighbours.

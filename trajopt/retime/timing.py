@@ -34,10 +34,10 @@ COARSE = 1.05
 DEVIATION = 5e-6
 """Pieces that leave the path farther than this are cut in two as well [rad | m]."""
 TOOL_ROOM = 1e-3
-"""Part of each tool's limit that is left free, so that the judge need not look at every millisecond to prove
+"""Part of each tool's limit that is left free, so that the judge need not sample every millisecond to prove
 that the limit holds."""
 REFINEMENTS = 3
-"""How often the grid is refined; a limit that is still exceeded then is no fault of the grid."""
+"""How often the grid is refined; a limit that is still exceeded then is not due to the grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class PathTimer(Timer):
     """Finds the fastest timing of a path from rest to rest, without limits on the jerk."""
 
     def run(self, on: DiscretisedPath) -> tuple[Retimed | RetimeFailure, Floats]:
-        """Find the fastest trajectory, refining the grid, and slow it down by what is missing.
+        """Find the fastest trajectory, refining the grid, and slow it down by what remains.
 
         Args:
             on: The path on a grid that is even in time.

@@ -21,7 +21,7 @@ COARSE_SAMPLES = 2
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Where on the polyline over knots, which windows and margins speak of, the spline is.
+    """Where the spline is on the polyline over knots, to which windows and margins refer.
 
     Attributes:
         parameters: Of the spline, increasing from 0 to 1, shape (m,).
@@ -74,7 +74,7 @@ class BsplineNlp(MotionNlp):
 def over_control_points(
     base: KnotsNlp, basis: SplineBasis, places: Places, *, resting: int = 1
 ) -> BsplineNlp:
-    """Write a problem over the control points of a spline.
+    """Transcribe a problem over the control points of a spline.
 
     Args:
         base: The problem over knots.

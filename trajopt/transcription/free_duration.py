@@ -3,7 +3,7 @@
 A cubic B-spline over t / T. Its derivatives are splines again, which lie between their control points
 D^r c, linear in the control points c; so |D^r c| <= limit_r T^r at finitely many places holds velocity
 (r = 1), acceleration (2) and jerk (3) at all times. Acceleration is linear between breaks and jerk constant,
-so for them nothing is given away. T is one more coordinate of every control point, tied to its neighbours,
+so for them nothing is lost. T is one more coordinate of every control point, tied to its neighbours,
 so that all rows stay near the diagonal.
 """
 
@@ -23,17 +23,17 @@ from trajopt.transcription.bspline import BsplineNlp
 RESTING = 3
 """Control points at either end that coincide: there the motion rests, without acceleration."""
 TOLERANCE = 1e-3
-"""Share by which limits may be exceeded in the program: the duration that is stated in the end holds all."""
+"""Share by which limits may be exceeded in the program: the duration computed at the end holds all."""
 SHORTEST = 1e-2
 """Least duration of any motion, one that stands still included [s]."""
 ROUNDING = 1e-9
 """Share of the duration that is left to rounding."""
 STRETCH = 2e-3
-"""Share by which a duration is lengthened at a time until the motors hold it."""
+"""Share by which a duration is lengthened per step until the torques are within their limits."""
 STRETCHES = 300
 """Times at most: then the arm moves at half the speed."""
 SMOOTHNESS = 1e-2
-"""What the problem's own costs count beside the duration, which is 1 at first."""
+"""Weight of the problem's own costs relative to the duration, which is 1 at first."""
 
 
 @dataclass(eq=False)
@@ -90,7 +90,7 @@ class FreeDurationNlp:
         return self.spline.sampling(x[:, :-1], fine=fine)
 
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
-        """Evaluate and linearise the duration, the limits and everything that the problem asks."""
+        """Evaluate and linearise the duration, the limits and everything that the problem requires."""
         at = self.spline.linearise(x[:, :-1], sampling)
         costs = [
             replace(block, rows=_widened(block.rows), weight=SMOOTHNESS * block.weight) for block in at.costs
@@ -136,7 +136,7 @@ class FreeDurationNlp:
         return self._held_by_motors(control, least_duration(breaks, speed, bend, self.limits))
 
     def _started(self, control: Floats, duration: float) -> Floats:
-        """Place the second and third control point so that the start is as fast as asked, and even."""
+        """Place the second and third control point so that the start has its velocity and no acceleration."""
         first, second = (self._derivatives[order].weight[0] for order in (0, 1))
         moved = control.copy()
         moved[1] = (self.start_velocities * duration - first[0] * moved[0]) / first[1]

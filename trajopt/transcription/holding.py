@@ -1,8 +1,8 @@
-"""Rows that keep a path where the joints can hold the load still, for the joints that might not.
+"""Rows that keep a path where the joints can hold the load still, for those joints that might not.
 
-Retiming refuses a path that asks a joint for more than its effort limit only to stand still, and no timing
-cures it. So the program knows of it, but only of those joints that gravity can ask for so much at all: all
-others are shown never to need the row.
+Retiming refuses a path on which a joint needs more than its effort limit just to stand still: no timing
+helps there. So the program has rows for that, but only for joints that gravity can load so much: all
+others are shown never to need a row.
 """
 
 import numpy as np
@@ -20,14 +20,14 @@ USABLE = 0.9
 hundredth of the limit, is for the distance between samples and for corners that retiming rounds: they
 displace what is carried by a few millimetres, where levers are decimetres long."""
 LISTED = 0.3
-"""A joint gets a row from so far below its share on: a step may change its load by about that."""
+"""A joint gets a row from this far below its share on: a step may change its load by about that."""
 
 
 def holding_rows(problem: Problem, query: Query, stops: Floats) -> tuple[Constraint, ...]:
     """Return what keeps the joints able to hold the load still; nothing where they always are.
 
-    A joint may be asked for its share, and for as much as at a stop: that is given. Where the problem states
-    itself what share gravity may take, that is enough.
+    A joint may use its share, and as much as at a stop, which is fixed. Where the problem itself states
+    what share gravity may take, that is enough.
 
     Args:
         problem: The problem.

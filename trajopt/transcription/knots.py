@@ -29,7 +29,7 @@ COARSE_SAMPLES = 3
 MOST_SAMPLES = 400
 """Samples per segment at most."""
 TURN = 0.5
-"""Up to such a turn a body travels hardly farther than it ends up displaced [rad | m]."""
+"""Up to such a step a body travels hardly farther than the distance between its ends [rad | m]."""
 
 
 def swept_samples(query: Query, corners: Floats, least: int = COARSE_SAMPLES) -> Ints:
@@ -52,7 +52,7 @@ def swept_samples(query: Query, corners: Floats, least: int = COARSE_SAMPLES) ->
 CLEARANCE_TOLERANCE = 1e-3
 """A margin counts as held when undercut by no more than this [m]."""
 WIDE = 0.025
-"""Joint goals that leave any joint more room than this are sets of configurations, as those of frames; in
+"""Joint goals that leave any joint more room than this are sets of configurations, like goals of frames; in
 others a motion ends at the middle [rad | m]."""
 PRISMATIC_STEP = 0.5
 """A prismatic joint's ordinary step, as a share of its range."""
@@ -114,7 +114,7 @@ def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float
 
 
 def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> KnotsNlp:
-    """Write a problem as a program over knots.
+    """Transcribe a problem into a program over knots.
 
     Args:
         problem: The problem.
@@ -123,7 +123,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
         waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
 
     Raises:
-        ProblemError: If a requirement has no term, or asks a joint outside the group to move, or there is
+        ProblemError: If a requirement has no term, or requires a joint outside the group to move, or there is
             not one knot for each waypoint.
     """
     _check_waypoints(problem, waypoint_knots)

@@ -1,7 +1,7 @@
 """The clearance that the program demands along the motion: never less than is required.
 
-Near a fixed start or goal that is nearer to something than the margin, the margin tapers to what is
-there: otherwise no motion could hold it. Where contact is meant, it is allowed for a time.
+Near a fixed start or goal that is nearer to something than the margin, the margin tapers to the actual
+distance: otherwise no motion could hold it. Intended contact is allowed for a time.
 """
 
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ class TaperedMargins:
 
     Attributes:
         pairs: The pairs, with their full margins.
-        last: Place of the last knot.
+        last: Index of the last knot.
         at_start: Margin of each pair at the start, shape (p,) [m].
         at_end: Margin of each pair at the end, shape (p,) [m].
-        contact_until: Place up to which contact is allowed, shape (p,); -1 for nowhere.
-        contact_from: Place from which contact is allowed, shape (p,); inf for nowhere.
+        contact_until: Knot up to which contact is allowed, shape (p,); -1 for none.
+        contact_from: Knot from which contact is allowed, shape (p,); inf for none.
         depth: Penetration accepted there, shape (p,) [m].
     """
 
@@ -39,7 +39,7 @@ class TaperedMargins:
     depth: Floats
 
     def __call__(self, pair: Ints, place: Floats) -> Floats:
-        """Return the margin of each pair at each place, shape (m,) [m]."""
+        """Return the margin of each pair at each location, in knots, shape (m,) [m]."""
         full = self.pairs.margin[pair]
         since = np.clip((place - np.maximum(self.contact_until[pair], 0.0)) / TAPER_KNOTS, 0.0, 1.0)
         until = np.clip((np.minimum(self.contact_from[pair], self.last) - place) / TAPER_KNOTS, 0.0, 1.0)
@@ -47,7 +47,7 @@ class TaperedMargins:
             self.at_start[pair] + (full - self.at_start[pair]) * since,
             self.at_end[pair] + (full - self.at_end[pair]) * until,
         )
-        # After a contact that is meant the margin grows, but what is required holds at once.
+        # After an intended contact the margin grows, but the required clearance holds at once.
         required = self.pairs.required[pair]
         margin = np.where(required > 0.0, np.maximum(margin, required), margin)
         contact = (place <= self.contact_until[pair]) | (place >= self.contact_from[pair])
