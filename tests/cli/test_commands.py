@@ -253,3 +253,23 @@ def test_compare_refuses_what_is_no_comparison(folder: Path) -> None:
     done = trajopt("compare", "--results", folder / "scene.yaml")
     assert done.returncode == 2 and "holds no runs of a comparison" in done.stderr
     assert trajopt("compare", "--solver", "chump").returncode == 2
+
+
+def test_notes_on_the_robot_are_printed_and_torque_limits_turned_off(folder: Path, plan_file: Path) -> None:
+    (folder / "noted.srdf").write_text(
+        '<robot name="odd"><group name="all"><joint name="pan"/><joint name="reach"/><joint name="elbow"/>'
+        '<joint name="wrist"/></group><group name="legs"><joint name="knee"/></group></robot>'
+    )
+    words = [
+        "--robot",
+        folder / "odd.urdf",
+        "--srdf",
+        folder / "noted.srdf",
+        "--scene",
+        folder / "scene.yaml",
+    ]
+    words += ["--request", folder / "request.yaml", "--torque-scaling", "inf"]
+    for done in (trajopt("check", *words, plan_file), trajopt("plan", *words)):
+        assert done.returncode == 0, done.stderr
+        assert "group 'legs' is left out: no joint" in done.stdout
+        assert "torque limits of all joints are turned off" in done.stdout

@@ -3,11 +3,22 @@
 import re
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM, odd_arm, two_arms
-from trajopt.errors import FileFormatError, GroupNotFound, MeshFileError, StateNotFound
+from trajopt.errors import (
+    FileFormatError,
+    GroupNotFound,
+    JointNotFound,
+    MeshFileError,
+    ModelError,
+    ShapeError,
+    StateNotFound,
+)
+from trajopt.model.limits import draw_positions
 from trajopt.model.shapes import Box, Cylinder
 from trajopt.moveit import read_request
 
@@ -182,3 +193,62 @@ def test_a_file_without_a_link_describes_no_robot(tmp_path: Path) -> None:
     (tmp_path / "empty.urdf").write_text("<robot/>")
     with pytest.raises(FileFormatError, match=r"empty\.urdf: has no <link>, so it describes no robot"):
         to.load(tmp_path / "empty.urdf")
+
+
+def test_joints_without_an_effort_limit_are_told(tmp_path: Path) -> None:
+    text = ODD_ARM.replace('effort="80"', 'effort="0"').replace('effort="5"', 'effort="0"')
+    (tmp_path / "odd.urdf").write_text(text)
+    robot = to.load(tmp_path / "odd.urdf")
+    assert robot.notes == ("no effort limit is stated, or 0, so torque is not limited: pan",)
+    assert robot.limits.effort[0] == np.inf, "what follows has no motor of its own, and nothing is said of it"
+    limits = tmp_path / "limits.yaml"
+    limits.write_text("joint_limits: {pan: {has_effort_limits: true, max_effort: 20}}")
+    assert to.load(tmp_path / "odd.urdf", limits=limits).notes == ()
+
+
+def test_effort_limits_that_mostly_do_not_hold_the_robot_are_told(tmp_path: Path) -> None:
+    (tmp_path / "odd.urdf").write_text(ODD_ARM.replace('effort="60"', 'effort="0.6"'))
+    robot = to.load(tmp_path / "odd.urdf")
+    (note,) = robot.notes
+    assert re.fullmatch(r"effort limits that do not hold .*: elbow \(0\.6 of [0-9.]+ Nm\); .*scaling.*", note)
+    needed = float(note.split(" of ")[1].split()[0])
+    rng = np.random.default_rng(1)
+    data, still = robot.model.createData(), np.zeros(robot.model.nv)
+    held = [
+        abs(float(pin.rnea(robot.model, data, robot.configuration(posture), still, still)[2]))
+        for posture in draw_positions(robot.limits, 2000, rng=rng)
+    ]
+    assert needed == pytest.approx(np.median(held), rel=0.2)
+
+
+def test_limits_of_torque_are_scaled_or_turned_off(tmp_path: Path) -> None:
+    robot = odd_arm(tmp_path)
+    stronger = robot.with_torque_scaling(1.5, joints=["pan", "wrist"])
+    assert stronger.limits.effort == pytest.approx(robot.limits.effort * (1.5, 1, 1, 1.5, 1))
+    assert stronger.notes == ("torque limits of pan, wrist are multiplied by 1.5",)
+    free = to.load(tmp_path / "odd.urdf", torque_scaling=np.inf)
+    assert np.isinf(free.limits.effort).all() and np.array_equal(free.limits.velocity, robot.limits.velocity)
+    assert free.notes == ("torque limits of all joints are turned off",)
+    assert np.isfinite(robot.limits.effort).all()
+    for wrong in (0.0, -1.0, np.nan):
+        with pytest.raises(ShapeError, match="scaling"):
+            robot.with_torque_scaling(wrong)
+    with pytest.raises(JointNotFound, match="wrist"):
+        robot.with_torque_scaling(2.0, joints=["wirst"])
+
+
+def test_a_motion_that_needs_more_torque_is_planned_with_limits_turned_off(tmp_path: Path) -> None:
+    (tmp_path / "odd.urdf").write_text(ODD_ARM.replace('effort="60"', 'effort="0.6"'))
+    for scaling in (1.0, np.inf):
+        robot = to.load(tmp_path / "odd.urdf", torque_scaling=scaling)
+        problem = to.Problem(scene=to.Scene(robot), start={}, goal=to.joint_positions({"pan": 1.0}))
+        result = to.plan(problem)
+        assert result.verified is (scaling == np.inf), result.reason
+
+
+def test_limits_that_leave_a_joint_no_position_are_refused(tmp_path: Path) -> None:
+    odd_arm(tmp_path)
+    limits = tmp_path / "limits.yaml"
+    limits.write_text("joint_limits: {elbow: {has_position_limits: true, min_position: 2.7}}")
+    with pytest.raises(ModelError, match=r"'elbow': its position limits 2\.7 and 2\.5 leave it no position"):
+        to.load(tmp_path / "odd.urdf", limits=limits)

@@ -16,6 +16,7 @@ from trajopt.cli.options import (
     RobotSource,
     SceneOption,
     SrdfOption,
+    TorqueOption,
     read_files,
 )
 from trajopt.moveit.trajectory_files import read_trajectory
@@ -35,13 +36,14 @@ def check(
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
     exact_meshes: ExactOption = False,
+    torque_scaling: TorqueOption = 1.0,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
 
     Between points that have accelerations it is quintic, with velocities cubic, with neither linear.
     """
-    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
+    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes, torque_scaling)
     around, asked = read_files(source.load(), scene, request)
     problem = asked.problem()
     motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)

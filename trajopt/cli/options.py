@@ -3,13 +3,15 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, cast
 
 import typer
 from rich.console import Console
 
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, shown
+from trajopt.io.files import number_of
 from trajopt.model.load import load
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot
@@ -28,6 +30,10 @@ LimitsOption = Annotated[
 PackageOption = Annotated[
     list[Path] | None,
     typer.Option("--package-dir", help="With a URDF file: where package:// meshes are (repeatable)."),
+]
+TorqueOption = Annotated[
+    float,
+    typer.Option("--torque-scaling", metavar="X", help="Factor on the limits of torque; inf turns them off."),
 ]
 ExactOption = Annotated[
     bool,
@@ -56,6 +62,7 @@ class RobotSource:
         limits: MoveIt's `joint_limits.yaml`.
         package_dirs: Folders of packages.
         exact_meshes: Whether collision meshes stay triangles.
+        torque_scaling: Factor on the limits of torque.
     """
 
     robot: str
@@ -63,6 +70,7 @@ class RobotSource:
     limits: Path | None = None
     package_dirs: tuple[Path, ...] = ()
     exact_meshes: bool = False
+    torque_scaling: float = 1.0
 
     def load(self) -> Robot:
         """Load the robot; convex pieces of new meshes take a while, so a line says what goes on."""
@@ -76,6 +84,7 @@ class RobotSource:
             limits=self.limits,
             package_dirs=self.package_dirs,
             meshes=MeshPolicy(exact=True) if self.exact_meshes else None,
+            torque_scaling=self.torque_scaling,
         )
 
     def as_dict(self) -> dict[str, object]:
@@ -87,6 +96,7 @@ class RobotSource:
             "limits": None if self.limits is None else str(self.limits.resolve()),
             "package_dirs": [str(folder.resolve()) for folder in self.package_dirs],
             "exact_meshes": self.exact_meshes,
+            "torque_scaling": self.torque_scaling if isfinite(self.torque_scaling) else None,
         }
 
     @staticmethod
@@ -108,7 +118,16 @@ class RobotSource:
             if isinstance(folders, list)
             else (),
             bool(document.get("exact_meshes")),
+            _torque_scaling(path, document.get("torque_scaling", 1.0)),
         )
+
+
+def _torque_scaling(path: Path, written: object) -> float:
+    """Return the factor of a file; none for no limit, since JSON has no infinity."""
+    found = inf if written is None else number_of(written)
+    if found is None:
+        raise FileFormatError(str(path), f"torque_scaling must be a number or null, is {shown(written)}")
+    return found
 
 
 def budget_of(

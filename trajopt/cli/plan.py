@@ -19,6 +19,7 @@ from trajopt.cli.options import (
     SceneOption,
     SrdfOption,
     TimeBudgetOption,
+    TorqueOption,
     budget_of,
     read_files,
 )
@@ -50,6 +51,7 @@ def plan(
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
     exact_meshes: ExactOption = False,
+    torque_scaling: TorqueOption = 1.0,
     explain: ExplainOption = False,
     as_json: JsonOption = False,
     portfolio: PortfolioOption = True,
@@ -58,7 +60,7 @@ def plan(
     workers: WorkersOption = 1,
 ) -> None:
     """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
-    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
+    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes, torque_scaling)
     budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
     around, asked = read_files(source.load(), scene, request)
     with progress_line() as line:

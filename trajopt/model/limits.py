@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value, readonly
-from trajopt.errors import FileFormatError, JointNotFound, shown
+from trajopt.errors import FileFormatError, JointNotFound, ModelError, shown
 from trajopt.io.files import number_of
 
 DEFAULT_ACCELERATION_TIME = 0.5
@@ -96,6 +96,12 @@ class JointLimits(Value):
             acceleration=readonly(self.acceleration * acceleration),
         )
 
+    def with_effort_scaled(self, scaling: float, index: Ints) -> "JointLimits":
+        """Return these limits with the effort of the joints at some places multiplied; inf turns it off."""
+        effort = np.array(self.effort)
+        effort[index] *= scaling
+        return replace(self, effort=readonly(effort))
+
 
 def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator) -> Floats:
     """Draw positions evenly within limits; joints without any within half a turn of zero.
@@ -128,6 +134,7 @@ def with_stated(
 
     Raises:
         JointNotFound: If an entry names no movable joint.
+        ModelError: If a joint is left no position.
     """
     columns: dict[str, tuple[tuple[str, Floats], ...]] = {
         "has_velocity_limits": (("max_velocity", np.array(limits.velocity)),),
@@ -153,6 +160,10 @@ def with_stated(
     )
     defaulted = _default(limits.joint_names, velocity, acceleration, mimics=mimics)
     (_, lower), (_, upper) = columns["has_position_limits"]
+    for name, low, high in zip(limits.joint_names, lower, upper, strict=True):
+        if low > high:
+            reason = f"its position limits {low:g} and {high:g} leave it no position"
+            raise ModelError(f"joint {shown(name)}: {reason}")
     return JointLimits(
         limits.joint_names,
         readonly(lower),

@@ -26,6 +26,7 @@ def load(
     xacro: Mapping[str, str] | None = None,
     meshes: MeshPolicy | None = None,
     base: MovingBase | None = None,
+    torque_scaling: float = 1.0,
 ) -> Robot:
     """Load an installed robot by name ("panda"), or any robot from its URDF file.
 
@@ -41,6 +42,7 @@ def load(
         meshes: With a path or a description: how collision meshes become convex.
         base: With a path or a description: how the robot's base moves, of `trajopt.model.moving_base`; it
             stands still when None.
+        torque_scaling: Factor on the limits of torque, `Robot.with_torque_scaling`; inf turns them off.
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
@@ -53,17 +55,25 @@ def load(
     if str(robot) in installed:
         if srdf or limits or package_dirs or xacro or meshes or base:
             raise ModelError(f"robot {shown(robot)} is installed by name and brings its own files")
-        return installed[str(robot)].load()()
+        return _scaled(installed[str(robot)].load()(), torque_scaling)
     file = path("robot", robot)
     if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not isfile(file):
         urdf, folders = _description(str(robot), installed)
         dirs = (*package_dirs, *folders)
-        return Robot.from_urdf(urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes, base=base)
+        return _scaled(
+            Robot.from_urdf(urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes, base=base),
+            torque_scaling,
+        )
     if not isfile(file):  # never raises, as `Path.is_file` does on what cannot be a path
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
-    return Robot.from_urdf(
+    loaded = Robot.from_urdf(
         robot, srdf=srdf, limits=limits, package_dirs=package_dirs, xacro=xacro, meshes=meshes, base=base
     )
+    return _scaled(loaded, torque_scaling)
+
+
+def _scaled(robot: Robot, scaling: float) -> Robot:
+    return robot if scaling == 1.0 else robot.with_torque_scaling(scaling)
 
 
 def _description(name: str, installed: Iterable[str]) -> tuple[Path, tuple[Path, ...]]:

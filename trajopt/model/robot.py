@@ -1,7 +1,7 @@
 """Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import cast
@@ -9,8 +9,16 @@ from typing import cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, floats, mapping, one_of
-from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
+from trajopt.arrays import Floats, Ints, floats, mapping, number, one_of, sequence
+from trajopt.errors import (
+    FrameNotFound,
+    GroupNotFound,
+    JointNotFound,
+    ShapeError,
+    StateNotFound,
+    listed,
+    shown,
+)
 from trajopt.model.description.groups import Group
 from trajopt.model.description.mimics import completed, followed
 from trajopt.model.description.pinocchio_model import (
@@ -249,6 +257,26 @@ class Robot(RobotParts):
             Configuration q, shape (model.nq,): cosine and sine for continuous joints.
         """
         return configuration(self.model, positions)
+
+    def with_torque_scaling(self, scaling: float, *, joints: Iterable[str] | None = None) -> "Robot":
+        """Return the robot with other limits of torque, or none; `notes` says so.
+
+        Args:
+            scaling: Factor on the effort limits [Nm | N] of the description; inf turns them off.
+            joints: The joints that it is for; all when None.
+
+        Raises:
+            ShapeError: If the factor is not positive.
+            JointNotFound: If one is no movable joint.
+        """
+        factor = number("scaling", scaling, infinite=True)
+        if factor <= 0.0:
+            raise ShapeError("scaling", f"is a positive factor, or inf for no limit; is {factor:g}")
+        names = self.joint_names if joints is None else tuple(sequence("joints", joints))
+        whose = "all joints" if joints is None else listed(names)
+        said = "turned off" if factor == np.inf else f"multiplied by {factor:g}"
+        limits = self.limits.with_effort_scaled(factor, self.index(names))
+        return replace(self, limits=limits, notes=(*self.notes, f"torque limits of {whose} are {said}"))
 
     def __getstate__(self) -> dict[str, object]:
         """Return the fields by name, the model as plain data."""

@@ -11,6 +11,7 @@ from trajopt.arrays import Value
 from trajopt.errors import FileFormatError
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
 from trajopt.model.description.base_joints import with_base
+from trajopt.model.description.effort_notes import effort_notes
 from trajopt.model.description.from_pinocchio import check_joints, described, group_elements
 from trajopt.model.description.groups import Group
 from trajopt.model.description.mimics import resolve_mimics
@@ -127,6 +128,7 @@ def _assembled(
     """Put a robot together of what its descriptions state, whose names are checked against each other."""
     links = link_names(model)
     named = semantics_of(model, semantics, description.mimics)
+    motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
     bodies, mesh_notes = robot_bodies(description.collisions, beside.meshes or MeshPolicy())
     return RobotParts(
         name=beside.name or description.name,
@@ -143,7 +145,7 @@ def _assembled(
         bodies=bodies,
         visuals=description.visuals,
         mesh_notes=mesh_notes,
-        notes=(*description.notes, *named.notes),
+        notes=(*description.notes, *named.notes, *effort_notes(model, limits, motorless)),
         left_out=named.left_out,
         base=base,
         urdf_path=description.path,
