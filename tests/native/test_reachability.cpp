@@ -86,11 +86,26 @@ TEST(the_barrier_ends_within_all_limits_and_no_slower_than_it_began) {
     int steps = 0;
     barrier::State start, end;
     start.z = z;
-    barrier::scale_inside(program, start);
+    CHECK(barrier::scale_inside(program, start));
     end.z = barrier::minimise(program, z, 0.3, 3e-3, steps);
     barrier::evaluate(program, end);
     CHECK(end.inside && steps > 0);
     CHECK(end.z[0] == end.z[1] && end.z[blocks] == end.z[blocks + 1]);
     CHECK(end.duration <= start.duration * (1.0 + 1e-9));
+  }
+}
+
+TEST(the_barrier_ends_where_no_speed_is_within_the_limits) {
+  const std::size_t blocks = 3;
+  const std::vector<double> weight(blocks + 2, 1.0), bound(blocks + 2, 4.0), rows(blocks * 3 * 3, 0.1);
+  std::vector<double> above(blocks, 1.0), below(blocks, 1.0), jerk(blocks * 2, 1.0), speed(blocks * 6, 0.5);
+  const std::vector<double> z(blocks + 2, 1.0);
+  const barrier::Program program{weight.data(), bound.data(), rows.data(), above.data(), below.data(),
+                                 jerk.data(),   speed.data(), blocks,      1,            2};
+  int steps = 0;
+  CHECK(!barrier::minimise(program, z, 0.3, 3e-3, steps).empty() && steps > 0);
+  for (const double limit : {-0.1, 0.0, std::nan("")}) {
+    above[1] = limit;
+    CHECK(barrier::minimise(program, z, 0.3, 3e-3, steps).empty() && steps == 0);
   }
 }

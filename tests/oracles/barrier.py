@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.retime.jerk_program import Program
+from trajopt.retime.jerk_program import NothingFits, Program
 
 TIGHTER = 0.1
 """Factor of the gap from one barrier to the next."""
@@ -22,6 +22,9 @@ SETTLED = 5e-4
 """Squared Newton decrement for each row at which the next barrier is taken."""
 START = 0.9
 """Part of the fastest uniform profile, squared speeds, with which the search begins."""
+SCALINGS = 200
+"""Most doublings of the squared speeds, and half the most halvings, until a profile is within all limits: motions
+that are faster or slower by 2^100 mean nothing."""
 HALVINGS = 20
 """Most halvings of a step that makes nothing better; then rounding errors rule."""
 ARMIJO = 0.1
@@ -120,21 +123,28 @@ def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> Mi
 def scaled_inside(program: Program, z: Floats) -> Floats:
     """Run a profile slower or faster, uniformly, until it is well within all limits.
 
-    Standing still is allowed, so there is such a profile.
-
     Args:
         program: The program.
         z: Positive control values, shape (k + 1,).
+
+    Raises:
+        NothingFits: If it is outside at every speed.
     """
 
     def fits(factor: float) -> bool:
         return bool((z * factor < program.bound).all()) and at(program, z * factor).inside
 
     factor = 1.0
-    while fits(factor):
+    for _ in range(SCALINGS):
+        if not fits(factor):
+            break
         factor *= 2.0
-    while not fits(factor):
+    for _ in range(2 * SCALINGS):
+        if fits(factor):
+            break
         factor /= 2.0
+    if not fits(factor):
+        raise NothingFits
     for part in (1.5, 1.25):
         if fits(factor * part):
             factor *= part

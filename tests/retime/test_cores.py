@@ -13,7 +13,7 @@ from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
 from trajopt.retime.constraints import Rows
 from trajopt.retime.discretised_path import largest_control
-from trajopt.retime.jerk_program import Program, minimise
+from trajopt.retime.jerk_program import NothingFits, Program, minimise
 from trajopt.retime.peaks import motion_extremes
 from trajopt.retime.profile import stations
 
@@ -154,6 +154,17 @@ def test_the_barrier_goes_where_plain_python_goes(seed: int, linear: int, half: 
     assert at(program, found).inside and (found < program.bound).all()
     assert duration(program, found) == pytest.approx(duration(program, expected.z), rel=1e-4)
     assert steps <= 60
+
+
+@pytest.mark.parametrize("limit", [-0.1, 0.0, np.nan])
+def test_the_barrier_ends_where_no_speed_is_within_the_limits(limit: float) -> None:
+    """Standing still is outside, too: halving the speed for ever would find nothing."""
+    program = random_program(np.random.default_rng(3), blocks=6, linear=2, half=1)
+    program.above[2, 1] = limit
+    program.rows[2, 1] = np.abs(program.rows[2, 1])
+    for find in (minimise, barrier.minimise):
+        with pytest.raises(NothingFits):
+            find(program, np.ones(8), first_gap=0.3, gap=3e-3)
 
 
 @pytest.mark.parametrize("seed", range(5))

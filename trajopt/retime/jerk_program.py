@@ -28,6 +28,10 @@ LARGEST = 1e4
 """Bound of the squared clock speed where nothing else bounds it [-]."""
 
 
+class NothingFits(ArithmeticError):
+    """No uniform scaling of a profile is within all limits, however slow it is."""
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
     """Rows of limits, in blocks of three neighbouring control values, one block an interval of the grid.
@@ -62,12 +66,18 @@ def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> tu
 
     Returns:
         Control values within all limits, shape (k + 1,), and the number of Newton steps.
+
+    Raises:
+        NothingFits: If the start is outside the limits at every speed; standing still is outside, too, then.
     """
     tables = (program.rows, program.above, program.below, program.jerk, program.speed)
     rows, above, below, jerk, speed = (np.ascontiguousarray(table) for table in tables)
-    return reachability.minimise(
+    found, steps = reachability.minimise(
         program.weight, program.bound, rows, above, below, jerk, speed, z, first_gap, gap
     )
+    if len(found) == 0:
+        raise NothingFits
+    return found, steps
 
 
 @dataclass(frozen=True, eq=False)

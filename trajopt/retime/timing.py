@@ -19,6 +19,7 @@ from trajopt.retime.discretised_path import (
     first_grid,
     turned,
 )
+from trajopt.retime.jerk_program import NothingFits
 from trajopt.retime.jerk_timing import JerkTimer, limited_jerk
 from trajopt.retime.peaks import path_deviation, tightened
 from trajopt.retime.refusal import ROOM, unholdable
@@ -143,5 +144,8 @@ def fastest_trajectory(
         return failure, fine.s
     if limited_jerk(limits, np.abs(fine.dq).max(axis=0)):
         jerk_timer = JerkTimer(smoothing, limits, torque, along, tools, options)
-        return jerk_timer.run(fastest_profile(fine, fine.bounds))
+        try:
+            return jerk_timer.run(fastest_profile(fine, fine.bounds))
+        except NothingFits:
+            return RetimeFailure("no speed along the path is within all limits", None, 0.0), fine.s
     return timer.run(fine)

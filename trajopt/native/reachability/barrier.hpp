@@ -24,6 +24,7 @@ constexpr double kNear = 0.95;
 constexpr double kStart = 0.9;
 constexpr int kHalvings = 20;
 constexpr double kArmijo = 0.1;
+constexpr int kScalings = 200;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Program {
@@ -222,8 +223,8 @@ inline double reach(const Program& program, const State& state, const std::vecto
   return used > 0.0 ? 1.0 / used : kInfinity;
 }
 
-// Runs a profile slower or faster, uniformly, until it is well within all limits.
-inline void scale_inside(const Program& program, State& state) {
+// Runs a profile slower or faster, uniformly, until it is well within all limits; false if no such speed is found.
+inline bool scale_inside(const Program& program, State& state) {
   const std::vector<double> given = state.z;
   const auto fits = [&](double factor) {
     for (std::size_t i = 0; i < given.size(); ++i) state.z[i] = given[i] * factor;
@@ -231,22 +232,24 @@ inline void scale_inside(const Program& program, State& state) {
     return state.inside;
   };
   double factor = 1.0;
-  while (fits(factor)) factor *= 2.0;
-  while (!fits(factor)) factor /= 2.0;
+  for (int scaling = 0; scaling < kScalings && fits(factor); ++scaling) factor *= 2.0;
+  for (int scaling = 0; scaling < 2 * kScalings && !fits(factor); ++scaling) factor /= 2.0;
+  if (!fits(factor)) return false;
   for (const double part : {1.5, 1.25})
     if (fits(factor * part)) factor *= part;
-  fits(factor * kStart);
+  return fits(factor * kStart);
 }
 
 // Nearly the least control values from `z`; `first_gap` and `gap` are parts of the duration that barriers leave.
+// Empty if no uniform scaling of `z` is within all limits.
 inline std::vector<double> minimise(const Program& program, std::vector<double> z, double first_gap, double gap,
                                     int& steps) {
   State state, trial;
   state.z = std::move(z);
-  scale_inside(program, state);
+  steps = 0;
+  if (!scale_inside(program, state)) return {};
   Derivatives derivatives;
   const double rows = double(2 * state.above.size() + state.z.size());
-  steps = 0;
   for (double open = first_gap;; open = std::max(gap, open * kTighter)) {
     const double weight = rows / (open * state.duration);
     for (int round = 0; round < kSteps; ++round) {

@@ -63,7 +63,8 @@ nb::tuple minimise(const Column& weight, const Column& bound, const Coefficients
                                    jerk.data(),   speed.data(), blocks,      linear,       jerks};
     found = barrier::minimise(program, std::vector<double>(z.data(), z.data() + blocks + 2), first_gap, gap, steps);
   }
-  return nb::make_tuple(handed(std::move(found), {blocks + 2}), steps);
+  const std::size_t count = found.size();
+  return nb::make_tuple(handed(std::move(found), {count}), steps);
 }
 
 nb::tuple motion_extremes(const Coefficients& coefficients, const Column& widths) {
