@@ -23,8 +23,8 @@ SETTLED = 5e-4
 START = 0.9
 """Part of the fastest uniform profile, squared speeds, with which the search begins."""
 SCALINGS = 200
-"""Most doublings of the squared speeds, and half the most halvings, until a profile is within all limits: motions
-that are faster or slower by 2^100 mean nothing."""
+"""Most doublings of the squared speeds, and half the most halvings, until a profile is within all limits:
+motions that are faster or slower by 2^100 mean nothing."""
 HALVINGS = 20
 """Most halvings of a step that makes nothing better; then rounding errors rule."""
 ARMIJO = 0.1

@@ -1,7 +1,7 @@
 """Knots: joint positions at knots, solved by any solver of an `Nlp`, timed afterwards."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from trajopt.arrays import Floats, Printed
 from trajopt.methods.method import Decoded, Progress, moving_start
@@ -9,6 +9,14 @@ from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import HasBriefForm, Solver, SolveResult, Sqp
 from trajopt.transcription import KnotsNlp, transcribe
+
+SHARES = (0.4, 0.16, 0.064)
+"""Shares of the margins beyond what is required that are tried where a gap is too narrow for all of them. The
+last asks for half a millimetre or so: retiming rounds as much off the corners of a path."""
+
+
+class NarrowResult(SolveResult):
+    """A path through gaps that are too narrow for the margins."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +61,24 @@ class KnotsProgram(Printed):
         return self.nlp.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed; see `Program.solve`."""
-        return self.solver.solve(self.nlp, seed, progress=progress)
+        """Solve from a seed; see `Program.solve`.
+
+        Where nothing but margins is missing in the end, a gap may be too narrow for them: then it goes on
+        with smaller ones, never with less clearance than is required.
+        """
+        nlp, wide = self.nlp, self.solver.solve(self.nlp, seed, progress=progress)
+        solved, log = wide, [*wide.log]
+        for share in SHARES:
+            if solved.feasible or not nlp.lacks_margin_only(solved.at):
+                break
+            nlp = self.nlp.keeping(share)
+            solved = self.solver.solve(nlp, solved.x, progress=progress)
+            log += solved.log
+        if solved is wide:
+            return wide
+        if solved.feasible:
+            return NarrowResult(solved.status, solved.x, solved.at, tuple(log))
+        return replace(wide, log=tuple(log))
 
     def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Take a few steps, where the solver has a brief form, else all; see `SupportsEarlyStop`."""
@@ -63,4 +87,4 @@ class KnotsProgram(Printed):
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
         """Return the path through the knots; see `Program.decode`."""
-        return (Decoded(self.nlp.decode(solved.x)),)
+        return (Decoded(self.nlp.decode(solved.x), narrow=isinstance(solved, NarrowResult)),)

@@ -23,10 +23,12 @@ class Decoded(Value):
     Attributes:
         path: The path.
         trajectory: The motion, if the method decides on time too; None where retiming does.
+        narrow: Whether the path passes gaps that are too narrow for the margins: little may be rounded off.
     """
 
     path: Path
     trajectory: Trajectory | None = None
+    narrow: bool = False
 
 
 class Program(Protocol):

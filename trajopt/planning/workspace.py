@@ -21,8 +21,9 @@ from trajopt.verify import Certificate, Judge
 
 PATH_TOLERANCES = (PATH_TOLERANCE, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
-WAYPOINT_TOLERANCE = 1e-4
-"""The same, a third time, for problems with waypoints: they may be at corners of the path [m]."""
+EXACT_TOLERANCE = 1e-4
+"""The same, a third time, for problems with waypoints, which may be at corners of the path, and for narrow
+gaps [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +64,8 @@ class Workspace(Printed):
             if item.trajectory is not None:
                 yield TimedMotion(item.path, item.trajectory, None)
                 continue
-            waypoints = (WAYPOINT_TOLERANCE,) if self.problem.waypoints else ()
-            for tolerance in (*PATH_TOLERANCES, *waypoints):
+            exact = (EXACT_TOLERANCE,) if self.problem.waypoints or item.narrow else ()
+            for tolerance in (*PATH_TOLERANCES, *exact):
                 with self.tracker.stage("retime"):
                     retimed = retime_path(self.problem, item.path, tolerance=tolerance)
                 if isinstance(retimed, RetimeFailure):

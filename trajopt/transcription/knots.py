@@ -1,7 +1,7 @@
 """Transcription by knots: a problem becomes an `Nlp` over joint positions, and back to a path."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +11,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement, together
 from trajopt.model.trajectory import Path
+from trajopt.nlp import Linearisation
 from trajopt.problem import PathConstraint, Problem
 from trajopt.query import Counts, Query
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
@@ -19,7 +20,7 @@ from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE
 from trajopt.terms.rolling import rolling
 from trajopt.transcription.holding import holding_rows
-from trajopt.transcription.margins import tapered_margins
+from trajopt.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable, tapered_margins
 from trajopt.transcription.motion_nlp import MotionNlp
 
 SWEEP = 0.02
@@ -32,13 +33,16 @@ TURN = 0.5
 """Up to such a step a body travels hardly farther than the distance between its ends [rad | m]."""
 
 
-def swept_samples(query: Query, corners: Floats, least: int = COARSE_SAMPLES) -> Ints:
+def swept_samples(
+    query: Query, corners: Floats, least: int = COARSE_SAMPLES, *, sweep: float = SWEEP
+) -> Ints:
     """Return how many samples each segment of a polyline needs, shape (N - 1,).
 
     Args:
         query: Measures how far bodies move.
         corners: Shape (N, n) [rad | m].
         least: Samples that every segment gets.
+        sweep: No body moves farther than this between two samples [m].
     """
     segments = len(corners) - 1
     parts = max(1, int(np.ceil(np.abs(np.diff(corners, axis=0)).max(initial=0.0) / TURN)))
@@ -46,7 +50,7 @@ def swept_samples(query: Query, corners: Floats, least: int = COARSE_SAMPLES) ->
     first = np.minimum(share.astype(np.int64), segments - 1)
     fine = corners[first] + (share - first)[:, None] * (corners[first + 1] - corners[first])
     swept = query.displacement(fine[:-1], fine[1:]).reshape(segments, parts).sum(axis=1)
-    return np.clip(np.ceil(swept / SWEEP), least, MOST_SAMPLES).astype(np.int64)
+    return np.clip(np.ceil(swept / sweep), least, MOST_SAMPLES).astype(np.int64)
 
 
 CLEARANCE_TOLERANCE = 1e-3
@@ -58,18 +62,45 @@ PRISMATIC_STEP = 0.5
 """A prismatic joint's ordinary step, as a share of its range."""
 
 
+@dataclass(eq=False)
 class KnotsNlp(MotionNlp):
     """The program over knots, between which the motion is straight.
 
     Build one with `transcribe(problem, seed)`.
+
+    Attributes:
+        margins: The clearance that it asks for along the motion.
+        share: How much of the margins beyond what is required that is.
     """
+
+    margins: TaperedMargins
+    share: float = 1.0
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per segment: few, or as many as the sweep of the bodies demands."""
         segments = len(x) - 1
         if not fine:
             return np.full(segments, COARSE_SAMPLES)
-        return swept_samples(self.query, x)
+        # Between samples a body comes nearer by no more than the square of their distance, by its reach.
+        return swept_samples(self.query, x, sweep=SWEEP * float(np.sqrt(self.share)))
+
+    def keeping(self, share: float) -> "KnotsNlp":
+        """Return the program with a share of its margins only, beyond what is required."""
+        clearance = _clearance(self.problem, self.margins, share)
+        return replace(self, constraints=(clearance, *self.constraints[1:]), share=share)
+
+    def lacks_margin_only(self, at: Linearisation) -> bool:
+        """Whether all holds at a point but margins that nobody asked for, and what is required."""
+        pairs, asked = self.margins.pairs, ShrunkMargins(self.margins, self.share)
+        required, gives = pairs.required, shrinkable(pairs)
+        for block in at.constraints:
+            rows, missed = block.rows, block.violation > block.tolerance
+            if block.kind is Clearance:
+                margin, pair = asked(rows.component, rows.place), rows.component
+                missed &= (rows.value + margin < np.minimum(required[pair], margin)) | ~gives[pair]
+            if missed.any():
+                return False
+        return True
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
         """Sample the polyline through the knots."""
@@ -140,16 +171,8 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     shortest = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
     duration = 1.5 * max(shortest, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
     margins = tapered_margins(Query(reduced, counts), count, goal, duration)
-    distance = Clearance(reduced, margins)
-    clearance = constraint(
-        distance,
-        lower=0.0,
-        upper=np.inf,
-        tolerance=CLEARANCE_TOLERANCE,
-        reach=distance.activation,
-    )
     fixed = [reduced.start_positions, *seed[list(waypoint_knots)], *(() if goal is None else (goal,))]
-    items: list[Constraint] = [clearance, *rolling(reduced, count)]
+    items: list[Constraint] = [_clearance(problem, margins, 1.0), *rolling(reduced, count)]
     items.extend(holding_rows(problem, query, np.stack(fixed)))
     for given in problem.constraints:
         items.extend(_written(given, problem, waypoint_knots))
@@ -165,7 +188,14 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
         [reduced.model.joints[i].shortname().startswith("JointModelP") for i in _joint_ids(problem)]
     )
     scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
-    return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items))
+    return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items), margins)
+
+
+def _clearance(problem: Problem, margins: TaperedMargins, share: float) -> Constraint:
+    """Return the clearance of all pairs, by a share of their margins beyond what is required."""
+    distance = Clearance(problem.reduced, margins if share == 1.0 else ShrunkMargins(margins, share))
+    tolerance = share * CLEARANCE_TOLERANCE
+    return constraint(distance, lower=0.0, upper=np.inf, tolerance=tolerance, reach=distance.activation)
 
 
 def _written(

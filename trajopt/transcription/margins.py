@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Bools, Floats, Ints
+from trajopt.model.collisions.clearances import ROOM
 from trajopt.model.reduced import BodyPairs
+from trajopt.model.scene import DEFAULT_MARGIN
 from trajopt.query import Query
 
 TAPER_KNOTS = 3.0
@@ -52,6 +54,32 @@ class TaperedMargins:
         margin = np.where(required > 0.0, np.maximum(margin, required), margin)
         contact = (place <= self.contact_until[pair]) | (place >= self.contact_from[pair])
         return np.where(contact, -self.depth[pair], margin)
+
+
+@dataclass(frozen=True, eq=False)
+class ShrunkMargins:
+    """A `MarginRule` that asks for a share of what another asks for beyond what is required.
+
+    Margins that are larger than they are by themselves were asked for, and stay.
+
+    Attributes:
+        margins: The other.
+        share: The share, in (0, 1].
+    """
+
+    margins: TaperedMargins
+    share: float
+
+    def __call__(self, pair: Ints, place: Floats) -> Floats:
+        """Return the margin of each pair at each place, shape (m,) [m]."""
+        full, required = self.margins(pair, place), self.margins.pairs.required[pair]
+        gives = (full > required) & shrinkable(self.margins.pairs)[pair]
+        return np.where(gives, required + self.share * (full - required), full)
+
+
+def shrinkable(pairs: BodyPairs) -> Bools:
+    """Say which pairs have a margin that nobody asked for, shape (p,)."""
+    return pairs.margin <= np.maximum(DEFAULT_MARGIN, pairs.required + ROOM) * (1.0 + 1e-12)
 
 
 def tapered_margins(

@@ -78,7 +78,7 @@ inline void evaluate(const Program& program, State& state) {
     sum.add(left);
     state.duration += program.weight[i] / std::sqrt(state.z[i]);
   }
-  double least = kInfinity;
+  bool held = true;  // what is no number is not held
   for (std::size_t i = 0; i < program.blocks; ++i) {
     const double* z = &state.z[i];
     const double* row = program.rows + 3 * columns * i;
@@ -99,11 +99,11 @@ inline void evaluate(const Program& program, State& state) {
       }
     }
     for (std::size_t j = 0; j < columns; ++j) {
-      least = std::min({least, above[j], below[j]});
+      held &= (above[j] > 0.0) & (below[j] > 0.0);
       sum.add(above[j]), sum.add(below[j]);
     }
   }
-  state.inside = least > 0.0;
+  state.inside = held;
   state.barrier = sum.total();
 }
 

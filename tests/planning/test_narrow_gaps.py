@@ -1,0 +1,80 @@
+"""Gaps wider than what is required by less than the margins: passed with what there is, never less."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.planning.test_required_clearance import RADIUS, slide
+from trajopt.methods import METHODS
+
+START, GOAL = {"x": -0.5, "y": 0.0}, {"x": 0.5, "y": 0.0}
+
+
+def gap(folder: Path, spare: float, required: float, *, aside: float = 0.0) -> to.Problem:
+    """A ball on two slides has to pass between two long walls, with so much to spare in all [m]."""
+    scene = to.Scene(slide(folder)).add("ball", to.Sphere(RADIUS), frame="hand", touch_links=["hand"])
+    middle = RADIUS + required + 0.5 * spare + 2.0
+    for name, side in (("left", 1.0), ("right", -1.0)):
+        scene = scene.add(name, to.Box(0.3, 4.0, 0.2), to.placement((0.0, aside + side * middle, 0.0)))
+    if required:
+        scene = scene.with_clearance(required)
+    return to.Problem(scene=scene, start=START, goal=to.joint_positions(GOAL))
+
+
+@pytest.mark.parametrize("required", [0.0, 0.003, 0.02])
+def test_a_gap_with_two_millimetres_to_spare_is_passed(tmp_path: Path, required: float) -> None:
+    found = to.plan(gap(tmp_path, 2e-3, required), budget=to.Budget(attempts=3))
+    assert found.verified, found.reason
+    assert required < found.require().certificate.clearance <= required + 1e-3
+
+
+@pytest.mark.parametrize("required", [0.0, 0.02])
+def test_a_gap_aside_is_found_and_passed(tmp_path: Path, required: float) -> None:
+    problem = gap(tmp_path, 4e-3, required, aside=0.02)
+    found = to.plan(problem, budget=to.Budget(attempts=12))
+    assert found.verified, found.reason
+    assert required < found.require().certificate.clearance <= required + 2e-3
+
+
+@pytest.mark.parametrize("required", [0.003, 0.02])
+def test_a_gap_with_less_than_is_required_is_not_passed(tmp_path: Path, required: float) -> None:
+    found = to.plan(gap(tmp_path, -2e-4, required), budget=to.Budget(attempts=3))
+    assert not found.verified and "required" in found.reason
+
+
+def test_where_there_is_room_the_margin_stays(tmp_path: Path) -> None:
+    found = to.plan(gap(tmp_path, 0.03, 0.0, aside=0.004), budget=to.Budget(attempts=1)).require()
+    assert found.certificate.clearance > 9e-3
+
+
+def test_a_margin_that_was_asked_for_stays(tmp_path: Path) -> None:
+    problem = gap(tmp_path, 0.02, 0.0)
+    assert to.plan(problem, budget=to.Budget(attempts=3)).verified
+    asked = replace(problem, scene=problem.scene.with_margin(0.03))
+    found = to.plan(asked, budget=to.Budget(attempts=3))
+    assert found.status is to.Status.STUCK and "clearance of ball" in found.message
+
+
+@pytest.mark.parametrize("method", ["sqp", "chomp", "free-duration"])
+def test_methods_over_knots_pass_narrow_gaps(tmp_path: Path, method: str) -> None:
+    assert method in METHODS
+    found = to.plan(gap(tmp_path, 4e-3, 0.02), method=method, budget=to.Budget(attempts=3))
+    assert found.verified, found.reason
+
+
+def test_samples_are_denser_where_the_margin_is_smaller(tmp_path: Path) -> None:
+    from trajopt.transcription import transcribe
+
+    problem = gap(tmp_path, 4e-3, 0.02)
+    line = np.linspace((-0.5, 0.0), (0.5, 0.0), problem.knots)
+    nlp = transcribe(problem, line)
+    wide, narrow = (each.sampling(line, fine=True).sum() for each in (nlp, nlp.keeping(0.064)))
+    assert narrow > 1.5 * wide
+    at = nlp.linearise(line, nlp.sampling(line, fine=True))
+    assert not at.feasible and nlp.lacks_margin_only(at)
+    low = np.copy(line)
+    low[8:16, 1] += 0.01
+    assert not nlp.lacks_margin_only(nlp.linearise(low, nlp.sampling(low, fine=True)))
