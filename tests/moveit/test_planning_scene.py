@@ -506,10 +506,16 @@ BAD: dict[str, tuple[str, type[Exception], str]] = {
         FileFormatError,
         "1 names, but 0 positions",
     ),
-    "robot displaced": (
-        "robot_state: {multi_dof_joint_state: {transforms: [{translation: [1, 0, 0]}]}}",
+    "a joint displaced that the robot lacks": (
+        "robot_state: {multi_dof_joint_state: {joint_names: [a, b], "
+        "transforms: [{translation: [0, 0, 0]}, {translation: [1, 0, 0]}]}}",
         FileFormatError,
-        r"transforms\[0\]",
+        r"transforms\[1\].*b of .* cannot stand elsewhere",
+    ),
+    "transforms without names": (
+        "robot_state: {multi_dof_joint_state: {joint_names: [a], transforms: [{}, {}]}}",
+        FileFormatError,
+        "1 names, but 2 transforms",
     ),
     "frame between strangers": (
         "fixed_frame_transforms: [{header: {frame_id: a}, child_frame_id: b}]",

@@ -5,7 +5,7 @@ from typing import Any
 
 from trajopt.commander.documents import document_of, is_message
 from trajopt.commander.exception import MoveItCommanderException
-from trajopt.commander.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
+from trajopt.commander.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform, Vector3
 from trajopt.commander.rospy import Time
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.errors import shown
@@ -32,6 +32,12 @@ def list_to_pose_stamped(pose_list: Sequence[float], target_frame: str) -> PoseS
 def pose_of(where: Placement) -> Pose:
     """Return a placement as a pose."""
     return Pose(Point(*where.translation.tolist()), Quaternion(*where.quaternion.tolist()))
+
+
+def transform_of(where: Placement) -> Transform:
+    """Return a placement as a transform."""
+    x, y, z = where.translation.tolist()
+    return Transform(Vector3(x, y, z), Quaternion(*where.quaternion.tolist()))
 
 
 def stamped(where: Placement, frame: str) -> PoseStamped:

@@ -107,13 +107,13 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         Raises:
             MoveItCommanderException: If it is malformed, or of other joints than the group's.
         """
-        motion = trajectory_of(trajectory, "execute")
+        motion = trajectory_of(trajectory, "execute", self._group, self._world.named_positions)
         if motion is None:
             reason = "the trajectory has no points; plan() says why in its error code"
             code = MoveItErrorCodes(MoveItErrorCodes.INVALID_MOTION_PLAN, reason, "execution")
             self._world.report(Outcome(code))
             return False
-        return self._executed(motion.ordered(self._group.joints), wait)
+        return self._executed(motion, wait)
 
     def stop(self) -> None:
         """Bring the robot to rest where it is, on the path that it was following."""
@@ -215,15 +215,16 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         """
         if algorithm not in ALGORITHMS:
             raise SolverNotFound("time parameterisation", algorithm, ALGORITHMS)
-        motion = trajectory_of(traj_in, "retime_trajectory")
+        positions = state_positions(ref_state_in, self._world)
+        start = dict(zip(self._world.robot.joint_names, positions.tolist(), strict=True))
+        motion = trajectory_of(traj_in, "retime_trajectory", self._group, start)
         if motion is None:
             raise MoveItCommanderException("retime_trajectory: the trajectory has no points")
-        positions = state_positions(ref_state_in, self._world)
         reduced = reduce_model(self._world.scene, self._group.name, positions)
         return trajectory_message(
             retimed(
                 reduced,
-                motion.ordered(self._group.joints),
+                motion,
                 velocity=velocity_scaling_factor,
                 acceleration=acceleration_scaling_factor,
             ),

@@ -1,15 +1,25 @@
 """Trajectory messages as trajectories and back, and the timing of their paths."""
 
-from trajopt.commander.documents import document_of, is_message
+from collections.abc import Mapping
+
+from trajopt.commander.documents import document_of, is_message, message_of
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.moveit_msgs.msg import RobotTrajectory
 from trajopt.commander.rospy import Duration
 from trajopt.commander.std_msgs.msg import Header
-from trajopt.commander.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from trajopt.commander.trajectory_msgs.msg import (
+    JointTrajectory,
+    JointTrajectoryPoint,
+    MultiDOFJointTrajectory,
+    MultiDOFJointTrajectoryPoint,
+)
+from trajopt.io.document import Node
 from trajopt.methods.timing import retime_path
+from trajopt.model.description.groups import Group
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import joint_positions
 from trajopt.model.trajectory import Path, Trajectory
+from trajopt.moveit.planar_joints import multi_dof_points, planar_joints, split, turned_from
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
 from trajopt.problem import Problem
 from trajopt.retime import RetimeFailure
@@ -59,7 +69,20 @@ def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotT
     """Return a trajectory as a message, times to the nanosecond; an empty one for none."""
     if trajectory is None:
         return RobotTrajectory()
-    points = [
+    single, several = split(trajectory)
+    message = RobotTrajectory()
+    if single is not None:
+        names = list(single.joint_names)
+        message.joint_trajectory = JointTrajectory(Header(frame_id=frame), names, _points(single))
+    if several is not None:
+        message.multi_dof_joint_trajectory = MultiDOFJointTrajectory(
+            Header(frame_id=frame), list(planar_joints(several.joint_names)), _transforms(several)
+        )
+    return message
+
+
+def _points(trajectory: Trajectory) -> list[JointTrajectoryPoint]:
+    return [
         JointTrajectoryPoint(
             trajectory.positions[place].tolist(),
             [] if trajectory.velocities is None else trajectory.velocities[place].tolist(),
@@ -68,21 +91,36 @@ def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotT
         )
         for place, moment in enumerate(trajectory.times.tolist())
     ]
-    return RobotTrajectory(JointTrajectory(Header(frame_id=frame), list(trajectory.joint_names), points))
 
 
-def trajectory_of(message: object, name: str) -> Trajectory | None:
+def _transforms(trajectory: Trajectory) -> list[MultiDOFJointTrajectoryPoint]:
+    points: list[MultiDOFJointTrajectoryPoint] = []
+    for document, moment in zip(multi_dof_points(trajectory), trajectory.times.tolist(), strict=True):
+        stated = {key: value for key, value in document.items() if key != "time_from_start"}
+        point = message_of(MultiDOFJointTrajectoryPoint, Node(stated, "trajectory"))
+        point.time_from_start = Duration(moment)
+        points.append(point)
+    return points
+
+
+def trajectory_of(message: object, name: str, group: Group, start: Mapping[str, float]) -> Trajectory | None:
     """Return the trajectory of a RobotTrajectory or JointTrajectory message; None where it has no points.
 
     Args:
         message: The message.
         name: What complaints call it.
+        group: Whose joints it is of.
+        start: Joint -> where it is [rad | m]: a base's whole turns, which no message tells, are those from
+            there.
 
     Raises:
         FileFormatError: If it is malformed.
+        JointNotFound: If a joint of the group is missing.
+        ShapeError: If it moves other joints.
     """
     whole = message if is_message(message, "joint_trajectory") else RobotTrajectory(message)  # pyright: ignore[reportArgumentType]
     document = document_of(whole, name)
-    if not document["joint_trajectory"]["points"].elements():
+    lists = ("joint_trajectory", "multi_dof_joint_trajectory")
+    if not any(document[each]["points"].elements() for each in lists):
         return None
-    return read_joint_trajectory(document)
+    return turned_from(start, read_joint_trajectory(document)).ordered(group.joints)

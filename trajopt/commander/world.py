@@ -86,6 +86,11 @@ class World:
         """Where all joints are now, shape (number of joints,) [rad | m]."""
         return self.executor.positions()
 
+    @property
+    def named_positions(self) -> dict[str, float]:
+        """Where all joints are now, by name [rad | m]."""
+        return dict(zip(self.robot.joint_names, self.positions.tolist(), strict=True))
+
     def execute(self, execution: Execution, *, wait: bool) -> Outcome:
         """Execute a trajectory.
 

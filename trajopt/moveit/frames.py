@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, NameNotFound
 from trajopt.io.document import Node
+from trajopt.model.description.pinocchio_model import root_placement
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.placement import Placement
+from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
@@ -33,8 +34,12 @@ class Reading:
 
 
 def world_names(robot: Robot) -> frozenset[str]:
-    """Return the frame ids that mean the world for every file: none, "world", the root link."""
-    return frozenset(("", WORLD, robot.links[0]))
+    """Return the frame ids that mean the world for every file.
+
+    None, "world", the SRDF's name for it, and the root link unless the robot stands elsewhere.
+    """
+    root = (robot.links[0],) if root_placement(robot.model) == IDENTITY else ()
+    return frozenset(("", WORLD, robot.base.frame, *root))
 
 
 def frame_id(node: Node) -> str:

@@ -18,6 +18,7 @@ from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.constraints import read_constraints
 from trajopt.moveit.frames import Reading, require, world_names
 from trajopt.moveit.planning_scene import SceneFile
+from trajopt.moveit.robot_base import placed_robot
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.problem import Problem
 
@@ -110,8 +111,9 @@ def request_of(document: Node, scene: SceneFile) -> RequestFile:
         NameNotFound: If it names a joint, link, frame, object or group that does not exist.
     """
     document.only(REQUEST_FIELDS)
-    robot, around = scene.scene.robot, scene.scene
     notes: list[str] = []
+    scene = _where_it_stands(document["start_state"]["multi_dof_joint_state"], scene, notes)
+    robot, around = scene.scene.robot, scene.scene
     state = read_joint_positions(document["start_state"], robot, notes)
     start = layered_positions(robot, scene.state, state)
     reading = Reading(scene.world_names, start, None, notes)
@@ -142,6 +144,16 @@ def request_of(document: Node, scene: SceneFile) -> RequestFile:
         allowed_planning_time=_read_time(document["allowed_planning_time"]),
         notes=tuple(notes),
     )
+
+
+def _where_it_stands(node: Node, scene: SceneFile, notes: list[str]) -> SceneFile:
+    """Return the scene with the robot where the start state has its base."""
+    before = scene.scene.robot
+    robot = placed_robot(node, before, notes)
+    if robot is before:
+        return scene
+    names = scene.world_names.difference(before.links[:1]) | world_names(robot)
+    return replace(scene, scene=replace(scene.scene, robot=robot), world_names=names)
 
 
 def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[ToolSpeed, ...]:

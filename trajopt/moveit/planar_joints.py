@@ -1,6 +1,7 @@
 """Planar joints in MoveIt's messages: one joint with a transform, three joints of one number each here."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from trajopt.moveit.pose import read_placement, read_vector
 
 OFF_THE_PLANE = 1e-4
 """How far a transform of a planar joint may lie off its plane, height or sine of the tilt [m | rad]."""
+
+_TURN = 2.0 * np.pi
 
 
 def planar_joints(joint_names: Sequence[str]) -> tuple[str, ...]:
@@ -79,6 +82,22 @@ def joined(node: Node, single: Trajectory, several: Trajectory | None) -> Trajec
         both(single.velocities, several.velocities),
         both(single.accelerations, several.accelerations),
     )
+
+
+def turned_from(start: Mapping[str, float], trajectory: Trajectory) -> Trajectory:
+    """Return a trajectory with the yaw of its planar joints in the turns that it starts from.
+
+    Args:
+        start: Joint -> where it is at the start [rad | m].
+        trajectory: The trajectory; joints that are not in `start` stay as they are.
+    """
+    positions = np.array(trajectory.positions)
+    for stem in planar_joints(trajectory.joint_names):
+        yaw = stem + PLANAR[-1]
+        if yaw in start:
+            column = trajectory.joint_names.index(yaw)
+            positions[:, column] += _TURN * np.round((start[yaw] - positions[0, column]) / _TURN)
+    return replace(trajectory, positions=positions)
 
 
 def multi_dof_points(trajectory: Trajectory) -> list[dict[str, object]]:

@@ -16,6 +16,7 @@ from trajopt.moveit.collision_matrix import apply_matrix
 from trajopt.moveit.collision_object import apply_object, read_object
 from trajopt.moveit.frames import Reading, frame_id, require, world_names
 from trajopt.moveit.pose import read_placement
+from trajopt.moveit.robot_base import placed_robot
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions
 
 SCENE_FIELDS = (
@@ -66,6 +67,7 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
     """
     document = read_document(path).only(SCENE_FIELDS)
     notes: list[str] = []
+    robot = placed_robot(document["robot_state"]["multi_dof_joint_state"], robot, notes)
     state = read_joint_positions(document["robot_state"], robot, notes)
     names = world_names(robot) | _planning_frame(document, robot)
     reading = Reading(names, layered_positions(robot, state), meshes, notes)

@@ -3,14 +3,12 @@
 from collections.abc import Mapping
 from difflib import get_close_matches
 
-import numpy as np
-
 from trajopt.arrays import Floats
 from trajopt.errors import JointNotFound, listed, shown
 from trajopt.io.document import Node
 from trajopt.model.robot import Robot
 from trajopt.moveit.frames import require
-from trajopt.moveit.pose import read_placement
+from trajopt.moveit.robot_base import base_positions
 
 ROBOT_STATE_FIELDS = (
     "joint_state",
@@ -26,7 +24,7 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
     """Return the positions that a robot state names, by joint [rad | m].
 
     Drivers publish joints that a description fixes or does not have (wheels, fingers): those are left out
-    and noted. Joints of several degrees of freedom may be listed at no displacement.
+    and noted. A base that moves in the plane is where its transform says; see `base_positions`.
 
     Args:
         node: The robot state message.
@@ -35,7 +33,8 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
             length.
 
     Raises:
-        FileFormatError: If names and positions do not go together, or the robot is displaced in the world.
+        FileFormatError: If names and positions do not go together, or a base that does not move is elsewhere
+            than it stands.
     """
     stated, place = _stated(node), node["joint_state"].place
     unknown = [joint for joint in stated if joint not in (*robot.joint_names, *robot.fixed_joints)]
@@ -46,8 +45,8 @@ def read_joint_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[
     fixed = [f"{joint} (at {at:g})" for joint, (at, *_) in stated.items() if _moved(robot, joint, at)]
     if fixed:
         notes.append(f"{place}: left out, being fixed in {robot.name}: {listed(fixed)}")
-    _check_not_displaced(node["multi_dof_joint_state"], notes)
-    return {joint: at for joint, (at, *_) in stated.items() if joint in robot.joint_names}
+    base = base_positions(node["multi_dof_joint_state"], robot, notes)
+    return {**{joint: at for joint, (at, *_) in stated.items() if joint in robot.joint_names}, **base}
 
 
 def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
@@ -59,8 +58,8 @@ def checked_joint_positions(node: Node, robot: Robot) -> Mapping[str, float]:
 
     Raises:
         JointNotFound: If the robot has no such joint.
-        FileFormatError: If names and positions do not go together, a fixed joint is moved, or the
-            robot is displaced in the world.
+        FileFormatError: If names and positions do not go together, a fixed joint is moved, or a base that
+            does not move is elsewhere than it stands.
     """
     for joint, (at, name, value) in _stated(node).items():
         if _moved(robot, joint, at):
@@ -115,11 +114,3 @@ def layered_positions(robot: Robot, *layers: Mapping[str, float]) -> Floats:
                 named.pop(joint, None)
         named.update(layer)
     return robot.positions(named)
-
-
-def _check_not_displaced(node: Node, notes: list[str]) -> None:
-    node.only(("header", "joint_names", "transforms", "twist", "wrench"))
-    for transform in node["transforms"].elements():
-        where = read_placement(transform, notes).homogeneous
-        if np.abs(where - np.eye(4)).max() > FIXED_JOINT_TOLERANCE:
-            raise transform.error("the robot stands elsewhere than at the origin of the world")

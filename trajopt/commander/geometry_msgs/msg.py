@@ -75,3 +75,11 @@ class TransformStamped:
     header: Header = field(default_factory=Header)
     child_frame_id: str = ""
     transform: Transform = field(default_factory=Transform)
+
+
+@dataclass(slots=True)
+class Twist:
+    """Velocities along [m/s] and about [rad/s] the axes."""
+
+    linear: Vector3 = field(default_factory=Vector3)
+    angular: Vector3 = field(default_factory=Vector3)

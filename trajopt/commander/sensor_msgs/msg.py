@@ -19,7 +19,7 @@ class JointState:
 
 @dataclass(slots=True)
 class MultiDOFJointState:
-    """Joints of several degrees of freedom; always empty here."""
+    """Where joints of several degrees of freedom have their links: a base that moves in the plane."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list[str])

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from trajopt.commander.geometry_msgs.msg import Transform, Twist
 from trajopt.commander.rospy import Duration
 from trajopt.commander.std_msgs.msg import Header
 
@@ -27,9 +28,19 @@ class JointTrajectory:
 
 
 @dataclass(slots=True)
+class MultiDOFJointTrajectoryPoint:
+    """Where joints of several degrees of freedom have their links, how fast these move, and when."""
+
+    transforms: list[Transform] = field(default_factory=list[Transform])
+    velocities: list[Twist] = field(default_factory=list[Twist])
+    accelerations: list[Twist] = field(default_factory=list[Twist])
+    time_from_start: Duration = field(default_factory=Duration)
+
+
+@dataclass(slots=True)
 class MultiDOFJointTrajectory:
-    """Points of joints of several degrees of freedom; always empty here."""
+    """Points over time of joints of several degrees of freedom: of a base that moves in the plane."""
 
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list[str])
-    points: list[object] = field(default_factory=list[object])
+    points: list[MultiDOFJointTrajectoryPoint] = field(default_factory=list[MultiDOFJointTrajectoryPoint])

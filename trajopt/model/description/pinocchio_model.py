@@ -129,6 +129,29 @@ def model_of(data: ModelData) -> pin.Model:
     return model
 
 
+def root_placement(model: pin.Model) -> Placement:
+    """Return the placement of the root link in the world."""
+    at = model.frames[link_frame(model, link_names(model)[0])].placement
+    return Placement(readonly(at.rotation.copy()), readonly(at.translation.copy()))
+
+
+def placed_model(model: pin.Model, where: Placement) -> pin.Model:
+    """Return a copy of a model that is displaced as a whole.
+
+    Args:
+        model: The model.
+        where: The displacement, in the world.
+    """
+    moved, change = model.copy(), pin.SE3(where.rotation, where.translation)
+    for joint in range(1, moved.njoints):
+        if moved.parents[joint] == 0:
+            moved.jointPlacements[joint] = change * moved.jointPlacements[joint]
+    for frame in list(moved.frames)[1:]:
+        if frame.parentJoint == 0:
+            frame.placement = change * frame.placement
+    return moved
+
+
 def configuration(model: pin.Model, positions: Floats) -> Floats:
     """Return pinocchio's configuration of one-degree-of-freedom joint positions, (nv,) -> (nq,)."""
     if model.nq == model.nv:

@@ -7,6 +7,7 @@ from itertools import chain
 import pinocchio as pin
 
 from trajopt.errors import listed, shown
+from trajopt.model.description.base_joints import TO_MOVE_IT
 from trajopt.model.description.groups import ALL_JOINTS, Group, resolve_groups
 from trajopt.model.description.mimics import MIMIC_ERROR
 from trajopt.model.description.pinocchio_model import joint_frame_names, link_names
@@ -69,7 +70,7 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
 def _bases(srdf: Srdf) -> list[str]:
     return [
         f"the {joint.kind} joint {shown(joint.name)} between {joint.frame or 'the world'} and "
-        f"{joint.child} does not move: the base is fixed where it stands"
+        f"{joint.child} does not move: the base is fixed where it stands; {TO_MOVE_IT}"
         for joint in srdf.virtual_joints
         if joint.kind != "fixed"
     ]

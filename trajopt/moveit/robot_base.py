@@ -1,0 +1,79 @@
+"""Where a robot state has the robot's base: `multi_dof_joint_state`."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from trajopt.io.document import Node
+from trajopt.model.description.pinocchio_model import placed_model, root_placement
+from trajopt.model.moving_base import PLANAR
+from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.robot import Robot
+from trajopt.moveit.planar_joints import in_the_plane
+from trajopt.moveit.pose import read_placement
+
+NOT_DISPLACED = 1e-6
+"""A joint that does not move may be listed this far from where it stands [m | rad]."""
+
+
+def base_positions(node: Node, robot: Robot, notes: list[str]) -> Mapping[str, float]:
+    """Return the positions of a base that moves in the plane, by joint [rad | m]; nothing of others.
+
+    Args:
+        node: The joints of several degrees of freedom of a robot state.
+        robot: The robot.
+        notes: Receives a sentence for every quaternion not of unit length.
+
+    Raises:
+        FileFormatError: If the base leaves the plane, or what does not move is elsewhere than it stands.
+    """
+    positions: dict[str, float] = {}
+    for joint, transform in _transforms(node, robot):
+        if joint == robot.base.name and len(robot.base.joints) == len(PLANAR):
+            found = in_the_plane(transform, notes)
+            positions |= dict(zip(robot.base.joints, found, strict=True))
+            continue
+        stands = (
+            root_placement(robot.model) if joint == robot.base.name and not robot.base.joints else IDENTITY
+        )
+        if not _same(read_placement(transform, notes), stands):
+            raise transform.error(
+                f"{joint or 'the base'} of {robot.name} cannot stand elsewhere than at {stands}"
+            )
+    return positions
+
+
+def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
+    """Return the robot with a base that does not move where a robot state has it, noted where that is news.
+
+    Args:
+        node: The joints of several degrees of freedom of the robot state.
+        robot: The robot.
+        notes: Receives the sentence.
+
+    Raises:
+        FileFormatError: If a transform is malformed.
+    """
+    if robot.base.joints:
+        return robot
+    for joint, transform in _transforms(node, robot):
+        where, now = read_placement(transform, []), root_placement(robot.model)
+        if joint == robot.base.name and not _same(where, now):
+            notes.append(f"{transform.place}: {robot.name}, whose base does not move, stands at {where}")
+            return replace(robot, model=placed_model(robot.model, where * now.inverse()))
+    return robot
+
+
+def _transforms(node: Node, robot: Robot) -> list[tuple[str, Node]]:
+    """Return transforms by joint: one without a name, or of a joint that no file names, is the base's."""
+    node.only(("header", "joint_names", "transforms", "twist", "wrench"))
+    names = [name.text() for name in node["joint_names"].elements()]
+    transforms = node["transforms"].elements()
+    if names and len(names) != len(transforms):
+        raise node.error(f"{len(names)} names, but {len(transforms)} transforms")
+    if len(transforms) == 1 and (not names or not robot.base.name):
+        names = [robot.base.name]
+    return list(zip(names or [""] * len(transforms), transforms, strict=True))
+
+
+def _same(one: Placement, other: Placement) -> bool:
+    return float(abs(one.homogeneous - other.homogeneous).max()) <= NOT_DISPLACED
