@@ -49,7 +49,13 @@ ONLY_IN = {
 }
 """Packages that only some rooms may import."""
 
-CORES = {"proximity": "query", "banded": "solvers", "reachability": "retime", "proof": "verify"}
+CORES = {
+    "proximity": "query",
+    "banded": "solvers",
+    "reachability": "retime",
+    "proof": "verify",
+    "covers": "model",
+}
 """Native cores and the one room that may call each: what is judged shares no code with the judge."""
 
 

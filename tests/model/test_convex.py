@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from tests.model.test_mesh_file import box, joined
 from trajopt.errors import ShapeError
 from trajopt.model.meshes import convex
-from trajopt.model.meshes.convex import THICKNESS, ConvexCover, CoverMethod, convex_pieces
+from trajopt.model.meshes.convex import FARTHEST, THICKNESS, ConvexCover, CoverMethod, convex_pieces
 from trajopt.model.meshes.mesh_file import Mesh
 
 TOLERANCE = 0.01
@@ -88,7 +88,6 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     folder = tmp_path_factory.mktemp("covers")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TRAJOPT_CACHE_DIR", str(folder))
-        patch.setattr(convex, "_SAMPLES", 20_000)  # for speed
         yield folder
 
 
@@ -135,7 +134,7 @@ def test_pieces_contain_the_surface(name: str) -> None:
 def test_pieces_reach_no_farther_than_the_tolerance(name: str) -> None:
     tested = case(name)
     assert tested.cover.method is CoverMethod.DECOMPOSITION
-    assert tested.cover.reach <= TOLERANCE
+    assert tested.cover.reach <= FARTHEST * TOLERANCE
     for piece in tested.cover.pieces:
         points = spread(piece[ConvexHull(piece).simplices], 1000, seed=2)
         points = points[~tested.mesh.contains(points)]
@@ -144,7 +143,7 @@ def test_pieces_reach_no_farther_than_the_tolerance(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "most"),
-    [("l_shape", 2), ("torus", 12), ("tube", 6), ("sheet_bin", 5), ("walled_bin", 6), ("shelf", 5)],
+    [("l_shape", 2), ("torus", 9), ("tube", 6), ("sheet_bin", 5), ("walled_bin", 5), ("shelf", 5)],
 )
 def test_pieces_are_few(name: str, most: int) -> None:
     assert len(case(name).cover.pieces) <= most
@@ -176,14 +175,13 @@ def test_a_box_is_its_hull() -> None:
     cover = convex_pieces(box(0.1, 0.2, 0.3))
     assert cover.method is CoverMethod.HULL
     assert [piece.shape for piece in cover.pieces] == [(8, 3)]
-    assert cover.excess == 0.0
-    assert cover.reach == 0.0
+    assert cover.excess is None, "nobody has to ask for the volume of what is its own hull"
+    assert cover.reach <= TOLERANCE
 
 
 def test_overlapping_parts_that_make_a_box_are_its_hull() -> None:
     cover = convex_pieces(joined(box(0.3, 0.2, 0.2), box(0.3, 0.2, 0.2, at=(0.1, 0.0, 0.0))))
     assert cover.method is CoverMethod.HULL
-    assert cover.excess == 0.0
 
 
 def test_volume_counts_overlaps_once() -> None:
@@ -199,6 +197,7 @@ def test_a_hull_that_adds_little_volume_is_taken_up_to_twice_the_tolerance() -> 
         box(0.3, 0.3, 0.1), box(0.3, 0.1, 0.015, at=(0.0, 0.0, 0.1)), box(0.3, 0.1, 0.015, at=(0.0, 0.2, 0.1))
     )
     share = convex_pieces(notched).excess
+    assert share is not None
     assert 0.0 < share <= 0.05
     assert convex_pieces(notched).method is CoverMethod.HULL
     assert convex_pieces(notched, hull_excess=0.5 * share).method is CoverMethod.DECOMPOSITION
@@ -209,14 +208,16 @@ def test_a_shut_hollow_is_filled() -> None:
     walls = joined(walled_bin(), box(0.4, 0.3, 0.003, at=(0.0, 0.0, 0.2)))
     cover = convex_pieces(walls)
     assert cover.method is CoverMethod.HULL
-    assert cover.excess < 0.1  # the hollow is 0.95 of the hull
+    knobbed = joined(walls, box(0.02, 0.02, 0.05, at=(0.19, 0.14, 0.203)))
+    volume = 0.4 * 0.3 * 0.203 + 0.02 * 0.02 * 0.05  # the hollow is 0.95 of the box
+    expected = ConvexHull(knobbed.vertices).volume / volume - 1.0
+    assert convex_pieces(knobbed).excess == pytest.approx(expected, abs=0.05)
 
 
 def test_tiny_and_flat_meshes_have_a_volume() -> None:
     square = Mesh(np.array([(0.0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]), np.array([(0, 1, 2), (0, 2, 3)]))
     cover = convex_pieces(square)
     assert cover.method is CoverMethod.HULL
-    assert cover.excess == np.inf
     np.testing.assert_allclose(np.ptp(cover.pieces[0], axis=0), (1.0, 1.0, THICKNESS), atol=1e-12)
     dust = convex_pieces(box(1e-6, 1e-6, 1e-6))
     assert ConvexHull(dust.pieces[0]).volume >= 0.9 * THICKNESS**3

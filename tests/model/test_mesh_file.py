@@ -5,12 +5,10 @@ from pathlib import Path
 import coal
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from trajopt.errors import MeshFileError, ShapeError
-from trajopt.model.meshes.mesh_file import Mesh, clipped, load_mesh
+from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 
 CORNERS_OF_SIDES = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 BOX_FACES = np.array([f for a, b, c, d in CORNERS_OF_SIDES for f in ((a, b, c), (a, c, d))], dtype=np.int32)
@@ -240,35 +238,3 @@ def test_distance_is_to_the_surface_on_both_sides() -> None:
     points = np.array([(0.5, 0.5, 0.1), (0.5, 0.5, 1.5), (2.0, 0.5, 0.5), (2.0, 2.0, 0.5), (0.0, 0.0, 0.0)])
     expected = [0.1, 0.5, 1.0, np.sqrt(2.0), 0.0]
     np.testing.assert_allclose(box(1, 1, 1).distance(points), expected, atol=1e-6)
-
-
-def area(triangles: NDArray[np.float64]) -> float:
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
-
-
-@given(st.integers(0, 2**32 - 1), st.floats(-0.5, 1.5))
-def test_clipping_keeps_all_of_the_surface(seed: int, offset: float) -> None:
-    normal = np.random.default_rng(seed).normal(size=3)
-    normal /= np.linalg.norm(normal)
-    triangles = box(1, 1, 1).triangles
-    behind, before = clipped(triangles, np.array([*normal, offset]), 1e-9)
-    assert area(behind) + area(before) == pytest.approx(area(triangles))
-    assert (behind @ normal - offset <= 1e-9).all()
-    assert (before @ normal - offset >= -1e-9).all()
-
-
-@pytest.mark.parametrize(
-    ("offset", "behind", "before"),
-    [(0.0, 2, 10), (1.0, 10, 2), (-1.0, 0, 12), (0.5, 2 + 12, 2 + 12)],
-)
-def test_triangles_in_the_plane_part_from_those_beside_it(offset: float, behind: int, before: int) -> None:
-    sides = clipped(box(1, 1, 1).triangles, np.array([0.0, 0.0, 1.0, offset]), 1e-9)
-    assert [len(side) for side in sides] == [behind, before]
-
-
-def test_triangles_in_the_plane_are_with_the_solid_behind_them() -> None:
-    step = joined(box(2, 1, 1), box(1, 1, 1, at=(0.0, 0.0, 1.0)))
-    behind, before = clipped(step.triangles, np.array([0.0, 0.0, 1.0, 1.0]), 1e-9)
-    assert len(behind) == 12
-    assert len(before) == 12

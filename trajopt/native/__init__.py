@@ -6,13 +6,14 @@
 | `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
 | `reachability` | `retime` | the passes that give the fastest profile, and the extremes of quintics |
 | `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |
+| `covers` | `model` | convex pieces that cover a mesh, when a robot or an object is loaded |
 """
 
 from importlib.util import find_spec
 
 from trajopt.errors import NativeCoresMissing
 
-CORES = ("proximity", "banded", "reachability", "proof")
+CORES = ("proximity", "banded", "reachability", "proof", "covers")
 """Names of all cores."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.meshes.array_cache import Arrays, cached_arrays
 from trajopt.model.meshes.closed_surface import closed_surface
-from trajopt.model.meshes.convex import VERSION, CoverMethod, convex_pieces
+from trajopt.model.meshes.convex import FARTHEST, VERSION, CoverMethod, convex_pieces
 from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.shapes import Convex, Shape, convex
 
@@ -27,8 +27,9 @@ class MeshPolicy:
             hollows whose faces point into them are not solid, and open parts have no inside.
         hull_excess: A mesh becomes its convex hull where that adds at most this share of volume
             and stands out of the mesh nowhere by more than twice the tolerance.
-        tolerance: Convex pieces stand out of the mesh by no more than this, as sampled [m]; where the
-            work does not suffice that a cover may cost, they may, and the note says by how much.
+        tolerance: Convex pieces stand out of the mesh by no more than this at thousands of points that
+            are looked at [m], and by a quarter more anywhere between them; where the work does not
+            suffice that a cover may cost, they may, and the note says by how much.
     """
 
     exact: bool = False
@@ -63,7 +64,7 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     if cover.method is CoverMethod.HULL:
         return Cover(shapes, "convex hull", centre)
     note = f"{len(shapes)} convex pieces"
-    if cover.reach > policy.tolerance:
+    if cover.reach > FARTHEST * policy.tolerance:
         far, asked = 1000.0 * cover.reach, 1000.0 * policy.tolerance
         note += (
             f", which stand out of it by up to {far:.0f} mm: cutting came to its bound before "

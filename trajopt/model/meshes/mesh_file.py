@@ -1,4 +1,4 @@
-"""Triangle meshes: read from a file, cut at planes, asked what they contain and how far they are.
+"""Triangle meshes: read from a file, asked what they contain and how far they are.
 
 Coal's own loader (assimp) reads the files, so a mesh has exactly the coordinates that Pinocchio
 gives to the same file: DAE, STL (binary, ascii), OBJ and what else assimp knows. In a DAE file the
@@ -177,43 +177,6 @@ def load_mesh(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -
     if not len(mesh.faces):
         raise MeshFileError(str(path), "it holds no triangle")
     return mesh
-
-
-def clipped(triangles: Floats, plane: Floats, snap: float) -> tuple[Floats, Floats]:
-    """Cut triangles at a plane.
-
-    Args:
-        triangles: Corners, shape (m, 3, 3) [m].
-        plane: Unit normal n and offset o [m] of the plane n x = o, shape (4,).
-        snap: Corners at most this far [m] from the plane count as in it, and stay where they are.
-
-    Returns:
-        Triangles behind the plane and before it, which together cover the given ones. One in the
-        plane is behind if it faces along n, as is the solid that it bounds; but where all others
-        are on one side, those in the plane are on the other.
-    """
-    height = triangles @ plane[:3] - plane[3]
-    height[np.abs(height) <= snap] = 0.0
-    side = np.sign(height)
-    behind, before = (side < 0.0).any(axis=1), (side > 0.0).any(axis=1)
-    across, flat = behind & before, ~(behind | before)
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    along = np.cross(b - a, c - a) @ plane[:3] >= 0.0
-    if behind.any() != before.any():
-        along[:] = before.any()
-    behind, before = (behind & ~across) | (flat & along), (before & ~across) | (flat & ~along)
-    side, height = side[across], height[across]
-    lone = np.where(side.sum(axis=1) > 0.0, side.argmin(axis=1), side.argmax(axis=1))
-    turn = (lone[:, None] + np.arange(3)) % 3
-    a, b, c = np.moveaxis(np.take_along_axis(triangles[across], turn[:, :, None], axis=1), 1, 0)
-    high, at_b, at_c = np.take_along_axis(height, turn, axis=1)[:, :, None].swapaxes(0, 1)
-    on_b, on_c = a + high / (high - at_b) * (b - a), a + high / (high - at_c) * (c - a)
-    tips = np.stack([a, on_b, on_c], axis=1)
-    rests = np.stack([on_b, b, c, on_b, c, on_c], axis=1).reshape(-1, 2, 3, 3)
-    up = high[:, 0] > 0.0
-    below = [triangles[behind], tips[~up], rests[up].reshape(-1, 3, 3)]
-    above = [triangles[before], tips[up], rests[~up].reshape(-1, 3, 3)]
-    return np.concatenate(below), np.concatenate(above)
 
 
 def components(size: int, a: Ints, b: Ints) -> Ints:
