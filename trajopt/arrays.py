@@ -17,6 +17,7 @@ Bools: TypeAlias = NDArray[np.bool_]
 
 K = TypeVar("K")
 V = TypeVar("V")
+F = TypeVar("F")
 
 
 def readonly(array: Floats) -> Floats:
@@ -180,6 +181,26 @@ def one_of(name: str, value: object, kind: type[V]) -> V:
     """
     if not isinstance(value, kind):
         raise ProblemError(f"{name} must be {_kind_words(kind)}, is {shown(value)}")
+    return value
+
+
+def unless_none(name: str, value: object, kind: type[V]) -> V | None:
+    """Return a value of a class, or None.
+
+    Raises:
+        ProblemError: If it is neither.
+    """
+    return None if value is None else one_of(name, value, kind)
+
+
+def function(name: str, value: F) -> F:
+    """Return a function, or whatever else can be called; None where there is none.
+
+    Raises:
+        ProblemError: If it is neither.
+    """
+    if value is not None and not callable(value):
+        raise ProblemError(f"{name} must be a function, is {shown(value)}")
     return value
 
 

@@ -8,7 +8,7 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import Floats, number, one_of, readonly
+from trajopt.arrays import Floats, number, one_of, readonly, unless_none
 from trajopt.cartesian.blocked import stop_reason
 from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.program import detours
@@ -148,14 +148,15 @@ def follow(
         tool_speed=options.tool_speed,
         name="curve",
     )
-    return _Following(problem, required, options, rng or np.random.default_rng(0), tracker).run()
+    draws = unless_none("rng", rng, np.random.Generator) or np.random.default_rng(0)
+    return _Following(problem, required, options, draws, tracker).run()
 
 
 def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) -> BudgetTracker:
     one_of("budget", budget, Budget)
     if budget.attempts is not None or budget.workers > 1 or budget.improve:
         raise ProblemError("a curve is followed in one attempt: its budget takes seconds and work only")
-    return BudgetTracker(budget, None if cancel is None else one_of("cancel", cancel, Event), progress)
+    return BudgetTracker(budget, cancel, progress)
 
 
 @dataclass(eq=False)

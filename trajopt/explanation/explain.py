@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from trajopt.arrays import one_of
+from trajopt.arrays import function, one_of
 from trajopt.errors import shown
 from trajopt.explanation.candidates import candidates
 from trajopt.explanation.diagnosis import diagnose
@@ -24,7 +24,12 @@ def explain(
         result: What planning returned.
         plan_again: Whether to look for remedies of a failure, and for the prices of a success in seconds.
         plan: Plans a changed problem; give one of your own for another method than the default.
+
+    Raises:
+        ProblemError: If an argument is of the wrong kind.
     """
+    one_of("plan_again", plan_again, bool)
+    function("plan", plan)
     if one_of("result", result, Result).alternatives:
         return _of_a_goal_set(result, plan_again, plan)
     found = diagnose(result)

@@ -5,7 +5,7 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats, one_of, sequence
+from trajopt.arrays import Floats, floats, one_of, sequence, unless_none
 from trajopt.errors import ProblemError, shown
 from trajopt.grasping.grasp import Grasp, GraspingOptions, Place
 from trajopt.grasping.gripper import Gripper, arm_of, gripper_of
@@ -176,8 +176,8 @@ def _task(
         group=arm,
         gripper=hand,
         constraints=sequence("constraints", constraints),
-        options=GraspingOptions() if options is None else one_of("options", options, GraspingOptions),
-        rng=np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator),
+        options=unless_none("options", options, GraspingOptions) or GraspingOptions(),
+        rng=unless_none("rng", rng, np.random.Generator) or np.random.default_rng(0),
         tracker=tracker,
     )
 
@@ -185,7 +185,7 @@ def _task(
 def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) -> BudgetTracker:
     if one_of("budget", budget, Budget).improve:
         raise ProblemError("the first verified sequence is taken: a budget that improves is for plan")
-    return BudgetTracker(budget, None if cancel is None else one_of("cancel", cancel, Event), progress)
+    return BudgetTracker(budget, cancel, progress)
 
 
 def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:

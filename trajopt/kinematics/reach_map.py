@@ -1,5 +1,6 @@
 """Reach map: where a frame gets, from how many directions, and how well it moves there."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -182,20 +183,13 @@ def reach_map(
     query = Query(reduced)
     sampler = Sampler(query, (), pair_margins(reduced, margin), rng)
     sphere = even_directions(directions)
-    parts: list[_Met] = []
-    for drawn in range(0, count, BATCH):
-        size = min(BATCH, count - drawn)
+
+    def meet(size: int) -> _Met:
         at = moving_frame(query, frame, sampler.draw(size).positions, reference)
-        jacobian = stacked_jacobian(at)
         nearest = np.argmax((at.rotation @ axis) @ sphere.T, axis=1)
-        parts.append(_Met(at.point, nearest, manipulability(jacobian, length=length)))
-        if progress is not None:
-            progress(drawn + size)
-    met = _Met(
-        np.concatenate([part.point for part in parts]),
-        np.concatenate([part.direction for part in parts]),
-        np.concatenate([part.manipulability for part in parts]),
-    )
+        return _Met(at.point, nearest, manipulability(stacked_jacobian(at), length=length))
+
+    met = _all_met(meet, count, progress)
     if len(met.point) == 0:
         raise ShapeError("count", f"none of {count} configurations is free of collision")
     grid = _grid(met, cell, directions)
@@ -212,6 +206,21 @@ def reach_map(
         manipulability=grid.manipulability,
         valid=len(met.point),
         drawn=count,
+    )
+
+
+def _all_met(meet: Callable[[int], "_Met"], count: int, progress: Progress | None) -> "_Met":
+    """Draw so many configurations in batches."""
+    parts: list[_Met] = []
+    for drawn in range(0, count, BATCH):
+        size = min(BATCH, count - drawn)
+        parts.append(meet(size))
+        if progress is not None:
+            progress(drawn + size)
+    return _Met(
+        np.concatenate([part.point for part in parts]),
+        np.concatenate([part.direction for part in parts]),
+        np.concatenate([part.manipulability for part in parts]),
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from trajopt.arrays import Floats, floats, one_of
+from trajopt.arrays import Floats, floats, one_of, several
 from trajopt.infeasibility import reasons
 from trajopt.methods import Method, Program, SupportsEarlyStop, method_of
 from trajopt.planning.budget import Budget, BudgetTracker
@@ -47,6 +47,8 @@ def plan_once(
     work = workspace or Workspace(problem, BudgetTracker(Budget()))
     if program is None:
         one_of("problem", problem, Problem)
+        several("waypoint_knots", waypoint_knots, int)
+        one_of("brief", brief, bool)
         seed = floats("seed", seed, (problem.knots, len(problem.reduced.joint_names)))
         program = method_of(method).program(problem, seed, waypoint_knots)
 

@@ -9,7 +9,7 @@ from multiprocessing.context import BaseContext
 from threading import Event
 from time import monotonic
 
-from trajopt.arrays import number, one_of
+from trajopt.arrays import function, number, one_of, unless_none
 from trajopt.errors import ProblemError, shown
 from trajopt.query import Counts
 from trajopt.solvers import Iteration
@@ -137,7 +137,13 @@ class BudgetTracker:
     _wall_begin: float = 0.0
 
     def __post_init__(self) -> None:
-        """Start the clocks."""
+        """Check the arguments and start the clocks.
+
+        Raises:
+            ProblemError: If `cancel` is no event, or `progress` cannot be called.
+        """
+        unless_none("cancel", self.cancel, Event)
+        function("progress", self.progress)
         self._begin, self._wall_begin = self.budget.clock(), monotonic()
 
     @property

@@ -6,7 +6,7 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import one_of
+from trajopt.arrays import one_of, unless_none
 from trajopt.errors import ProblemError
 from trajopt.methods import Method, method_of
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
@@ -54,10 +54,8 @@ def plan(
         ProblemError: If a requirement does not fit this robot, or an argument is of the wrong kind.
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
-    if cancel is not None:
-        one_of("cancel", cancel, Event)
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
-    draws = np.random.default_rng(0) if rng is None else one_of("rng", rng, np.random.Generator)
+    draws = unless_none("rng", rng, np.random.Generator) or np.random.default_rng(0)
     search = Search(one_of("problem", problem, Problem), method_of(method), draws, tracker, on_incumbent)
     stopped: Stop | None = None
     try:

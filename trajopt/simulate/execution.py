@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, readonly, unless_none
 from trajopt.errors import ModelError, shown
 from trajopt.model.description.groups import Group
 from trajopt.model.payload import loaded_model
@@ -84,7 +84,7 @@ def simulate(
     from trajopt.simulate.plant import Plant  # MuJoCo takes a second to import
 
     reduced, trajectory = model_and_trajectory("simulate", motion, trajectory)
-    options = options or SimulationOptions()
+    options = unless_none("options", options, SimulationOptions) or SimulationOptions()
     trajectory = in_group_order(reduced, trajectory)
     plant = Plant(reduced, options.dt)
     followed = reference(trajectory, options.dt, options.settling_time)

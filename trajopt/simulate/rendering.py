@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from pathlib import Path
 
+from trajopt.arrays import function, number, several, unless_none
 from trajopt.errors import ProblemError, ShapeError, shown
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.trajectory import Trajectory
@@ -65,25 +66,21 @@ def render(
     from trajopt.simulate.studio import Studio, frame_times, moments_of, motion_of
 
     reduced, drawn, file = _drawn(subject, motion, path)
-    suffix = check_path(file)
-    for name, value in (("width", width), ("height", height), ("fps", fps)):
-        if value <= 0 or (suffix == ".mp4" and name != "fps" and value % 2):
-            raise ShapeError(name, f"must be positive, and even for MP4; is {value}")
+    suffix, known = check_path(file), motion_of(reduced, drawn)
+    _check_sizes(width, height, fps, even=suffix == ".mp4")
     still = suffix == ".png"
-    known = motion_of(reduced, drawn)
     times = moments_of(known, moments) if still else frame_times(known, fps)
-    report = progress or _silent
-    studio = Studio(
+    report = function("progress", progress) or _silent
+    with Studio(
         reduced,
         known,
         width=width,
         height=height,
         shadow=min(4096, (6 if still else 3) * max(width, height)),
         pictures=len(times),
-        camera=camera,
-        highlight=frozenset(highlight),
-    )
-    with studio:
+        camera=unless_none("camera", camera, CameraView),
+        highlight=frozenset(several("highlight", highlight, str)),
+    ) as studio:
         if still and layout is Layout.SUPERPOSED:
             write_strip(file, [studio.superposed(times)])
         elif still:
@@ -92,6 +89,14 @@ def render(
             WRITERS[suffix](file, studio.pictures(times, report), fps)
     report(1.0)
     return file
+
+
+def _check_sizes(width: int, height: int, fps: float, *, even: bool) -> None:
+    if number("fps", fps) <= 0.0:
+        raise ShapeError("fps", f"must be positive, is {fps:g}")
+    for name, value in (("width", width), ("height", height)):
+        if type(value) is not int or value <= 0 or (even and value % 2):
+            raise ShapeError(name, f"must be a whole number above 0, even for MP4; is {shown(value)}")
 
 
 def _drawn(

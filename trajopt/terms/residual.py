@@ -74,10 +74,7 @@ class Cost:
             ShapeError: If the weight is no finite number.
             ProblemError: If it is negative or above 1e12.
         """
-        if not isinstance(self.residual, Residual):  # pyright: ignore[reportUnnecessaryIsInstance]
-            raise ProblemError(
-                f"cost: {shown(self.residual)} is no residual, which has a name and linearise()"
-            )
+        _check_residual("cost", self.residual)
         weight = number(f"weight of cost {shown(self.residual.name)}", self.weight)
         if weight < 0.0:
             raise ProblemError(f"cost {shown(self.residual.name)}: weight {weight:g} is negative")
@@ -115,6 +112,7 @@ class Constraint(Value):
             ShapeError: If a bound, the tolerance or the reach is not a number.
             ProblemError: If the tolerance or the reach is negative, or a lower bound exceeds its upper one.
         """
+        _check_residual("constraint", self.residual)
         name = self.residual.name
         lower, upper = (
             floats(side, getattr(self, side), (None,), infinite=True) for side in ("lower", "upper")
@@ -167,6 +165,11 @@ def constraint(
     low = floats("lower", np.atleast_1d(np.asarray(lower, dtype=float)), (None,), infinite=True)
     high = floats("upper", np.atleast_1d(np.asarray(upper, dtype=float)), (None,), infinite=True)
     return Constraint(residual, low, high, tolerance, window, reach)
+
+
+def _check_residual(role: str, residual: object) -> None:
+    if not isinstance(residual, Residual):
+        raise ProblemError(f"{role}: {shown(residual)} is no residual, which has a name and linearise()")
 
 
 def check_path_constraint(required: object) -> None:

@@ -2,12 +2,13 @@
 
 import threading
 import time
+from socket import create_server
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from trajopt.arrays import Floats
-from trajopt.errors import MissingExtra, ShapeError, shown
+from trajopt.arrays import Floats, one_of
+from trajopt.errors import MissingExtra, ProblemError, ShapeError, shown
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.shapes import Plane, bounding_sphere
@@ -26,6 +27,7 @@ CAMERA_DIRECTION = np.array((0.55, -1.05, 0.6))
 """From the middle of the scene to the camera, for a scene of size 1: from the robot's right side."""
 CAMERA_ANGLE = 0.7
 """Vertical opening angle of the camera [rad]."""
+LAST_PORT = 65535
 TOOL_PATH_POINTS = 200
 """Points of the line that shows the path of the tool."""
 
@@ -57,6 +59,7 @@ def view(
     Raises:
         MissingExtra: If viser is not installed.
         PlanningFailed: If the result has no plan.
+        ProblemError: If nothing can be served on this host or port.
         ShapeError: If the trajectory moves other joints than the group's.
     """
     reduced, trajectory = model_and_trajectory("view", motion, trajectory)
@@ -66,7 +69,22 @@ def view(
         raise MissingExtra("viser", "view") from error
     if trajectory.joint_names != reduced.joint_names:
         raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
+    _check_address(one_of("host", host, str), port)
     return Viewer(ViserServer(host, port, "trajopt", verbose=False), reduced, trajectory)
+
+
+def _check_address(host: str, port: int) -> None:
+    """Refuse what nobody can serve on: the server would wait for its own beginning.
+
+    Raises:
+        ProblemError: If the port is no number of one, or the address is not this machine's.
+    """
+    if type(port) is not int or not 0 <= port <= LAST_PORT:
+        raise ProblemError(f"port must be a whole number from 0 to {LAST_PORT}, is {shown(port)}")
+    try:
+        create_server((host, 0)).close()
+    except (OSError, UnicodeError) as error:
+        raise ProblemError(f"view: nothing can be served on host {shown(host)}: {error}") from error
 
 
 class Viewer:
