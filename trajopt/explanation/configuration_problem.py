@@ -20,6 +20,7 @@ from trajopt.terms import Clearance, Constraint, constrain, constraint
 from trajopt.terms.gravity_torque import HoldingTorque
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE
+from trajopt.transcription.holding import LISTED
 
 ELASTIC = 10.0
 """Weight of what gives way, by metre or radian of its violation."""
@@ -27,8 +28,6 @@ SOLVER = Sqp(max_iterations=60, relative_gain=1e-4, absolute_gain=1e-7)
 """One configuration costs little, so it is worth solving well."""
 HELD = 0.998
 """Share of an effort limit that holding still may take: nearly all, as the least change is looked for."""
-LISTED = 0.3
-"""A joint gets a row from this far below that share on."""
 CLEARANCE_TOLERANCE = 1e-4
 """A margin counts as held when undercut by no more than this [m]."""
 

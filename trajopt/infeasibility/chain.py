@@ -3,6 +3,7 @@
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Plane, bounding_sphere
 
@@ -24,8 +25,8 @@ class Chain:
         # Joints without limits turn; one that slid along with them would be far beyond any bound.
         lower, upper = np.maximum(limits.lower, -ENDLESS), np.minimum(limits.upper, ENDLESS)
         ends = np.stack([reduced.mimic_matrix @ side + reduced.mimic_offset for side in (lower, upper)])
-        names = [model.joints[joint].shortname() for joint in range(1, model.njoints)]
-        self._slides = np.array([name.startswith("JointModelP") for name in names], dtype=np.bool_)
+        names = list(model.names)[1:]
+        self._slides = np.array([joint_unit(model, name) == "m" for name in names], dtype=np.bool_)
         farthest = np.abs(np.where(self._slides, ends, 0.0)).max(axis=0, initial=0.0)
         offsets = [
             np.linalg.norm(model.jointPlacements[joint].translation) for joint in range(1, model.njoints)

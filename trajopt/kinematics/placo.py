@@ -25,12 +25,11 @@ from trajopt.model.requirements import (
 )
 from trajopt.model.rotations import from_quaternion
 from trajopt.terms.joint_positions import joint_box
+from trajopt.terms.requirement import INSET
 
 NAME = "placo"
 UNBOUNDED = 1e3
 """Limit of joints that have none [rad | m]."""
-INSET = 0.1
-"""Share of a joint position's tolerance that is kept in hand."""
 STIFF = 1e-9
 """Joints whose range is narrower are masked: they stay where they are [rad | m]."""
 

@@ -5,11 +5,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from trajopt.arrays import Floats, Printed
+from trajopt.arrays import Floats
 from trajopt.errors import ProblemError, shown
-from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
+from trajopt.methods.method import Decoded, NlpProgram, Progress, followed_curve, moving_start
 from trajopt.problem import Problem
-from trajopt.query import Counts
 from trajopt.solvers import Solver, SolveResult, Sqp
 from trajopt.terms import Acceleration, Jerk, Velocity
 from trajopt.terms.residual import WHOLE
@@ -72,21 +71,10 @@ def windowed_differences(problem: Problem) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class BsplineProgram(Printed):
+class BsplineProgram(NlpProgram[BsplineNlp]):
     """A problem over control points and what solves it."""
 
-    nlp: BsplineNlp
     solver: Solver
-
-    @property
-    def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,) [rad | m]."""
-        return self.nlp.scale
-
-    @property
-    def counts(self) -> Counts:
-        """The work done so far."""
-        return self.nlp.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed; see `Program.solve`."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from trajopt.arrays import Floats, Printed
-from trajopt.methods.bspline import windowed_differences
+from trajopt.methods.bspline import SAMPLES, windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
 from trajopt.methods.method import Decoded, Progress, followed_curve
 from trajopt.methods.timing import retime_path
@@ -25,8 +25,6 @@ SEED_TOLERANCE = 5e-3
 """How far the timed seed may leave its path [m]."""
 CROWDING = 0.8
 """How much shorter the pieces at the ends are than those in the middle: 0 for equal ones, below 1."""
-SAMPLES = 4
-"""Samples of the seed in each piece, to fit the spline to."""
 
 
 def _solver() -> Sqp:

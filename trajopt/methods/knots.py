@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from trajopt.arrays import Floats, Printed
-from trajopt.methods.method import Decoded, Progress, moving_start
+from trajopt.arrays import Floats
+from trajopt.methods.method import Decoded, NlpProgram, Progress, moving_start
 from trajopt.problem import Problem
-from trajopt.query import Counts
 from trajopt.solvers import HasBriefForm, Solver, SolveResult, Sqp
 from trajopt.transcription import KnotsNlp, transcribe
 
@@ -44,21 +43,10 @@ class Knots:
 
 
 @dataclass(frozen=True, eq=False)
-class KnotsProgram(Printed):
+class KnotsProgram(NlpProgram[KnotsNlp]):
     """A problem over knots and what solves it."""
 
-    nlp: KnotsNlp
     solver: Solver
-
-    @property
-    def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,) [rad | m]."""
-        return self.nlp.scale
-
-    @property
-    def counts(self) -> Counts:
-        """The work done so far."""
-        return self.nlp.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed; see `Program.solve`.

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Generic, Protocol, TypeVar, runtime_checkable
 
-from trajopt.arrays import Floats, Value
+from trajopt.arrays import Floats, Printed, Value
 from trajopt.errors import shown
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.solvers import Iteration, SolveResult
+from trajopt.transcription.motion_nlp import MotionNlp
 
 Progress = Callable[[Iteration], None]
 """Called after every step of a solver."""
@@ -59,6 +60,30 @@ class Program(Protocol):
         The next counts where the judge refuses the one before.
         """
         ...
+
+
+N_co = TypeVar("N_co", bound=MotionNlp, covariant=True)
+
+
+@dataclass(frozen=True, eq=False)
+class NlpProgram(Printed, Generic[N_co]):
+    """A program with variables of its own; what it is told of them.
+
+    Attributes:
+        nlp: The problem over the variables.
+    """
+
+    nlp: N_co
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.nlp.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.nlp.counts
 
 
 @runtime_checkable

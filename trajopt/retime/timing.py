@@ -20,7 +20,7 @@ from trajopt.retime.discretised_path import (
     turned,
 )
 from trajopt.retime.jerk_program import NothingFits
-from trajopt.retime.jerk_timing import JerkTimer, limited_jerk
+from trajopt.retime.jerk_timing import DEVIATION, JerkTimer, limited_jerk
 from trajopt.retime.peaks import path_deviation, tightened
 from trajopt.retime.refusal import ROOM, unholdable
 from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
@@ -32,8 +32,6 @@ FIRST_POINTS = 80
 """Intervals of the first grid, which only serves to lay the second."""
 COARSE = 1.05
 """Pieces that would have to run slower by more than this factor are cut in two."""
-DEVIATION = 5e-6
-"""Pieces that leave the path farther than this are cut in two as well [rad | m]."""
 TOOL_ROOM = 1e-3
 """Part of each tool's limit that is left free, so that the judge need not sample every millisecond to prove
 that the limit holds."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.placement import Placement
 from trajopt.model.printed import in_degrees, in_length, in_unit
 from trajopt.model.reduced import ReducedModel, tool_frame
@@ -119,11 +120,12 @@ class Rollout(Value):
         if self.diverged is not None:
             return f"The simulation blew up after {self.diverged:.3f} s and was stopped."
         worst = int(np.argmax(self.tracking_error.maximum))
+        unit = joint_unit(self.reduced.model, self.joint_names[worst])
         end = self.final_pose_error()
         parts = [
             f"Simulated {self.trajectory.duration:.2f} s of motion and "
             f"{self.duration - self.trajectory.duration:.2f} s of rest",
-            f"largest tracking error {in_unit(self.tracking_error.maximum[worst], self._unit(worst))} "
+            f"largest tracking error {in_unit(self.tracking_error.maximum[worst], unit)} "
             f"({self.joint_names[worst]})",
             f"{tool_frame(self.reduced)} ended {in_length(end.position)} and {in_degrees(end.rotation)} "
             "from the plan",
@@ -176,11 +178,6 @@ class Rollout(Value):
             "diverged": self.diverged,
             "notes": list(self.notes),
         }
-
-    def _unit(self, joint: int) -> str:
-        model = self.reduced.model
-        kind = model.joints[model.getJointId(self.joint_names[joint])].shortname()
-        return "m" if kind.startswith("JointModelP") else "rad"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -75,6 +75,9 @@ class Confidence:
         return float(betaincinv(collisions, samples - collisions + 1, (1.0 - self.level) / pairs))
 
 
+DEFAULT_CONFIDENCE = Confidence()
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PairEvidence(Value):
     """What was seen of two links.

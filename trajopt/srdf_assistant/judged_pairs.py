@@ -14,14 +14,12 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.query import Query
-from trajopt.srdf_assistant.evidence import Confidence, PairEvidence, Verdict
+from trajopt.srdf_assistant.evidence import DEFAULT_CONFIDENCE, Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.link_tree import LinkTree
 from trajopt.srdf_assistant.pair_counts import LinkPairs, PairCounts, count_pairs, descend
 
 ALWAYS_SHARE = 0.95
 """A pair that surely collides in a larger share than this can only be a fault of its shapes."""
-
-_DEFAULT = Confidence()
 
 
 def all_joints_free(robot: Robot) -> ReducedModel:
@@ -56,7 +54,7 @@ def judge_pairs(
     robot: Robot,
     *,
     rng: np.random.Generator,
-    confidence: Confidence = _DEFAULT,
+    confidence: Confidence = DEFAULT_CONFIDENCE,
     progress: Progress | None = None,
 ) -> tuple[PairEvidence, ...]:
     """Sample all pairs of links until those that never collide are known surely enough.

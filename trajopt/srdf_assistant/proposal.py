@@ -8,7 +8,7 @@ import numpy as np
 from trajopt.kinematics.sampling import Progress
 from trajopt.model.description.srdf import EndEffector
 from trajopt.model.robot import Robot
-from trajopt.srdf_assistant.evidence import Confidence, PairEvidence, Verdict
+from trajopt.srdf_assistant.evidence import DEFAULT_CONFIDENCE, Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.groups import ProposedGroup, propose_groups
 from trajopt.srdf_assistant.judged_pairs import judge_pairs
 from trajopt.srdf_assistant.link_tree import LinkTree
@@ -18,8 +18,6 @@ from trajopt.srdf_assistant.writer import srdf_text
 
 DISABLED = (Verdict.ADJACENT, Verdict.NEVER, Verdict.ALWAYS)
 """Verdicts whose pairs are never checked for collision."""
-
-_DEFAULT = Confidence()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,7 +111,7 @@ def propose_srdf(
     robot: Robot,
     *,
     rng: np.random.Generator,
-    confidence: Confidence = _DEFAULT,
+    confidence: Confidence = DEFAULT_CONFIDENCE,
     progress: Progress | None = None,
 ) -> SrdfProposal:
     """Propose an SRDF: sample its pairs of links, group its joints, find states, look at its URDF.

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import ProblemError
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement, together
 from trajopt.model.trajectory import Path
@@ -184,9 +185,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
         for required in together(wanted):
             items.extend(constrain(required, reduced, window))
     span = limits.upper - limits.lower
-    prismatic = np.array(
-        [reduced.model.joints[i].shortname().startswith("JointModelP") for i in _joint_ids(problem)]
-    )
+    prismatic = np.array([joint_unit(reduced.model, name) == "m" for name in reduced.joint_names])
     scale = np.where(prismatic & np.isfinite(span), PRISMATIC_STEP * span, 1.0)
     return KnotsNlp(problem, counts, lower, upper, scale, query, tuple(items), margins)
 
@@ -221,8 +220,3 @@ def _check_waypoints(problem: Problem, places: Sequence[int]) -> None:
             f"{wanted} waypoints need as many knots, increasing, between 1 and {problem.knots - 2}; "
             f"given are {list(places)}"
         )
-
-
-def _joint_ids(problem: Problem) -> list[int]:
-    model = problem.reduced.model
-    return [int(model.getJointId(name)) for name in problem.reduced.joint_names]

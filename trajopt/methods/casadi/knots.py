@@ -6,15 +6,14 @@ from itertools import chain
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints, Printed
+from trajopt.arrays import Floats, Ints
 from trajopt.errors import shown
 from trajopt.methods.casadi.nlpsol import Nlpsol
 from trajopt.methods.casadi.program import by_stages, objection, plainly, requirement_objection
-from trajopt.methods.method import Decoded, Progress, followed_curve, moving_start
+from trajopt.methods.method import Decoded, NlpProgram, Progress, followed_curve, moving_start
 from trajopt.model.requirements import FollowsCurve, Requirement
 from trajopt.nlp import Linearisation, Loss
 from trajopt.problem import Problem
-from trajopt.query import Counts
 from trajopt.solvers.solver import Iteration, SolveResult, SolverStatus
 from trajopt.terms.residual import Constraint
 from trajopt.terms.rolling import rolling
@@ -120,22 +119,11 @@ class CasadiKnots:
 
 
 @dataclass(frozen=True, eq=False)
-class CasadiKnotsProgram(Printed):
+class CasadiKnotsProgram(NlpProgram[KnotsNlp]):
     """A problem over knots and the plugin that solves it."""
 
-    nlp: KnotsNlp
     solver: Nlpsol
     staged: bool
-
-    @property
-    def scale(self) -> Floats:
-        """A step of ordinary size, shape (n,) [rad | m]."""
-        return self.nlp.scale
-
-    @property
-    def counts(self) -> Counts:
-        """The work done so far."""
-        return self.nlp.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed; see `Program.solve`.
