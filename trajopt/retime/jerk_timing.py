@@ -40,7 +40,7 @@ REMAINDER = 2e-3
 TRIFLE = 1e-9
 """Jerk limits that are smaller count with this, where only a scale is needed [rad/s^3 | m/s^3]."""
 DEVIATION = 5e-6
-"""Farthest that a piece may leave the path, with jerk limits or without [rad | m]; else the grid is made finer."""
+"""Farthest that a piece may leave the path, jerk limited or not [rad | m]; else the grid is made finer."""
 COARSE = 1.03
 """A motion that must run slower by more than this factor, after all passes, gets a finer grid as well."""
 FINER = 1.6
