@@ -23,6 +23,7 @@ from trajopt.terms.rolling import rolling
 from trajopt.transcription.holding import holding_rows
 from trajopt.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable, tapered_margins
 from trajopt.transcription.motion_nlp import MotionNlp
+from trajopt.transcription.tapered_bounds import tapered
 
 SWEEP = 0.02
 """No body moves farther than this between two samples, in the end [m]."""
@@ -175,8 +176,11 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     fixed = [reduced.start_positions, *seed[list(waypoint_knots)], *(() if goal is None else (goal,))]
     items: list[Constraint] = [_clearance(problem, margins, 1.0), *rolling(reduced, count)]
     items.extend(holding_rows(problem, query, np.stack(fixed)))
+    ends = np.stack(
+        (reduced.start_positions, *seed[list(waypoint_knots)], seed[-1] if goal is None else goal)
+    )
     for given in problem.constraints:
-        items.extend(_written(given, problem, waypoint_knots))
+        items.extend(_written(given, problem, query, waypoint_knots, ends))
     if goal is None:
         for required in together(problem.goals):
             items.extend(constrain(required, reduced, END))
@@ -198,17 +202,22 @@ def _clearance(problem: Problem, margins: TaperedMargins, share: float) -> Const
 
 
 def _written(
-    given: PathConstraint | During[PathConstraint], problem: Problem, waypoint_knots: Sequence[int]
+    given: PathConstraint | During[PathConstraint],
+    problem: Problem,
+    query: Query,
+    waypoint_knots: Sequence[int],
+    ends: Floats,
 ) -> Sequence[Constraint]:
     """Return a path constraint as terms, in its window."""
     if isinstance(given, Constraint):
         return (given,)
+    last = problem.knots - 1
+    stops = (0, *waypoint_knots, last)
     if isinstance(given, Requirement):
-        return constrain(given, problem.reduced, WHOLE)
-    stops = (0, *waypoint_knots, problem.knots - 1)
-    window = Window(*(stops[stop] / (problem.knots - 1) for stop in problem.span(given)))
+        return tapered(given, query, WHOLE, stops, ends, last)
+    window = Window(*(stops[stop] / last for stop in problem.span(given)))
     if isinstance(given.required, Requirement):
-        return constrain(given.required, problem.reduced, window)
+        return tapered(given.required, query, window, stops, ends, last)
     return (replace(given.required, window=window),)
 
 

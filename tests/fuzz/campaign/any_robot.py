@@ -14,6 +14,8 @@ from tests.fuzz.campaign.shapes import Body, as_mesh, box, mesh_file
 MOST_JOINTS = 14
 WORDS = ("link", "upper arm", "Gelenk ß", "関節", "глава", "l'épaule", "a.b/c", "90 %", "<left>", "joint")
 """Names begin so: with spaces, quotes and letters of other scripts."""
+MILLIMETRES = " mm"
+"""In the name of a mesh's file: it is in millimetres, and the URDF scales it."""
 GRAVITY = 9.81
 HOLDS = 3.0
 """Effort limits over the load of the whole robot stretched out: it can be held everywhere, and moved."""
@@ -21,7 +23,10 @@ HOLDS = 3.0
 
 @dataclass
 class Part:
-    """A link with the joint that it hangs on; `far` is where its end is, along its own x [m]."""
+    """A link with the joint that it hangs on; `far` is where its end is, along its own x [m].
+
+    `knob` is a second body, beside the first.
+    """
 
     link: str
     joint: str
@@ -36,6 +41,7 @@ class Part:
     axis: str = "1 0 0"
     mimic: int | None = None
     tag: str = ""
+    knob: Body | None = None
 
 
 @dataclass
@@ -116,6 +122,7 @@ def _grow(
         return
     part.kind = str(rng.choice(["revolute", "prismatic", "continuous"], p=[0.7, 0.15, 0.15]))
     part.body = _shape(robot, rng, part.far)
+    part.knob = box(0.03, 0.02, 0.02) if part.body is not None and rng.random() < 0.15 else None
     part.axis = " ".join(f"{value:.3f}" for value in rng.normal(size=3))
     movers = [place for place, item in enumerate(robot.parts) if item.kind not in ("", "fixed")]
     if mimics and movers and rng.random() < 0.4:
@@ -139,7 +146,8 @@ def _shape(robot: Robot, rng: np.random.Generator, length: float) -> Body | None
     body = limb(rng, length)
     if rng.random() < 0.75:
         return body
-    name = f"meshes/part {len(robot.meshes)}.{rng.choice(['stl', 'obj'])}"
+    unit = MILLIMETRES if rng.random() < 0.3 else ""
+    name = f"meshes/part {len(robot.meshes)}{unit}.{rng.choice(['stl', 'obj'])}"
     robot.meshes[name] = as_mesh(body, rng)
     return robot.meshes[name]
 
@@ -148,11 +156,12 @@ def _arm(robot: Robot, rng: np.random.Generator) -> Arm:
     """Write the files, choose what is planned, and read them."""
     name_of = {id(body): name for name, body in robot.meshes.items()}
     load = GRAVITY * sum((part.mass or 0.0) for part in robot.parts)
-    reach = sum(part.far + (part.high if part.kind == "prismatic" else 0.0) for part in robot.parts)
+    long = sum(part.far + (part.high if part.kind == "prismatic" else 0.0) for part in robot.parts)
+    effort = [HOLDS * load * max(long, 1.0) + 10.0, 0.0, 1e6][int(rng.choice(3, p=[0.8, 0.1, 0.1]))]
     text = [_link(part, name_of) for part in robot.parts]
     limits: dict[str, dict[str, object]] = {}
     for part in robot.parts[1:]:
-        text.append(_joint(part, robot.parts[part.parent].link, HOLDS * load * max(reach, 1.0) + 10.0, rng))
+        text.append(_joint(part, robot.parts[part.parent].link, effort, rng))
         if part.kind != "fixed":
             most = float(rng.uniform(1.0, 10.0))
             limits[part.joint] = {"has_acceleration_limits": True, "max_acceleration": most}
@@ -160,7 +169,10 @@ def _arm(robot: Robot, rng: np.random.Generator) -> Arm:
     stated = yaml.safe_dump({"joint_limits": limits}, allow_unicode=True)
     group, srdf, driven, tip = _group(robot, rng)
     chain = read_chain(urdf, driven=driven, srdf=srdf, limits=stated, packages=robot.meshes)
-    files = tuple((name, mesh_file(body, name)) for name, body in robot.meshes.items())
+    files = tuple(
+        (name, mesh_file(body, name, 1000.0 if MILLIMETRES in name else 1.0))
+        for name, body in robot.meshes.items()
+    )
     return Arm(Source("", urdf, srdf, stated, files), group, chain, tip)
 
 
@@ -197,11 +209,17 @@ def _link(part: Part, name_of: dict[int, str]) -> str:
     if part.body is not None:
         lying = ' rpy="0 1.5707963267948966 0"' if part.body.kind == "cylinder" else ""
         name = name_of.get(id(part.body))
-        shape = part.body.urdf if name is None else f"<mesh filename={quoteattr(name)}/>"
+        scale = ' scale="0.001 0.001 0.001"' if name is not None and MILLIMETRES in name else ""
+        shape = part.body.urdf if name is None else f"<mesh filename={quoteattr(name)}{scale}/>"
         height = -0.02 if part.parent < 0 else 0.0
         inside += (
             f'<collision><origin xyz="{part.far / 2:.6f} 0 {height}"{lying}/><geometry>{shape}</geometry>'
             "</collision>"
+        )
+    if part.knob is not None:
+        inside += (
+            f'<collision name="knob"><origin xyz="{part.far / 2:.6f} 0.03 0" rpy="0.3 0 1"/><geometry>'
+            f"{part.knob.urdf}</geometry></collision>"
         )
     return f"<link name={quoteattr(part.link)}>{inside}</link>"
 

@@ -58,11 +58,11 @@ def meant_contact(rng: np.random.Generator) -> Case:
 def kept_requirements(rng: np.random.Generator) -> Case:
     """Requirements all the way that a known motion holds."""
     case = cluttered(moving(rng), rng, int(rng.integers(0, 4)))
-    asked = [_along(case, rng) for _ in range(int(rng.integers(1, 3)))]
+    asked = [along(case, rng) for _ in range(int(rng.integers(1, 3)))]
     return at_end(replace(case, path=tuple(asked)), rng)
 
 
-def _along(case: Case, rng: np.random.Generator) -> Asked:
+def along(case: Case, rng: np.random.Generator) -> Asked:
     """Return a requirement that the motion holds with something to spare."""
     chain, tip = case.arm.chain, case.arm.tip
     parts = [np.linspace(a, b, 200) for a, b in zip(case.motion[:-1], case.motion[1:], strict=True)]
@@ -151,7 +151,7 @@ def clutter(name: str):
             case = moved(installed(name), rng, spare=HULLS)
         case = cluttered(case, rng, int(rng.integers(1, 5)), spare=HULLS)
         if rng.random() < 0.3:
-            case = replace(case, path=(_along(case, rng),))
+            case = replace(case, path=(along(case, rng),))
         return at_end(case, rng)
 
     return draw

@@ -9,13 +9,15 @@ from tests.fuzz.campaign.any_robot import any_robot
 from tests.fuzz.campaign.case import Arm, Case
 from tests.fuzz.campaign.check import HULLS, fault_of_configuration, fault_of_path
 from tests.fuzz.campaign.drawing import ARMS, COARSE, DRAWS, SPARE, at_end, cluttered
+from tests.fuzz.campaign.families_apart import along
 from tests.fuzz.campaign.load import with_tight_efforts
 
 
 def robots(*, tree: bool = False, mimics: bool = False) -> Callable[[np.random.Generator], Case]:
     """Return the family of such robots among things that leave a known motion alone.
 
-    Four in ten can bear little more than their own weight along that motion.
+    Four in ten can bear little more than their own weight along that motion, two in ten must keep on the way
+    what it keeps.
     """
 
     def draw(rng: np.random.Generator) -> Case:
@@ -26,6 +28,8 @@ def robots(*, tree: bool = False, mimics: bool = False) -> Callable[[np.random.G
             if case is not None:
                 if rng.random() < 0.4:
                     case = replace(case, arm=with_tight_efforts(arm, case.motion, rng))
+                if rng.random() < 0.2:
+                    case = replace(case, path=(along(case, rng),))
                 return at_end(cluttered(case, rng, int(rng.integers(2, 12)), spare=spare), rng)
         raise AssertionError("no motion was found that leaves the robot alone")
 

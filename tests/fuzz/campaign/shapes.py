@@ -169,13 +169,14 @@ def as_mesh(body: Body, rng: np.random.Generator) -> Body:
     return Body("mesh", (), upright.vertices[:, [2, 0, 1]], upright.faces, True)
 
 
-def mesh_file(body: Body, name: str) -> bytes:
-    """A mesh as the bytes of a file: OBJ, or binary STL."""
+def mesh_file(body: Body, name: str, scale: float = 1.0) -> bytes:
+    """A mesh as the bytes of a file, OBJ or binary STL, in a unit that is `1 / scale` metres."""
+    vertices = scale * np.asarray(body.vertices)
     if name.endswith(".obj"):
-        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(body.vertices).tolist()]
+        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
         lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in np.asarray(body.faces).tolist()]
         return "\n".join([*lines, ""]).encode()
-    corners = np.asarray(body.vertices, dtype="<f4")[np.asarray(body.faces)].reshape(-1, 9)
+    corners = vertices.astype("<f4")[np.asarray(body.faces)].reshape(-1, 9)
     rows = np.zeros(len(corners), dtype=[("normal", "<f4", 3), ("corners", "<f4", 9), ("spare", "<u2")])
     rows["corners"] = corners
     return bytes(80) + np.uint32(len(rows)).tobytes() + rows.tobytes()
