@@ -3,7 +3,7 @@
 The short way is here: a robot, a scene, a problem, `plan`; then `explain`, `simulate`, `view` and `render`
 take the result. The steps that `plan` is made of are in `trajopt.planning`, `trajopt.transcription`,
 `trajopt.solvers`, `trajopt.retime` and `trajopt.verify`. `trajopt.simulate` and `trajopt.view` are functions
-here and packages to import from.
+here and packages to import from; `bases` says how a robot's base moves.
 """
 
 from trajopt.benchmark import compare as compare
@@ -15,6 +15,7 @@ from trajopt.errors import TrajoptError as TrajoptError
 from trajopt.explanation import explain as explain
 from trajopt.grasping import pick_and_place as pick_and_place
 from trajopt.kinematics import goal_configurations as goal_configurations
+from trajopt.model import bases as bases
 from trajopt.model.load import load as load
 from trajopt.model.meshes.mesh_cover import MeshPolicy as MeshPolicy
 from trajopt.model.meshes.mesh_file import load_mesh as load_mesh

@@ -9,7 +9,7 @@ import pytest
 
 import trajopt as to
 from trajopt.errors import GroupNotFound, JointNotFound, ModelError, ProblemError, ShapeError
-from trajopt.model.moving_base import MovingBase, planar_base, rail
+from trajopt.model.bases import MovingBase, planar_base, rail
 
 LIMIT = '<limit lower="-2" upper="2" effort="50" velocity="2"/>'
 LINKS = """

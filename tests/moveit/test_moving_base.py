@@ -124,7 +124,7 @@ def test_the_commander_moves_base_and_arm(cart: Made) -> None:
 
 
 def test_a_rail_has_one_number(cart: Made, write: Write) -> None:
-    from trajopt.model.moving_base import rail
+    from trajopt.model.bases import rail
 
     robot = cart(srdf=SRDF, base=rail((1, 0, 0), -1, 3, velocity=1, acceleration=1))
     assert robot.group("base").joints == ("odom_joint",)

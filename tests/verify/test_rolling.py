@@ -10,7 +10,7 @@ import trajopt as to
 from tests.model.test_moving_base import NAMES, Made, cart, plane
 from trajopt.errors import ModelError, ProblemError
 from trajopt.methods import method_named
-from trajopt.model.moving_base import Drive
+from trajopt.model.bases import Drive
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.status import Status
 from trajopt.terms.motion import Motion

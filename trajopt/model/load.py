@@ -9,8 +9,8 @@ from pkgutil import iter_modules
 
 from trajopt.arrays import path
 from trajopt.errors import MissingExtra, ModelError, RobotNotFound, shown
+from trajopt.model.bases import MovingBase
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.moving_base import MovingBase
 from trajopt.model.robot import Robot
 
 _PACKAGE = "robot_descriptions"
@@ -40,7 +40,7 @@ def load(
         package_dirs: With a path or a description: folders to look in for `package://` meshes.
         xacro: With a xacro file: its arguments by name.
         meshes: With a path or a description: how collision meshes become convex.
-        base: With a path or a description: how the robot's base moves, of `trajopt.model.moving_base`; it
+        base: With a path or a description: how the robot's base moves, made by `trajopt.bases`; it
             stands still when None.
         torque_scaling: Factor on the limits of torque, `Robot.with_torque_scaling`; inf turns them off.
 

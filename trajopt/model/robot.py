@@ -19,6 +19,7 @@ from trajopt.errors import (
     listed,
     shown,
 )
+from trajopt.model.bases import MovingBase
 from trajopt.model.description.groups import Group
 from trajopt.model.description.mimics import completed, followed
 from trajopt.model.description.pinocchio_model import (
@@ -31,7 +32,6 @@ from trajopt.model.description.pinocchio_model import (
 )
 from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.moving_base import MovingBase
 from trajopt.model.placement import IDENTITY
 from trajopt.model.printed import in_number, in_short
 from trajopt.model.robot_parts import Beside, FileName, Frames, RobotParts, parts_of_pinocchio, parts_of_urdf
@@ -93,7 +93,7 @@ class Robot(RobotParts):
                 placement in it.
             name: A name in place of the URDF's.
             meshes: How collision meshes become convex; the default policy when None.
-            base: How its base moves, of `trajopt.model.moving_base`; it stands still when None.
+            base: How its base moves, made by `trajopt.bases`; it stands still when None.
 
         Raises:
             FileFormatError: If a file does not say what it must.

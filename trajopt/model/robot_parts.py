@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from trajopt.arrays import Value
 from trajopt.errors import FileFormatError
+from trajopt.model.bases import MovingBase, RobotBase
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
 from trajopt.model.description.base_joints import with_base
 from trajopt.model.description.effort_notes import effort_notes
@@ -27,7 +28,6 @@ from trajopt.model.description.urdf import LinkGeometry, Mimic, Urdf, read_urdf
 from trajopt.model.frame_attachment import FrameAttachment, tool_frames
 from trajopt.model.limits import JointLimits, read_joint_limits, with_stated
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.moving_base import MovingBase, RobotBase
 from trajopt.model.placement import PlacementLike
 
 FileName: TypeAlias = Path | str | None

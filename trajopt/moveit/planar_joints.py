@@ -7,7 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.io.document import Node
-from trajopt.model.moving_base import PLANAR
+from trajopt.model.bases import PLANAR
 from trajopt.model.placement import Placement, placement
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import moments, read_times

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from trajopt.io.document import Node
+from trajopt.model.bases import PLANAR
 from trajopt.model.description.pinocchio_model import placed_model, root_placement
-from trajopt.model.moving_base import PLANAR
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.robot import Robot
 from trajopt.moveit.planar_joints import in_the_plane

@@ -7,12 +7,12 @@ from typing import Any
 from xml.etree import ElementTree
 
 from trajopt.errors import GroupNotFound, JointNotFound, ModelError, shown
+from trajopt.model.bases import BaseJoint, Drive, MovingBase, RobotBase
 from trajopt.model.description.srdf import FLOATING, PLANAR, GroupElement, Srdf, VirtualJoint
 from trajopt.model.description.urdf import SEVERAL_DEGREES_OF_FREEDOM, Urdf
-from trajopt.model.moving_base import BaseJoint, Drive, MovingBase, RobotBase
 from trajopt.model.requirements.requirement import WORLD
 
-TO_MOVE_IT = "base=planar_base(...), of trajopt.model.moving_base, is how a robot is loaded whose base moves"
+TO_MOVE_IT = "load the robot with base=to.bases.planar_base(...) where it should move in the plane"
 
 
 @dataclass(frozen=True, eq=False)
