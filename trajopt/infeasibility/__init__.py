@@ -5,5 +5,5 @@ from trajopt.infeasibility.closed_cut import closed_cut as closed_cut
 from trajopt.infeasibility.exclusion import exclusion as exclusion
 from trajopt.infeasibility.goal_box import box_breaks as box_breaks
 from trajopt.infeasibility.goal_box import box_collides as box_collides
-from trajopt.infeasibility.overload import box_overloads as box_overloads
+from trajopt.infeasibility.goal_box import box_overloads as box_overloads
 from trajopt.infeasibility.reach import out_of_reach as out_of_reach

@@ -9,6 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.infeasibility.chain import Chain
 from trajopt.infeasibility.cover import Cover
 from trajopt.infeasibility.exclusion import between, distance, largest_turn
+from trajopt.model.gravity_bound import largest_gravity_slopes
 from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
@@ -19,6 +20,8 @@ from trajopt.model.requirements import (
     PositionInRegion,
     Requirement,
 )
+from trajopt.problem import Problem
+from trajopt.query.dynamics import DynamicsQuery
 
 MOST_BOXES = 2000
 """Boxes that are examined before it is left undecided whether all of a goal collides."""
@@ -109,3 +112,17 @@ def _frame_breaks(
     turned = required.placement.rotation.T @ base.rotation.T @ frame.rotation
     angle = float(np.arccos(np.clip((np.trace(turned) - 1.0) / 2.0, -1.0, 1.0)))
     return angle - largest_turn(required) - turning > ACCURACY
+
+
+def box_overloads(problem: Problem, lower: Floats, upper: Floats) -> bool:
+    """Say whether a joint is proven to be too weak to hold still at every configuration of a box.
+
+    Args:
+        problem: The problem; gives the load and the limits.
+        lower: Shape (n,) [rad | m].
+        upper: Shape (n,) [rad | m].
+    """
+    middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+    torque = DynamicsQuery.loaded(problem.reduced).gravity(middle[None]).torque[0]
+    excess = np.abs(torque) - problem.limits.effort
+    return bool((excess > largest_gravity_slopes(problem.reduced) @ half).any())

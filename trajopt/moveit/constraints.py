@@ -19,8 +19,8 @@ from trajopt.model.requirements.registered import import_installed
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import Reading, require
 from trajopt.moveit.orientation_constraint import Orientation, read_orientation
+from trajopt.moveit.pose import read_tolerance
 from trajopt.moveit.position_constraint import PointRegion, read_region
-from trajopt.moveit.tolerance import read_tolerance
 from trajopt.moveit.visibility_constraint import read_visibility
 
 CONSTRAINTS_FIELDS = ("name", "joint_constraints", "position_constraints", "orientation_constraints")

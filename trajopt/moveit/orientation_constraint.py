@@ -10,8 +10,7 @@ from trajopt.model.placement import placement
 from trajopt.model.requirements import RotationCoordinates
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import Reading, read_frame, read_frame_name
-from trajopt.moveit.pose import read_quaternion
-from trajopt.moveit.tolerance import read_tolerance
+from trajopt.moveit.pose import read_quaternion, read_tolerance
 
 ORIENTATION_FIELDS = (
     *("header", "orientation", "link_name", "absolute_x_axis_tolerance"),

@@ -1,4 +1,4 @@
-"""Poses of MoveIt's files, in both spellings: lists, or mappings of x, y, z (and w)."""
+"""Poses of MoveIt's files in both spellings, lists or mappings of x, y, z (and w), and tolerances."""
 
 from math import hypot, inf
 
@@ -68,3 +68,19 @@ def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
     if abs(length - 1.0) > 1e-3:
         notes.append(f"{node.place}: a quaternion of length {length:.6g}, normalised")
     return tuple(part / length for part in parts)
+
+
+LEAST_TOLERANCE = 1e-4
+"""What a tolerance of zero, or none, means [rad | m]."""
+
+
+def read_tolerance(node: Node) -> float:
+    """Return a tolerance, which may be infinite; zero and missing mean `LEAST_TOLERANCE`.
+
+    Raises:
+        FileFormatError: If it is negative or no number.
+    """
+    value = node.number(0.0, infinite=True)
+    if value < 0.0:
+        raise node.error(f"is negative: {value:g}")
+    return value or LEAST_TOLERANCE

@@ -9,9 +9,8 @@ from trajopt.io.document import Node
 from trajopt.model.placement import Placement
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import Reading, read_frame, read_frame_name
-from trajopt.moveit.pose import read_placement, read_vector
+from trajopt.moveit.pose import LEAST_TOLERANCE, read_placement, read_tolerance, read_vector
 from trajopt.moveit.shapes import read_kind
-from trajopt.moveit.tolerance import LEAST_TOLERANCE, read_tolerance
 
 POSITION_FIELDS = ("header", "link_name", "target_point_offset", "constraint_region", "weight")
 REGION_FIELDS = ("primitives", "primitive_poses", "meshes", "mesh_poses")

@@ -11,8 +11,8 @@ from trajopt.planning.seeds.source import MakeSeed as MakeSeed
 from trajopt.planning.seeds.source import NoSeed as NoSeed
 from trajopt.planning.seeds.source import SeedContext as SeedContext
 from trajopt.planning.seeds.source import Source as Source
+from trajopt.planning.seeds.straight import StraightLines as StraightLines
 from trajopt.planning.seeds.straight import straight_line as straight_line
-from trajopt.planning.seeds.straight_lines import StraightLines as StraightLines
 from trajopt.planning.seeds.waypoints import WaypointLine as WaypointLine
 from trajopt.planning.seeds.waypoints import choose_waypoints as choose_waypoints
 from trajopt.planning.seeds.waypoints import line_through as line_through
