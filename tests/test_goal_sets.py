@@ -64,7 +64,7 @@ def test_work_is_that_of_all_goals(arm: to.Robot) -> None:
 def test_what_is_no_goal_is_refused(arm: to.Robot) -> None:
     with pytest.raises(ProblemError, match="at least one goal"):
         to.any_of({})
-    with pytest.raises(ProblemError, match="goal 'odd' asks for nothing"):
+    with pytest.raises(ProblemError, match="goal 'odd' requires nothing"):
         to.any_of({"odd": ()})
     with pytest.raises(ProblemError, match="any of far, near"):
         _ = problem(to.Scene(arm)).goals

@@ -1,4 +1,4 @@
-"""Caches of what is derived from immutable values, kept outside of them."""
+"""Caches of what is derived from immutable values, kept outside these."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -10,10 +10,10 @@ Made = TypeVar("Made")
 
 
 def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
-    """Return a function that makes its result once for each value, and forgets it with the value.
+    """Return a function that computes its result once for each value, and forgets it with the value.
 
     What is made must be as immutable as the value, since all threads share it, and must not refer to the
-    value, which would never end then. At worst two threads that ask at once both make it.
+    value, which would then never be freed. At worst two threads that call at once both compute it.
     """
     made: dict[int, tuple[ref[Owner], Made]] = {}
 
@@ -35,24 +35,24 @@ Value = TypeVar("Value")
 
 
 class LruCache(Generic[Key, Value]):
-    """The values of a few keys, those asked for last.
+    """The values of a few keys, those used last.
 
-    Keys are compared one by one, so that they need no hash and long ones that are shared are equal at
-    a glance. Threads may share a memory: the entries are replaced as a whole, so that at worst two
-    threads make the same value, or one that another made is made again.
+    Keys are compared one by one, so that they need no hash, and long shared ones compare
+    quickly. Threads may share a memory: the entries are replaced as a whole, so that at worst two
+    threads compute the same value, or one computes it again.
     """
 
     def __init__(self, size: int) -> None:
         """Remember nothing yet.
 
         Args:
-            size: So many values are kept, at least 1.
+            size: How many values are kept, at least 1.
         """
         self._size = size
         self._entries: tuple[tuple[Key, Value], ...] = ()
 
     def get(self, key: Key, make: Callable[[], Value]) -> Value:
-        """Return the value of a key, made now unless it is remembered."""
+        """Return the value of a key, computed unless it is remembered."""
         entries = self._entries
         for place, entry in enumerate(entries):
             if entry[0] == key:

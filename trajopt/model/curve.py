@@ -1,4 +1,4 @@
-"""Curve: a frame's way through space, as a value: pieces of polynomials and arcs, over their length.
+"""Curve: the path of a frame through space, as a value: pieces of polynomials and arcs, over their length.
 
 Rotations are polynomials of rotation vectors, R(u) = R_0 exp(w(u)), so that turning evenly about one axis
 (slerp) is a polynomial of degree one.
@@ -74,23 +74,23 @@ class Places(Value):
 
 @dataclass(frozen=True, eq=False)
 class Curve(Value):
-    """A way through space that a frame can be asked to follow; pieces joined end to end.
+    """A path through space that a frame can be required to follow; pieces joined end to end.
 
-    Places are told by s, the length along the curve [m]: that of the point's way, or `TURN_LENGTH` times the
-    angle where that is more.
+    Locations are given by s, the length along the curve [m]: that of the point's path, or `TURN_LENGTH` times
+    the angle where that is more.
 
     Attributes:
         pieces: In order; each begins where the one before it ends.
-        poses: Where along the curve the poses are that it was made from, increasing, shape (p,) [m].
+        poses: Where along the curve the poses that it was made from are, increasing, shape (p,) [m].
     """
 
     pieces: tuple[Piece, ...]
     poses: Floats
 
     def __post_init__(self) -> None:
-        """Refuse a curve that goes nowhere or tears."""
+        """Refuse a curve without length, or with gaps."""
         if not self.pieces or not all(piece.length > 0.0 for piece in self.pieces):
-            raise ProblemError("a curve needs pieces that go somewhere")
+            raise ProblemError("a curve needs pieces with a length")
         at = np.array((0.0, 1.0))
         for before, after in pairwise(self.pieces):
             end, begin = before(at), after(at)

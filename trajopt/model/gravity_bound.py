@@ -1,6 +1,6 @@
-"""How much torque gravity can ever ask of each joint: a bound that holds at every configuration.
+"""The largest torque that gravity can need of each joint: a bound that holds at every configuration.
 
-What a joint j carries has the first moment d_j = sum m c about its origin, and gravity g asks it for the
+What a joint j carries has the first moment d_j = sum m c about its origin, and gravity g needs of it the
 component of d_j x g along its axis. From the tip to the base, the set of all d_j is enclosed by a cylinder
 around the axis (turning changes neither how far along the axis a moment lies nor how far from it) and by a
 ball; from the base to the tip, the angle between axis and gravity by an interval. Position limits of joints

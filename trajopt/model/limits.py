@@ -28,7 +28,7 @@ DEFAULT_VELOCITY = 1.0
 
 
 class LimitKind(Enum):
-    """What of a joint's motion is limited."""
+    """Which quantity of a joint's motion is limited."""
 
     LOWER = "lower"
     UPPER = "upper"
@@ -39,7 +39,7 @@ class LimitKind(Enum):
 
 @dataclass(frozen=True, eq=False)
 class JointLimits(Value):
-    """Limits of some joints, one entry a joint, in the order of `joint_names`.
+    """Limits of some joints, one entry per joint, in the order of `joint_names`.
 
     Attributes:
         joint_names: Names of the joints.
@@ -69,7 +69,7 @@ class JointLimits(Value):
         return "".join(f" (the limit of {mimic}, which follows {joint})" for mimic in found)
 
     def take(self, index: Ints) -> "JointLimits":
-        """Return the limits of the joints at these places, in this order."""
+        """Return the limits of the joints with these indices, in this order."""
         names = tuple(self.joint_names[int(i)] for i in index)
         kept = tuple(note for note in self.defaulted if note.split(" ", 1)[0] in names)
         return JointLimits(
@@ -122,9 +122,9 @@ def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator)
 def with_stated(
     limits: JointLimits, stated: Mapping[str, Mapping[str, Any]], *, mimics: Collection[str] = ()
 ) -> JointLimits:
-    """Apply the entries of a `joint_limits.yaml` and default what nobody stated.
+    """Apply the entries of a `joint_limits.yaml`, and defaults where no limit is stated.
 
-    What nobody stated of a mimic joint is no limit: the joint that it follows has its own.
+    A mimic joint without stated limits has none: the joint that it follows has its own.
 
     Args:
         limits: What the robot description says; acceleration may hold nan for "not stated".
@@ -179,7 +179,7 @@ def with_stated(
 def _default(
     names: tuple[str, ...], velocity: Floats, acceleration: Floats, *, mimics: Collection[str]
 ) -> list[str]:
-    """Write a limit where nobody stated any, and say so; for mimic joints write that there is none."""
+    """Set a default limit where none is stated, and say so; for mimic joints set none."""
     said: list[str] = []
     for place, name in enumerate(names):
         if name in mimics:
@@ -217,7 +217,7 @@ def read_joint_limits(path: Path) -> Mapping[str, Mapping[str, Any]]:
 
 
 def _checked(path: str, place: str, entry: object) -> Mapping[str, float | bool]:
-    """Return what is known of one joint's entry: flags, and numbers that a limit can be."""
+    """Return one joint's entry after checking it: flags, and numbers that can be limits."""
     if not isinstance(entry, dict):
         raise FileFormatError(path, f"{place}: must be a mapping, is {shown(entry)}")
     found: dict[str, float | bool] = {}

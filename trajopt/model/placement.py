@@ -13,7 +13,7 @@ from trajopt.errors import ShapeError, SizeError, shown
 from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
 
 FARTHEST = 1e6
-"""Coordinates of a placement that is asked for are within this [m]."""
+"""Coordinates of a given placement are within this [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class Placement(Value):
 
 
 PlacementLike: TypeAlias = Placement | pin.SE3 | ArrayLike | tuple[ArrayLike, ArrayLike]
-"""What is taken as a placement: a `Placement`, Pinocchio's SE3, a homogeneous matrix of shape (4, 4), or a
+"""What is accepted as a placement: a `Placement`, Pinocchio's SE3, a homogeneous matrix of shape (4, 4), or a
 pair (position [m], quaternion (x, y, z, w))."""
 
 IDENTITY = Placement()
@@ -125,7 +125,7 @@ def placement(
     Raises:
         ShapeError: If a number is not finite, the quaternion has no length, the matrix is no
             rotation, or more than one orientation is given.
-        SizeError: If the position is farther than 1e6 m: nothing there could be told apart to a micrometre.
+        SizeError: If the position is farther than 1e6 m: there a micrometre would be lost in rounding.
     """
     translation = floats("xyz", xyz, (3,))
     if np.abs(translation).max() > FARTHEST:
@@ -147,7 +147,7 @@ def placement(
 
 
 def as_placement(name: str, value: PlacementLike) -> Placement:
-    """Return what somebody passed as a placement: every function that takes one converts it here.
+    """Return an argument as a placement: every function that takes one converts it here.
 
     Args:
         name: Name of the argument, for the error.

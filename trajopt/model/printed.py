@@ -1,4 +1,4 @@
-"""How numbers are printed: short, in the units that people speak in: mm, m, deg, s, Nm."""
+"""How numbers are printed: short, in the units that people use: mm, m, deg, s, Nm."""
 
 from collections.abc import Sequence, Sized
 

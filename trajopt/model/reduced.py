@@ -1,7 +1,7 @@
 """The robot with only a group's joints free: what planning, judging and simulating work on.
 
-All other joints stand exactly where the start state has them, even outside their limits. What
-depends on the robot only, or on one object only, is made once and shared by all scenes it is in.
+All other joints stay exactly where the start state has them, even outside their limits. What
+depends only on the robot, or only on one object, is computed once and shared by all scenes with it.
 """
 
 from collections.abc import Callable, Mapping
@@ -77,7 +77,7 @@ class ReducedModel:
         """Return what a function builds of this model, built at the first call.
 
         All starts with the same joints fixed share it, so it must not depend on where the group starts; nor
-        may it refer to the model or its scene, which would never end then.
+        may it refer to the model or its scene, which would then never be freed.
         """
         kept = _kept(self.collision_model)
         if build not in kept:
@@ -85,7 +85,7 @@ class ReducedModel:
         return kept[build]
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        """Be made again of the scene; a model that carries a load is stated."""
+        """Be rebuilt from the scene; a model that carries a load is stored."""
         robot = reduce_robot(self.scene.robot, self.group, self.start)
         loaded = None if self.model is robot.model else model_data(self.model)
         return _again, (self.scene, self.group, self.start, loaded)
@@ -169,7 +169,7 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
 
 
 def tool_frame(reduced: ReducedModel) -> str:
-    """Return the name of the frame that shows what the group does.
+    """Return the name of the frame that represents the group's motion.
 
     Tip link and hand move as one, so this is a tool frame fixed to the same joint, if the robot has
     one; else the link there whose origin is farthest from the joint. A group without a tip link
@@ -210,7 +210,7 @@ class PlannedMotion(Protocol):
 
     @property
     def problem(self) -> HasReduced:
-        """What was to be planned."""
+        """The problem that was planned."""
         ...
 
     @property

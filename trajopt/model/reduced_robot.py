@@ -43,7 +43,7 @@ class ReducedRobot:
 def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:
     """Fix every joint outside the group where it is at the start.
 
-    The last answers are kept for each robot: they depend on the joints that are fixed only.
+    The last answers are kept for each robot: they depend only on the joints that are fixed.
 
     Args:
         robot: The robot.

@@ -47,21 +47,21 @@ class Robot(RobotParts):
     Attributes:
         name: The robot's name.
         model: Pinocchio's model of all joints; never changed.
-        joint_names: Names of all movable joints, mimicking and passive ones included.
+        joint_names: Names of all movable joints, mimic and passive joints included.
         limits: Limits of all movable joints.
         groups: Planning groups by name.
         states: Named joint positions by (group, state).
         end_effectors: By name.
-        passive_joints: Joints that nobody drives.
+        passive_joints: Joints without a drive.
         disabled_pairs: Link pairs never checked for collision.
-        mimics: Joints that follow another, each with the one that leads it in the end.
+        mimics: Joints that follow another, each with the joint at the head of its chain.
         frames: Tool frames by name, beside the links.
         bodies: Collision bodies of all links.
         visuals: Visual elements of all links, for viewers.
-        mesh_notes: Which link's mesh became what (hull, convex pieces, exact mesh).
-        notes: Sentences on what the files say that was left out, or taken differently.
+        mesh_notes: What the mesh of each link became (hull, convex pieces, exact mesh).
+        notes: Sentences on what of the files was left out or read differently.
         left_out: Why a group or a named state of the files was left out, by its name.
-        base: How it stands in the world, and what moves it there.
+        base: How its base stands or moves in the world.
         urdf_path: The file it came from; an empty path where it came from a Pinocchio model.
         urdf_xml: Its text without collision and visual elements; then only the robot's name.
     """
@@ -180,7 +180,7 @@ class Robot(RobotParts):
         return self.groups[name]
 
     def index(self, joints: Iterable[str]) -> Ints:
-        """Return the places of joints in `joint_names`, shape (k,).
+        """Return the indices of joints in `joint_names`, shape (k,).
 
         Raises:
             JointNotFound: If one is no movable joint.
@@ -197,9 +197,9 @@ class Robot(RobotParts):
 
         Args:
             values: Joint -> position [rad | m], or the name of a state; joints not named are at
-                the position nearest to zero inside their limits, mimicking ones follow; where only a
-                mimicking joint is named, the joint that it follows is placed to suit. What a state says of a
-                mimicking joint does not count: it follows, as in MoveIt.
+                the position nearest to zero inside their limits, mimic joints follow; where only a
+                mimic joint is named, the joint that it follows is placed to suit. Positions of mimic
+                joints in a named state do not count: they follow, as in MoveIt.
             group: The group whose named state is meant; any group that has it when None.
 
         Returns:
@@ -223,8 +223,8 @@ class Robot(RobotParts):
 
         Args:
             positions: Of all joints, shape (number of joints,) [rad | m].
-            checked: Mimic joints whose position was given by somebody, and must be where they follow but
-                for what a sensor may err.
+            checked: Mimic joints whose given position must be where they follow, up to the error of a
+                sensor.
 
         Returns:
             Positions, shape (number of joints,), read-only.
@@ -251,7 +251,7 @@ class Robot(RobotParts):
         """Return pinocchio's configuration vector of positions of all joints.
 
         Args:
-            positions: One number a joint, shape (number of joints,) [rad | m].
+            positions: One number per joint, shape (number of joints,) [rad | m].
 
         Returns:
             Configuration q, shape (model.nq,): cosine and sine for continuous joints.

@@ -36,7 +36,7 @@ def from_quaternion(x: float, y: float, z: float, w: float) -> Floats:
 def as_quaternion(rotation: Floats) -> Floats:
     """Return the unit quaternion (x, y, z, w), shape (4,), w >= 0, of a matrix (3, 3).
 
-    The largest of the four is found first, so that nothing small is divided by. Source: Shepperd,
+    The largest of the four is found first, so that nothing is divided by a small number. Source: Shepperd,
     Quaternion from rotation matrix, Journal of Guidance and Control 1978.
     """
     a, b, c = np.diagonal(rotation).tolist()

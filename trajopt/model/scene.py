@@ -19,10 +19,10 @@ from trajopt.model.scene_object import SceneObject, checked_mass, covered_parts,
 from trajopt.model.shapes import Shape
 
 DEFAULT_MARGIN = 0.01
-"""Clearance that the optimiser aims at from everything, unless told otherwise [m]."""
+"""Default clearance that the optimiser aims at from everything [m]."""
 
 FROM_SRDF = AllowedCollisions()
-"""Stands for the pairs that the robot's description disables, where no other matrix is given."""
+"""Stands for the pairs that the robot's description disables, unless another matrix is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Scene(Value):
         margin: Clearance that the optimiser keeps from everything where it can [m].
         pair_margins: The same of single pairs of links and objects, where it differs [m].
         clearances: Clearance that is required: no motion is verified that undercuts it.
-        allowances: Contacts that are meant, for a time.
+        allowances: Intended contacts, for a time.
     """
 
     robot: Robot
@@ -116,7 +116,7 @@ class Scene(Value):
         )
 
     def move(self, name: str, placement: PlacementLike, *, frame: str | None = None) -> "Scene":
-        """Place an object anew, in its present frame or another.
+        """Place an object elsewhere, in its present frame or another.
 
         Raises:
             ObjectNotFound: If there is none of that id.
@@ -149,7 +149,7 @@ class Scene(Value):
             name: The object's id.
             link: The link or tool frame.
             placement: Of the object in the link's frame; or
-            at: positions of all joints at which it is grasped where it stands.
+            at: Positions of all joints at which it is grasped where it stands.
             touch_links: Links that may touch it, beside the link itself.
             mass: Its mass [kg]; the one it was added with when None.
 
@@ -199,7 +199,7 @@ class Scene(Value):
     def with_clearance(self, value: float, a: str | None = None, b: str | None = None) -> "Scene":
         """Require a clearance: of everything from everything, or between two named things [m].
 
-        The judge proves it, and refuses a start or goal that is nearer. Links nearer by build need their own.
+        The judge proves it, and refuses a start or goal that is nearer. Links nearer by design need their own.
 
         Raises:
             ShapeError: If the clearance is negative or not finite.
@@ -209,7 +209,7 @@ class Scene(Value):
         return replace(self, clearances=self.clearances.having(value, self._pair("with_clearance", a, b)))
 
     def with_margin(self, margin: float, a: str | None = None, b: str | None = None) -> "Scene":
-        """Set the margin: what the optimiser keeps where it can, but the judge does not ask for [m].
+        """Set the margin: what the optimiser keeps where it can, but the judge does not require [m].
 
         Raises:
             ShapeError: If the margin is negative or not finite.
@@ -230,8 +230,8 @@ class Scene(Value):
             a: One link or object.
             b: The other.
             depth: Deepest penetration accepted [m].
-            first: From the start, for so long [s].
-            last: Up to the end, for so long [s].
+            first: How long from the start [s].
+            last: How long up to the end [s].
 
         Raises:
             FrameNotFound: If a name is neither link nor object.
@@ -302,7 +302,7 @@ class Scene(Value):
         return self.allowed.allowed(a, b)
 
     def margin_of(self, a: str, b: str) -> float:
-        """Return the clearance that the optimiser aims at, a little above what is required at least [m]."""
+        """Return the clearance that the optimiser aims at, always a little above what is required [m]."""
         margin, required = self.pair_margins.get(frozenset((a, b)), self.margin), self.clearance_of(a, b)
         return max(margin, required + ROOM) if required > 0.0 else margin
 
@@ -313,13 +313,13 @@ class Scene(Value):
         return self.clearances.pairs.get(frozenset((a, b)), max(self.clearances.everywhere, padding))
 
     def __repr__(self) -> str:
-        """Say the robot, the objects and what is kept from them."""
+        """Say the robot, the objects and the distances to keep."""
         objects = in_short(", ".join(self.objects) or "no objects", 100)
         return f"Scene({shown(self.robot.name)}, {objects}; {self.distances})"
 
     @property
     def distances(self) -> str:
-        """What is kept between things, in words."""
+        """The distances to keep, in words."""
         return self.clearances.beside(self.margin, self.pair_margins)
 
     def _with(self, item: SceneObject) -> "Scene":

@@ -1,4 +1,4 @@
-"""A thing in the scene: shapes in a frame that is placed somewhere."""
+"""An object in the scene: shapes in a frame that is placed somewhere."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ Part = tuple[Shape, Placement]
 
 @dataclass(frozen=True, eq=False)
 class AnchoredObject:
-    """A thing where it is fixed.
+    """An object where it is fixed.
 
     Attributes:
         anchor: The joint that carries it, and where in it.
@@ -35,7 +35,7 @@ class AnchoredObject:
 
 @dataclass(frozen=True, eq=False)
 class SceneObject(Value):
-    """A thing in the scene.
+    """An object in the scene.
 
     Attributes:
         name: Its id.
@@ -67,7 +67,7 @@ class SceneObject(Value):
             as_placement(f"placement of {shown(self.name)}", where)
 
     def anchored(self, frame: Anchor) -> AnchoredObject:
-        """Return the thing fixed to the joint that carries its frame.
+        """Return the object fixed to the joint that carries its frame.
 
         Args:
             frame: Where `frame` is.
@@ -143,7 +143,7 @@ def covered_parts(
 
 
 def _is_part(item: object) -> bool:
-    """Say whether something is a shape with its placement: callers may have no type checks."""
+    """Say whether something is a shape with its placement; callers may not check types."""
     pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
     return len(pair) == 2 and isinstance(pair[0], Shape)
 

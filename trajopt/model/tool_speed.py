@@ -17,7 +17,7 @@ SLOWEST = 1e-9
 class ToolSpeed(Value):
     """Largest speeds of a frame, as seen from the world.
 
-    No shape of a path can break or hold it, only its timing: so retiming enforces it, and the judge
+    It depends on the timing, not on the shape of a path: so retiming enforces it, and the judge
     measures it on the timed motion.
 
     Attributes:
@@ -26,7 +26,7 @@ class ToolSpeed(Value):
         angular: Largest angular speed of the frame [rad/s]; inf for none.
         offset: The point, in the frame's coordinates, shape (3,) [m].
         steady: Share of the linear limit by which the speed may fall below it between its ramps, as in
-            wiping or welding at constant speed; inf if it may be anything below.
+            wiping or welding at constant speed; inf if any lower speed will do.
     """
 
     frame: str
@@ -58,7 +58,7 @@ def tool_speed(
     """Limit the speed of a tool: `tool_speed("panda_hand_tcp", linear=0.25)`.
 
     The motion is the fastest within all limits, so where no joint is slower the tool moves at its limit;
-    `steady` makes the judge insist on it.
+    `steady` makes the judge require that.
 
     Args:
         frame: Link, tool frame or attached object.

@@ -42,7 +42,7 @@ class Path(Value):
 
 
 _INSTANT = 1e-9
-"""Times nearer than this are one [s]."""
+"""Times nearer than this count as equal [s]."""
 
 
 _LARGEST = 1e100
@@ -84,7 +84,7 @@ class Trajectory(Value):
         """Check shapes and that time increases.
 
         Raises:
-            ShapeError: If they do not fit, or times are no times from 0 to at most 1e9 s.
+            ShapeError: If they do not fit, or times do not increase from 0 to at most 1e9 s.
         """
         object.__setattr__(self, "times", floats("times", self.times, (None,)))
         count, joints = len(self.times), len(sequence("joint_names", self.joint_names))
@@ -132,7 +132,7 @@ class Trajectory(Value):
             end: Time at which it ends, later, at most the duration [s].
 
         Raises:
-            ShapeError: If that is no part of the motion.
+            ShapeError: If that is not a part of the motion.
         """
         if not 0.0 <= begin < end <= self.duration:
             raise ShapeError("part", f"from {begin:g} to {end:g} s is none of 0 to {self.duration:g} s")

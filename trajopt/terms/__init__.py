@@ -1,4 +1,4 @@
-"""Residuals, one a file, as costs and constraints; each module registers the term of its requirement."""
+"""Residuals, one per file, as costs and constraints; each module registers the term of its requirement."""
 
 from trajopt.model.requirements.registered import import_modules
 from trajopt.terms.clearance import Clearance as Clearance

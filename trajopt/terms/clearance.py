@@ -17,10 +17,10 @@ ACTIVATION = 0.03
 
 
 class MarginRule(Protocol):
-    """The clearance that pairs must keep at places along a motion."""
+    """The clearance that pairs must keep along a motion."""
 
     def __call__(self, pair: Ints, place: Floats) -> Floats:
-        """Return the margin of each pair at each place in knots, shape (m,) [m]."""
+        """Return the margin of each pair at each location, in knots, shape (m,) [m]."""
         ...
 
 
@@ -32,7 +32,7 @@ class Clearance:
 
     Attributes:
         reduced: The robot and its surroundings.
-        margin: Clearance to keep, by pair and place; the pairs' own margins when None.
+        margin: Clearance to keep, by pair and location; the pairs' own margins when None.
         activation: Pairs farther apart than their margin and this get no row [m].
     """
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from trajopt.terms.symbolic import SymbolicKinematics
 
 LARGE = 0.1
-"""The share of the room between the bounds that is kept in hand is that of this much at most [m]."""
+"""The reserve is a share of the range between the bounds, of this much at most [m]."""
 
 
 @dataclass(frozen=True, eq=False)

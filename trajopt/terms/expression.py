@@ -1,4 +1,4 @@
-"""A residual of one's own as a CasADi expression; its derivative is automatic."""
+"""A user's residual as a CasADi expression; its derivative is automatic."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Expression:
 
     Attributes:
         name: Shown in reports.
-        build: Makes the expression; called once for a robot among its surroundings.
+        build: Makes the expression; called once for each robot in its scene.
     """
 
     name: str

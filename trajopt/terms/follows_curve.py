@@ -1,6 +1,6 @@
-"""How far a frame is from its place on a curve, at the knots of a motion.
+"""How far a frame is from its location on a curve, at the knots of a motion.
 
-The knots are spread along the curve: knot k belongs to a place s_k of it, R_c and p_c. The components are
+The knots are spread along the curve: knot k belongs to its location s_k, with R_c and p_c. The components are
 R_c^T (p - p_c), its length, and of the rotation log(R_c^T R), or with a free spin about the axis a of the
 frame those components of R_c^T R a that are across a.
 """
@@ -20,7 +20,7 @@ from trajopt.terms.requirement import INSET, constrain
 from trajopt.terms.residual import WHOLE, Constraint, Window, constraint
 
 POSITION_ROWS = 4
-"""Components that tell the position: three along axes, and the distance."""
+"""Components of the position error: three along axes, and the distance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,8 @@ class CurveError(Value):
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: The curve and what follows it.
-        stations: Place of each knot along the curve, shape (N,) [m]; evenly spread over the window when None.
+        required: The curve and the frame that follows it.
+        stations: Length along the curve of each knot, shape (N,) [m]; spread evenly when None.
         window: Where the curve is followed; of a single knot it is the end.
     """
 
@@ -58,11 +58,11 @@ class CurveError(Value):
         return at_knots.rows_of_all(value, jacobian)
 
     def errors(self, motion: Motion, s: Floats) -> tuple[Floats, Floats]:
-        """Compare every sample with a place of the curve.
+        """Compare every sample with a location on the curve.
 
         Args:
             motion: S samples.
-            s: Place of each along the curve, shape (S,) [m].
+            s: Length of each along the curve, shape (S,) [m].
 
         Returns:
             Components, shape (S, d), and their derivatives by the sample's configuration, (S, d, n).

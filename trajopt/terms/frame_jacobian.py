@@ -18,7 +18,7 @@ from trajopt.terms.motion import Motion
 
 @dataclass(frozen=True, eq=False)
 class FrameJacobian:
-    """Jacobian of a frame by the group's joints at S samples, rotation weighed by a length.
+    """Jacobian of a frame by the group's joints at S samples, rotation scaled by a length.
 
     Attributes:
         matrix: Shape (S, 6, n), or (S, 3, n) where the length is zero.
@@ -38,7 +38,7 @@ def frame_jacobian(
         reduced: The robot and its surroundings.
         motion: The samples.
         frame: Link, tool frame or object.
-        length: What a radian of rotation is weighed as [m].
+        length: Length that a radian of rotation counts as [m].
         offset: The point, in the frame, shape (3,) [m].
     """
     kinematics = motion.kinematics

@@ -30,7 +30,7 @@ NEAR = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class ViewAngle:
-    """One component: the angle between the camera's axis and the way to the target, in [0, pi] [rad].
+    """One component: the angle between the camera's axis and the direction to the target, in [0, pi] [rad].
 
     On the axis the slope is taken as zero; straight behind, the point leaves the axis to one side.
 

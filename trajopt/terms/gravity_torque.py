@@ -26,12 +26,12 @@ class GravityShare(Value):
     """g_j(q) / (effort limit of joint j), one component for each of some of the group's joints.
 
     Derivatives are pinocchio's analytic ones of generalised gravity (Carpentier and Mansard, Analytical
-    derivatives of rigid body dynamics algorithms, RSS 2018). Mimicking joints hand their torque to the
-    joint they follow.
+    derivatives of rigid body dynamics algorithms, RSS 2018). The torque of mimic joints counts for the
+    joint that they follow.
 
     Attributes:
         reduced: The robot and its surroundings.
-        joints: Places of the joints in the group, shape (k,).
+        joints: Indices of the joints in the group, shape (k,).
     """
 
     reduced: ReducedModel
@@ -52,9 +52,9 @@ class GravityShare(Value):
 
 @dataclass(frozen=True, eq=False)
 class HoldingTorque(Value):
-    """g_j(q) / (effort limit of joint j), where that is near what it may be.
+    """g_j(q) / (effort limit of joint j), where that is near its largest value.
 
-    The component of a row is the place of its joint in the group.
+    The component of a row is the index of its joint in the group.
 
     Attributes:
         effort: Effort limits of the group's joints, shape (n,) [Nm | N].
@@ -66,7 +66,7 @@ class HoldingTorque(Value):
     name = "torque to hold still"
 
     def linearise(self, motion: Motion) -> Rows:
-        """Evaluate all samples, and differentiate where a joint bears much."""
+        """Evaluate all samples, and differentiate where a joint carries much."""
         found = motion.query.dynamics.gravity(motion.positions)
         share = found.torque / self.effort
         sample, joint = np.nonzero(np.abs(share) >= self.listed)

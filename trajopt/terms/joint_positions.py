@@ -29,7 +29,7 @@ class JointPosition(Value):
     """The positions of some of the group's joints, one component each [rad | m].
 
     Attributes:
-        joints: Their places in the group, shape (k,).
+        joints: Their indices in the group, shape (k,).
     """
 
     joints: Ints
@@ -117,7 +117,7 @@ def group_places(required: JointPositions, reduced: ReducedModel) -> tuple[Ints,
 def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> Floats | None:
     """Return the group's positions, shape (n,), if joint positions are all that is required and fix all.
 
-    Tolerances are not looked at; a joint that several fix is in the middle of what they share.
+    Tolerances are not considered; a joint that several fix is in the middle of what they share.
 
     Raises:
         ProblemError: If a joint outside the group is required to be where it is not.
@@ -132,7 +132,7 @@ def fixed_positions(required: Sequence[Requirement], reduced: ReducedModel) -> F
 
 
 def joint_box(required: Sequence[Requirement], reduced: ReducedModel) -> tuple[Floats, Floats]:
-    """Return where limits and all joint positions among what is required let the group's joints be.
+    """Return the range that limits and all required joint positions leave to the group's joints.
 
     Returns:
         Lower and upper bounds, shape (n,) each [rad | m]; a lower one exceeds its upper one where nothing

@@ -108,7 +108,7 @@ def _near(
 
 
 def _measured(shape: Shape, where: Placement, camera: Floats, target: Floats) -> tuple[float, Floats, float]:
-    """Return distance, normal to the line, and the nearest point's share of the way to the target."""
+    """Return distance, normal to the line, and the nearest point's share of the distance to the target."""
     way = target - camera
     length = max(float(np.linalg.norm(way)), 1e-9)
     line = coal.Capsule(THICKNESS, length)

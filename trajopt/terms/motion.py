@@ -20,7 +20,7 @@ class Motion:
         knots: The knots, shape (N, n) [rad | m].
         support: The knots that each sample depends on, shape (S, k).
         weight: Their weights, shape (S, k); each row's sum is 1.
-        place: Where along the motion each sample is, in knots of a polyline, shape (S,).
+        place: Location of each sample along the motion, in knots of a polyline, shape (S,).
         positions: Configuration of each sample, shape (S, n).
         query: Evaluates them.
     """
@@ -34,7 +34,7 @@ class Motion:
 
     @staticmethod
     def through(knots: Floats, sampling: Ints, query: Query) -> "Motion":
-        """Sample a polyline: every knot, and `sampling - 1` places between.
+        """Sample a polyline: every knot, and `sampling - 1` points between.
 
         Args:
             knots: Shape (N, n).
@@ -63,7 +63,7 @@ class Motion:
 
     @staticmethod
     def each(positions: Floats, query: Query) -> "Motion":
-        """Sample configurations that have nothing to do with each other, shape (S, n).
+        """Sample unrelated configurations, shape (S, n).
 
         Each is a knot, and its rows' derivatives by that knot are those by the configuration.
         """
@@ -73,7 +73,7 @@ class Motion:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """Placements and Jacobians of all joints at the samples; evaluated when first asked for."""
+        """Placements and Jacobians of all joints at the samples; evaluated at first use."""
         return self.query.kinematics(self.positions)
 
     def where(self, mask: Bools) -> "Motion":

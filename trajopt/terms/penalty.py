@@ -1,4 +1,4 @@
-"""A requirement in the role of a cost: what its tolerances are exceeded by."""
+"""A requirement in the role of a cost: the excess over its tolerances."""
 
 from dataclasses import dataclass
 
@@ -61,12 +61,12 @@ class Exceeded:
 
 
 def penalty(required: Requirement, weight: float, *, loss: Loss = Loss.HINGE, window: Window = WHOLE) -> Cost:
-    """Wish for a requirement instead of insisting: a `Cost` on what its tolerances are exceeded by.
+    """Penalise a requirement instead of enforcing it: a `Cost` on the excess over its tolerances.
 
     Args:
         required: The requirement.
         weight: Of every row, in the unit of each (metres, radians).
-        loss: A hinge, so that nothing is gained within the tolerances, unless told otherwise.
+        loss: A hinge, so that nothing is gained within the tolerances, by default.
         window: Where it counts.
     """
     return Cost(Exceeded(required), weight, loss, window)

@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 ROWS = 4
 """Components kept for each member of a union."""
 INSIDE = -1.0
-"""What coordinates of a member of a union read that is not the nearest one: within every bound [m]."""
+"""The coordinates in a member of a union that is not the nearest: within every bound [m]."""
 LARGE = 0.05
-"""The share of a region's size that is kept in hand is that of this size where it is larger [m]."""
+"""The reserve is a share of the region's size, of this much at most [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class RegionCoordinates:
 
     @property
     def name(self) -> str:
-        """The frame whose point is held."""
+        """The frame whose point is kept inside."""
         return f"region of {self.required.frame}"
 
     def linearise(self, motion: Motion) -> Rows:
@@ -76,7 +76,7 @@ class RegionCoordinates:
         )
 
     def expression(self, kinematics: "SymbolicKinematics") -> "ca.SX":
-        """Four components a member; those of members that are not the nearest lie within all bounds."""
+        """Four components per member; those of members that are not the nearest lie within all bounds."""
         import casadi as ca
 
         need = self.required

@@ -8,7 +8,7 @@ from trajopt.model.requirements.registered import registered
 from trajopt.terms.residual import Constraint, Window
 
 INSET = 0.1
-"""Share of a tolerance that the program keeps in hand: the judge measures the timed motion, which
+"""Share of a tolerance that the program keeps in reserve: the judge measures the timed motion, which
 rounds the corners of the path, against the whole tolerance."""
 
 
@@ -22,7 +22,7 @@ def constrain(
         required: What is required.
         reduced: The robot and its surroundings.
         window: Where it must hold.
-        inset: Share of each tolerance to keep in hand.
+        inset: Share of each tolerance to keep in reserve.
 
     Raises:
         ProblemError: If no term is registered for this kind of requirement.

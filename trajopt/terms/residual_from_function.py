@@ -12,7 +12,7 @@ from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 
 DIFFERENCES = "finite differences"
-"""Stands in the name of a residual whose derivative is not given."""
+"""Added to the name of a residual whose derivative is not given."""
 STEP = 1e-6
 """Step of the differences in every joint to either side [rad | m]."""
 
@@ -39,7 +39,7 @@ class FunctionResidual:
 
     @property
     def name(self) -> str:
-        """What you call it; it says so if the derivative is by differences."""
+        """Its title, with a note if the derivative is by differences."""
         return self.title if self.jacobian is not None else f"{self.title} ({DIFFERENCES})"
 
     def linearise(self, motion: Motion) -> Rows:
@@ -69,7 +69,7 @@ class FunctionResidual:
         for joint, away in enumerate(self.step * np.eye(joints)):
             high, low = self._at(position + away), self._at(position - away)
             if not len(high) == len(low) == count:
-                raise ShapeError(f"value of {shown(self.title)}", "has not the same length everywhere")
+                raise ShapeError(f"value of {shown(self.title)}", "must have the same length everywhere")
             slope[:, joint] = (high - low) / (2.0 * self.step)
         return slope
 
@@ -79,7 +79,7 @@ def residual_from_function(
 ) -> FunctionResidual:
     """Make a residual of a function of the positions; `constraint` bounds it, `Cost` penalises it.
 
-    The judge calls the function as it is, at samples of the timed motion, and says so.
+    The judge calls the same function at samples of the timed motion, and its certificate says so.
 
     Args:
         name: Shown in reports; without a Jacobian "(finite differences)" is added.

@@ -1,4 +1,4 @@
-"""Distance of joints from a posture that is liked: a cost."""
+"""Distance of joints from a preferred posture: a cost."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -59,12 +59,12 @@ def rest_posture(
     loss: Loss = Loss.SQUARED,
     window: Window = WHOLE,
 ) -> Cost:
-    """Draw joints to a posture: a `Cost` that counts at every sample of the path.
+    """Pull joints towards a posture: a `Cost` that counts at every sample of the path.
 
     Args:
         positions: Joint of the group -> position [rad | m]; at least one.
-        weight: Of a squared radian or metre; the default is little beside the default costs.
-        loss: Squared unless told otherwise.
+        weight: Of a squared radian or metre; the default is small compared with the default costs.
+        loss: Squared by default.
         window: Where it counts.
 
     Raises:

@@ -52,7 +52,7 @@ class LostManipulability:
     Attributes:
         frame: Link, tool frame or attached object.
         reference: Manipulability r at which half is lost, > 0.
-        length: What a radian of rotation is weighed as [m]; 0 where only the origin's motion counts.
+        length: Length that a radian of rotation counts as [m]; 0 where only the origin's motion counts.
     """
 
     frame: str
@@ -87,14 +87,14 @@ def manipulability(
     loss: Loss = Loss.SQUARED,
     window: Window = WHOLE,
 ) -> Cost:
-    """Draw a motion away from singular configurations: a `Cost` that counts at every sample.
+    """Push a motion away from singular configurations: a `Cost` that counts at every sample.
 
     Args:
         frame: Link, tool frame or attached object.
         reference: Manipulability at which half of the cost is left, > 0.
         weight: Of the cost at a singularity.
         length: What a radian of rotation is weighed as [m]; 0 where only the origin's motion counts.
-        loss: Squared unless told otherwise.
+        loss: Squared by default.
         window: Where it counts.
     """
     return Cost(LostManipulability(frame, reference, length), weight, loss, window)

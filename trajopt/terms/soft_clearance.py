@@ -15,7 +15,7 @@ from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE, Cost, Window
 
 WEIGHT = 100.0
-"""Weight of a missing squared metre; beside the default costs, two missing centimetres are felt."""
+"""Weight of a missing squared metre; beside the default costs, two missing centimetres matter."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class SoftDistance:
 
     Attributes:
         distance: The distance [m].
-        weight: Of what is missing of it, squared [1/m^2].
+        weight: Of the squared shortfall [1/m^2].
     """
 
     distance: float
@@ -33,7 +33,7 @@ class SoftDistance:
 
 @dataclass(frozen=True, eq=False)
 class SoftClearance:
-    """What each pair lacks of its preferred distance, times the root of its weight.
+    """By how much each pair falls short of its preferred distance, times the root of its weight.
 
     The component of a row is the index of its pair; a pair that is far enough apart has none, so the
     square of this is smooth.
@@ -86,13 +86,13 @@ def soft_clearance(
     pairs: Mapping[tuple[str, str], SoftDistance] | None = None,
     window: Window = WHOLE,
 ) -> Cost:
-    """Prefer more clearance than must be kept: a squared `Cost` on what each pair lacks of it.
+    """Prefer more clearance than must be kept: a squared `Cost` on each pair's shortfall.
 
-    What must be kept is the scene's margin (`Scene.with_margin`, for everything or for pairs).
+    The clearance that constraints keep is the scene's margin (`Scene.with_margin`, for everything or pairs).
 
     Args:
         distance: Preferred distance of all pairs [m].
-        weight: Of what is missing, squared [1/m^2].
+        weight: Of the squared shortfall [1/m^2].
         pairs: Distance and weight of single pairs of links and objects, where they differ.
         window: Where it counts.
 

@@ -49,7 +49,7 @@ class AllowedCollisions(Value):
         return AllowedCollisions({**self.entries, frozenset((a, b)): allowed}, self.defaults)
 
     def without(self, name: str) -> "AllowedCollisions":
-        """Return the matrix without anything said of one name."""
+        """Return the matrix without the entries and the default of one name."""
         return AllowedCollisions(
             {pair: allowed for pair, allowed in self.entries.items() if name not in pair},
             {other: allowed for other, allowed in self.defaults.items() if other != name},
@@ -62,7 +62,7 @@ class AllowedCollisions(Value):
 
 @dataclass(frozen=True)
 class ContactAllowance:
-    """Contact that is meant, for a time: the part lifted off its table touches it at the start.
+    """Intended contact, for a time: the part lifted off its table touches it at the start.
 
     Attributes:
         name: What it is for, shown in the certificate.
@@ -81,7 +81,7 @@ class ContactAllowance:
     last: float
 
     def __post_init__(self) -> None:
-        """Take plain numbers; refuse negative ones, and an allowance for no time at all."""
+        """Check that the numbers are not negative, and that the allowance has a time."""
         for label in ("depth", "first", "last"):
             value = number(label, getattr(self, label))
             if value < 0.0:

@@ -1,4 +1,4 @@
-"""Required clearance: how far apart things must stay, proven, as against the margin that is wished for."""
+"""Required clearance: how far apart things must stay, unlike the margin, which is only aimed at."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -7,10 +7,10 @@ from trajopt.arrays import number
 from trajopt.errors import ShapeError
 
 ROOM = 5e-3
-"""The optimiser aims at so much more than is required: samples, tolerances and timing take a part [m]."""
+"""The optimiser aims at this much more than is required: samples, tolerances and timing take a part [m]."""
 
 PAIRS_DIFFER = " (single pairs differ)"
-"""Said of what is not the same for all pairs."""
+"""Added to a clearance that is not the same for all pairs."""
 
 
 def how_near(first: str, second: str, distance: float, required: float) -> str:
@@ -23,7 +23,7 @@ def how_near(first: str, second: str, distance: float, required: float) -> str:
 
 @dataclass(frozen=True)
 class Clearances:
-    """The clearance that is required between links and objects; none unless told otherwise.
+    """The clearance that is required between links and objects; none by default.
 
     Attributes:
         everywhere: Between any two [m].
@@ -36,7 +36,7 @@ class Clearances:
     links: Mapping[str, float] = field(default_factory=dict[str, float])
 
     def __post_init__(self) -> None:
-        """Refuse what is no clearance."""
+        """Refuse negative clearances."""
         for value in (self.everywhere, *self.pairs.values(), *self.links.values()):
             if number("required clearance", value) < 0.0:
                 raise ShapeError("required clearance", f"is negative: {value:g} m")
@@ -52,7 +52,7 @@ class Clearances:
         return replace(self, pairs={**self.pairs, pair: value})
 
     def without(self, name: str) -> "Clearances":
-        """Return these without what is said of single pairs of a name."""
+        """Return these without those of single pairs with a name."""
         return replace(self, pairs={pair: value for pair, value in self.pairs.items() if name not in pair})
 
     def beside(self, margin: float, pair_margins: Mapping[frozenset[str], float]) -> str:

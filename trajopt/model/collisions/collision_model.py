@@ -61,8 +61,8 @@ def _places(item: SceneObject) -> LruCache[Anchor, AnchoredObject]:
 def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
     """Return an object where it is fixed to the joint that carries its frame.
 
-    The same answer is given again as long as that anchor is the same one: all scenes that share the object
-    share its bodies.
+    The answer is kept as long as that anchor is the same one: all scenes that share the object share its
+    bodies.
     """
     return _places(item).get(frame, lambda: item.anchored(frame))
 

@@ -1,7 +1,7 @@
 """Pairs of bodies that must keep apart: a list that grows with the bodies, not with their square.
 
-Only what a joint carries, and the robot's own links, are held against everything. Two objects that
-stand in the world never move against each other, and are nobody's business.
+Only what a joint carries, and the robot's own links, are paired with everything. Two objects that
+stand in the world never move relative to each other, so they are not checked.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,15 +19,15 @@ from trajopt.model.requirements import WORLD
 
 @dataclass(frozen=True, eq=False)
 class BodyPairs:
-    """Pairs of bodies that must keep apart and can move against each other.
+    """Pairs of bodies that must keep apart and can move relative to each other.
 
     Attributes:
         first: Index of the first body of each pair, shape (p,), read-only.
         second: Index of the second, larger than the first, shape (p,), read-only.
         margin: Clearance that the optimiser aims at, more than is required, shape (p,) [m], read-only.
         required: Clearance that is required, shape (p,) [m], read-only.
-        allowances: Allowances of meant contact, each with the index of its pair.
-        immobile: Owner pairs with a link or a carried object in them that cannot move against each
+        allowances: Allowances of intended contact, each with the index of its pair.
+        immobile: Owner pairs with a link or a carried object in them that cannot move relative to each
             other and are left out.
     """
 
@@ -50,7 +50,7 @@ class ContactRules:
         pair_margins: The same of single pairs, where it differs [m].
         clearances: What is required.
         carriers: The link that carries each object, by object; those that stand in the world have none.
-        allowances: Contacts that are meant, for a time.
+        allowances: Intended contacts, for a time.
     """
 
     allowed: AllowedCollisions
@@ -67,7 +67,7 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
 
     Args:
         bodies: All bodies; those of one owner are carried by the same joint.
-        links: Names of the robot's links: what does not move against them is noted as immobile.
+        links: Names of the robot's links: what does not move relative to them is noted as immobile.
         rules: What the scene says of contact.
     """
     owners = _Owners(bodies, frozenset(links), rules)
@@ -107,7 +107,7 @@ class _Owners:
         of_body: Owner of each body.
         row: Row of each owner, shape (o,); -1 for objects that stand in the world.
         excused: Whether two owners may touch, shape (rows, o).
-        fixed: Whether they cannot move against each other, shape (rows, o).
+        fixed: Whether they cannot move relative to each other, shape (rows, o).
     """
 
     def __init__(self, bodies: Sequence[FixedBody], links: frozenset[str], rules: ContactRules) -> None:
@@ -149,7 +149,7 @@ class _Owners:
         return tuple(sorted(found, key=lambda entry: entry[0]))
 
     def immobile(self) -> frozenset[frozenset[str]]:
-        """Return the pairs that would have to keep apart, but cannot move against each other."""
+        """Return the pairs that would have to keep apart, but cannot move relative to each other."""
         rows, others = np.nonzero(self.fixed & ~self.excused)
         mine, theirs = map(int, self._of_row[rows]), map(int, others)
         names = self.names

@@ -1,7 +1,7 @@
 """What a motion must achieve, as plain data: goals and path constraints, one kind a file.
 
-Each is written once here. The optimiser's term and the judge's check are computed from it by code
-of their own, so that one can catch the other's mistakes.
+Each is stated once here. The optimiser's term and the judge's check are computed from it by separate
+code, so that one can catch the other's mistakes.
 """
 
 from trajopt.model.requirements.axis_alignment import AxisAlignment as AxisAlignment

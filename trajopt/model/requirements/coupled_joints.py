@@ -52,7 +52,7 @@ def coupled_joints(weights: Mapping[str, float], value: float = 0.0, *, toleranc
     """Couple joints: `coupled_joints({"left": 1, "right": -1}, tolerance=0.01)` keeps two equal.
 
     Args:
-        weights: Joint -> its factor in the sum of positions [rad | m]; one at least that is not zero.
+        weights: Joint -> its factor in the sum of positions [rad | m]; at least one that is not zero.
         value: What the sum must be.
         tolerance: Largest deviation to either side, > 0.
 

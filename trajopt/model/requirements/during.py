@@ -11,7 +11,7 @@ Required = TypeVar("Required")
 
 @dataclass(frozen=True)
 class During(Generic[Required_co]):
-    """What must hold on a part of the motion, its ends included.
+    """Something that must hold on a part of the motion, its ends included.
 
     Attributes:
         required: What must hold there.

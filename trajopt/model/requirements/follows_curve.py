@@ -28,8 +28,7 @@ CURVE_ROTATION = float(np.radians(0.1))
 class FollowsCurve(Requirement):
     """A point of a frame runs along a curve, from its beginning, never backwards, to a length along it.
 
-    At each time t there is a place s(t) of the curve, not before those of earlier times, that the frame is
-    within the tolerances of.
+    At each time t the frame is within the tolerances of a location s(t) of the curve, and s never decreases.
 
     Made by `follows_curve`, whose arguments are its fields.
     """
@@ -50,7 +49,7 @@ class FollowsCurve(Requirement):
 
     @property
     def fraction(self) -> float:
-        """Part of the curve that is asked for."""
+        """Part of the curve that is required."""
         return self.until / self.curve.length
 
     @property
@@ -99,10 +98,10 @@ def follows_curve(
     Args:
         frame: Link, tool frame or attached object.
         curve: What is followed, seen from `reference`.
-        position_tolerance: Largest distance from the place on the curve [m].
+        position_tolerance: Largest distance from the location on the curve [m].
         rotation_tolerance: Largest angle from the orientation there [rad]; inf leaves it free.
         until: How far along the curve [m]; to its end when None.
-        spin: Axis in the frame about which it may turn as it likes; none when None.
+        spin: Axis in the frame about which it may turn freely; none when None.
         reference: "world", or the name of what the curve is seen from.
         offset: The point, in the frame's coordinates, shape (3,) [m].
 

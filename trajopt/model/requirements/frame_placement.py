@@ -25,7 +25,7 @@ ROTATION_TOLERANCE = 1e-3
 
 
 class RotationCoordinates(Enum):
-    """Which three numbers a rotation error is measured in (MoveIt's two parametrisations)."""
+    """The three numbers in which a rotation error is measured (MoveIt's two parametrisations)."""
 
     ROTATION_VECTOR = "rotation vector"
     XYZ_EULER = "intrinsic x-y-z Euler angles"

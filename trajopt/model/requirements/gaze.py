@@ -15,7 +15,7 @@ from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, R
 class Gaze(Requirement):
     """A target point lies within a view cone of a frame's axis and within a range of distances.
 
-    Whether something stands in between is for `LineOfSight` to ask.
+    Whether something stands in between is what `LineOfSight` requires.
 
     Made by `gaze`, whose arguments are its fields.
     """
@@ -78,7 +78,7 @@ def gaze(
     Args:
         frame: The camera: link, tool frame or attached object.
         target: The point, in `reference`, shape (3,) [m].
-        angle: Largest angle between the camera's axis and the way to the target, in (0, pi) [rad].
+        angle: Largest angle between the camera's axis and the direction to the target, in (0, pi) [rad].
         axis: Direction in which the camera looks, in the frame, shape (3,), any length but zero.
         origin: Where in the frame it looks from, shape (3,) [m].
         nearest: Smallest distance of the target [m]; 0 for none.

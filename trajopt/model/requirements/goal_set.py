@@ -1,4 +1,4 @@
-"""Goals of which any one will do: the planner picks, and says which."""
+"""Goals of which any one will do: the planner chooses, and says which."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,13 +32,13 @@ def any_of(goals: Mapping[str, Requirement | Sequence[Requirement]]) -> GoalSet:
         goals: Requirements, one or several that hold together, by name.
 
     Raises:
-        ProblemError: If there is none, or one of them asks for nothing.
+        ProblemError: If there is none, or one of them requires nothing.
     """
     alternatives: dict[str, tuple[Requirement, ...]] = {}
     for name, goal in mapping("any_of: goals", goals).items():
         parts = (goal,) if isinstance(goal, Requirement) else sequence(f"goal {shown(name)}", goal)
         if not parts:
-            raise ProblemError(f"goal {shown(name)} asks for nothing")
+            raise ProblemError(f"goal {shown(name)} requires nothing")
         alternatives[name] = tuple(parts)
     if not alternatives:
         raise ProblemError("a goal set needs at least one goal")

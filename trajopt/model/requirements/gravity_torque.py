@@ -6,7 +6,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.requirements.requirement import PERCENT, Relaxation, Requirement, positive
 
 SHARE = 0.9
-"""Share of an effort limit that gravity may take unless told otherwise. What is left moves the arm: with a
+"""Default share of an effort limit that gravity may take. The rest moves the arm: with a
 share r of a limit left, the joint accelerates r times as much as without any weight, and the path takes
 1 / sqrt(r) times as long: three times as long with a tenth, ten times as long with a hundredth."""
 
@@ -15,8 +15,8 @@ share r of a limit left, the joint accelerates r times as much as without any we
 class GravityTorque(Requirement):
     """The torque that holds the arm still stays within a share of each effort limit.
 
-    No timing cures a posture whose weight a joint cannot hold. The masses of what is carried count,
-    where the scene states them. Joints without an effort limit may bear anything.
+    No timing helps in a posture whose weight a joint cannot hold. Carried masses count where the scene
+    states them. Joints without an effort limit may carry anything.
 
     Made by `gravity_torque`, whose arguments are its fields.
     """

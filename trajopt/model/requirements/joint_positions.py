@@ -28,7 +28,7 @@ class JointPositions(Requirement):
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """The joints that are placed."""
+        """The joints with a required position."""
         return tuple(self.positions)
 
     @property
@@ -103,10 +103,10 @@ def joint_positions(
 
 
 def together(required: Sequence[Requirement]) -> tuple[Requirement, ...]:
-    """Return requirements with joint positions that name the same joint made one.
+    """Return requirements with joint positions of the same joint merged into one.
 
-    Where several name a joint, the one allows what they share, and asks for the middle of that. Joint
-    positions that share nothing stay as they are, and so does what names no joint twice.
+    Where several name a joint, the merged one allows the range that they share, and aims at its middle.
+    Joint positions that share nothing stay as they are, and so does what names no joint twice.
 
     Args:
         required: What must hold at one moment.

@@ -10,17 +10,17 @@ from trajopt.model.printed import in_length, in_point, seen_from
 from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
 MARGIN = 0.01
-"""Clearance that the line of sight keeps unless told otherwise [m]."""
+"""Default clearance of the line of sight [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class LineOfSight(Requirement):
     """The straight line from a camera to a target keeps clear of the scene's objects.
 
-    Objects are their convex parts; the robot's links are not looked at. What the camera and the target
-    are frames of is left out.
+    Objects count with their convex parts; the robot's links are not considered, nor are the objects that
+    camera and target are fixed to.
 
-    Made by `line_of_sight`, whose arguments are its fields; `ignored` is what it was told to ignore.
+    Made by `line_of_sight`, whose arguments are its fields; `ignored` are the objects to ignore.
     """
 
     frame: str

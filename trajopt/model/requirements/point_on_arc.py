@@ -77,7 +77,7 @@ def point_on_arc(
             axis and turns towards y.
         radius: Radius of the circle [m].
         tolerance: Largest distance from the arc, less than the radius [m].
-        sweep: Angle of the arc, in (0, 2 pi]; the whole circle unless told otherwise [rad].
+        sweep: Angle of the arc, in (0, 2 pi]; the whole circle by default [rad].
         reference: "world", or the name of what the circle is placed in; it may move.
         offset: The point, in the frame's coordinates, shape (3,) [m].
 

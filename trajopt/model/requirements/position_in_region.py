@@ -21,7 +21,7 @@ from trajopt.model.requirements.requirement import (
 from trajopt.model.shapes import LARGEST_SIZE, Box, Cylinder, Plane, Sphere
 
 Region = Box | Sphere | Cylinder | Plane
-"""Convex shapes that a point can be held in; `Plane` is the half-space below its plane z = 0."""
+"""Convex shapes that a point can be kept in; `Plane` is the half-space below its plane z = 0."""
 
 Member = tuple[Region, Placement]
 """A shape and its placement in the region's reference."""

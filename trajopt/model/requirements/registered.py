@@ -1,4 +1,4 @@
-"""What modules register for a kind of requirement, in this library and in other packages."""
+"""Functions that modules register for a kind of requirement, in this library and in other packages."""
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -29,7 +29,7 @@ class Dispatch(Protocol[Result_co]):
 
 
 def import_modules(package: str) -> None:
-    """Import all modules of a package, without its subpackages, so that they register what they add."""
+    """Import all modules of a package, without its subpackages, so that they register their functions."""
     for item in iter_modules(import_module(package).__path__):
         if not item.ispkg:
             import_module(f"{package}.{item.name}")

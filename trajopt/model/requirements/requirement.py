@@ -11,7 +11,7 @@ from trajopt.errors import ProblemError, ShapeError
 from trajopt.model.printed import in_degrees, in_length
 
 WORLD = "world"
-"""Name of the frame that everything is placed in at last."""
+"""Name of the frame that all others are placed in in the end."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +62,12 @@ class Requirement(Value):
 
     @property
     def relaxations(self) -> "tuple[Relaxation, ...]":
-        """How it can be relaxed: remedies and prices try these; none unless told otherwise."""
+        """How it can be relaxed: remedies and prices try these; none by default."""
         return ()
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units that what misses it is measured in: "m", "rad", or empty for what is not known."""
+        """The units in which its violation is measured: "m", "rad", or empty if not known."""
         return ("",)
 
 
@@ -128,8 +128,8 @@ def missed_by(amount: float, requirements: Sequence[Requirement]) -> str:
     """Print by how much requirements are missed: 12 mm, 3 deg, or the bare number where units mix.
 
     Args:
-        amount: What is missing, or the sum of it, each part in its own unit [m, rad].
-        requirements: What is missed.
+        amount: By how much they are missed, or the sum of it, each part in its own unit [m, rad].
+        requirements: The requirements that are missed.
     """
     units = {unit for required in requirements for unit in required.units}
     if units == {MILLIMETRES.base}:

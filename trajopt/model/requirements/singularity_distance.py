@@ -9,7 +9,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.requirements.requirement import PLAIN, Relaxation, Requirement, positive
 
 LENGTH = 0.3
-"""Length that a radian of the frame's rotation is weighed as, unless told otherwise [m]."""
+"""Default length that a radian of the frame's rotation counts as [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,9 +17,9 @@ class SingularityDistance(Requirement):
     """The smallest singular value of a frame's Jacobian stays above a bound.
 
     The Jacobian maps joint velocities to (velocity of a point of the frame [m/s], length times angular
-    velocity [m/s]), 6 by n. The smallest of its min(6, n) singular values is the slowest that the frame
-    can be made to move in any direction (for n < 6: in any direction it can move in at all) by joints
-    that move at one together, in the sense of the Euclidean norm. With the length 0 only the point
+    velocity [m/s]), 6 by n. The smallest of its min(6, n) singular values is the speed of the frame in its
+    slowest direction (for n < 6: of those in which it can move at all) when the joint velocities have a
+    Euclidean norm of one. With the length 0 only the point
     counts: the Jacobian is 3 by n.
 
     Made by `singularity_distance`, whose arguments are its fields.
@@ -66,7 +66,7 @@ def singularity_distance(
     Args:
         frame: Link, tool frame or attached object.
         smallest: Smallest singular value accepted, > 0 [m/rad; m/m].
-        length: What a radian of rotation is weighed as [m]; 0 where only the point's motion counts.
+        length: Length that a radian of rotation counts as [m]; 0 where only the point's motion counts.
         offset: The point, in the frame's coordinates, shape (3,) [m].
 
     Raises:
