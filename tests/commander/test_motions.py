@@ -110,7 +110,7 @@ def test_no_way_is_told(panda: MoveGroupCommander) -> None:
     far = Grasp(pre_grasp_posture=fingers(0.08), grasp_posture=fingers(0.05))
     far.grasp_pose = stamped(placement((3.0, 0.0, 0.3)), "panda_link0")
     assert panda.pick("box", [far]) == MoveItErrorCodes.PLANNING_FAILED
-    assert "no way to handle 'box'" in panda.get_last_outcome().error_code.message
+    assert "no sequence for 'box'" in panda.get_last_outcome().error_code.message
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_no_way_is_told(panda: MoveGroupCommander) -> None:
             "grasp_posture: give a position for each of panda_f",
         ),
         (lambda arm: arm.place("box"), "say where 'box' is put"),
-        (lambda arm: arm.place("box", PlaceLocation()), "is in no hand"),
+        (lambda arm: arm.place("box", PlaceLocation()), "is not in a hand"),
     ],
 )
 def test_misuse_of_hands(panda: MoveGroupCommander, misuse: Callable[..., object], said: str) -> None:

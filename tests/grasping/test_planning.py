@@ -244,7 +244,7 @@ def test_why_there_is_no_way(panda: to.Robot, gripper: Gripper) -> None:
     assert reasons[second.name][0] is Stage.LOWER and "table" in reasons[second.name][1]
     assert all(grasp in str(found.explain()) for grasp in reasons)
     assert found.status is Status.GOAL_IN_COLLISION and found.explain().status is found.status
-    with pytest.raises(PlanningFailed, match="no way to handle 'thing'"):
+    with pytest.raises(PlanningFailed, match="no sequence for 'thing'"):
         found.require()
 
 
@@ -258,7 +258,7 @@ def test_misuse_is_refused(panda: to.Robot, gripper: Gripper) -> None:
         pick(scene, "thing", start="ready", grasps=[])
     with pytest.raises(ProblemError, match="at least one place"):
         pick_and_place(scene, "thing", start="ready", grasps=grasps, places=[])
-    with pytest.raises(ProblemError, match="in no hand"):
+    with pytest.raises(ProblemError, match="not in a hand"):
         place(scene, "thing", start="ready", places=there)
     held = scene.attach("thing", gripper.tool, placement=to.placement())
     with pytest.raises(ProblemError, match="in a hand already"):

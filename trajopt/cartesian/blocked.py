@@ -16,13 +16,13 @@ from trajopt.transcription.knots import CLEARANCE_TOLERANCE
 from trajopt.transcription.margins import TaperedMargins, tapered_margins
 
 LOOK_AHEAD = 0.02
-"""How far beyond the last place is looked for what stops there [m]."""
+"""How far beyond the last point the reason for stopping is searched [m]."""
 STEPS_AHEAD = 8
 """Steps in which that is done."""
 SEARCHES = 96
-"""Random configurations from which another branch is looked for."""
+"""Random configurations from which another branch is searched."""
 ZOOMS = 7
-"""Halvings that tell where between two stations a body comes too near."""
+"""Halvings that locate where between two stations a body comes too near."""
 CAUTIOUS = 0.1
 """Speed of the tool that the duration is estimated with, for time windows of intended contact [m/s]."""
 
@@ -32,7 +32,7 @@ class Clear:
     """How far along a track nothing comes too near.
 
     Attributes:
-        until: Last place that is clear [m].
+        until: Last length along the curve that is clear [m].
         stop: What comes too near beyond it; None if the whole track is clear.
     """
 
@@ -86,7 +86,7 @@ def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
 
 
 def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
-    """Return the clearance that pairs keep on the way: their margins, or what the starts have, shape (p,)."""
+    """Return the clearance that pairs keep on the curve: their margins, or what the starts have, shape (p,)."""
     margin = on_curve.reduced.pairs.margin - CLEARANCE_TOLERANCE
     contacts = on_curve.query.close_pairs(starts, margin)
     np.minimum.at(margin, contacts.pair, contacts.distance - CLEARANCE_TOLERANCE)

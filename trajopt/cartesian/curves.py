@@ -15,9 +15,9 @@ from trajopt.model.curve import TURN_LENGTH, Curve, Piece, bezier, joined
 from trajopt.model.placement import Placement, PlacementLike, as_placement, placement
 
 NOWHERE = 1e-9
-"""Poses nearer to each other than this are one [m | rad]."""
+"""Poses nearer to each other than this count as one [m | rad]."""
 RADIUS_DIFFERENCE = 1e-3
-"""The ends of an arc may be this much at unequal distances from its centre [m]; the centre gives way."""
+"""By how much the distances of an arc's ends from its centre may differ [m]; the centre is moved."""
 COLLINEAR = 1e-5
 """Sine of the angle below which three points span no plane."""
 ROUNDEST = 0.5
@@ -38,7 +38,7 @@ def line(begin: PlacementLike, end: PlacementLike) -> Curve:
 
 
 def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
-    """Return straight lines through placements, with corners rounded if that is asked.
+    """Return straight lines through placements, with rounded corners if `blend` is positive.
 
     Args:
         poses: Two or more.
@@ -128,7 +128,7 @@ def arc_through(begin: PlacementLike, interim: ArrayLike, end: PlacementLike) ->
     if np.sqrt(square) < COLLINEAR * max(float(np.linalg.norm(a) * np.linalg.norm(b)), NOWHERE):
         raise ProblemError("begin, interim point and end of the arc lie on a line: no circle passes them")
     centre = passed + cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * square)
-    # Seen from the side of (end - interim) x (begin - interim) the way begin, interim, end is anticlockwise.
+    # Seen from the side of (end - interim) x (begin - interim) begin, interim, end are anticlockwise.
     return _arc(begin, end, centre, -normal)
 
 
@@ -272,7 +272,7 @@ def cross(first: Floats, second: Floats) -> Floats:
 
 
 def _measured(points: Floats, rotation: Floats, turns: Floats) -> Piece:
-    """Return a piece with the length of its way, or of its turn where that counts more."""
+    """Return a piece with the length of its path, or of its rotation where that counts more."""
     u = np.linspace(0.0, 1.0, 2 if len(points) == 2 and len(turns) == 2 else FINE + 1)
     way = float(np.linalg.norm(np.diff(bezier(points, u), axis=0), axis=1).sum())
     turn = float(np.linalg.norm(np.diff(bezier(turns, u), axis=0), axis=1).sum())

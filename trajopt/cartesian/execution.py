@@ -1,4 +1,4 @@
-"""Execution to the end: simulate a motion along a curve, measure what is missing there, and close it."""
+"""Execution to the end: simulate a motion along a curve, measure the error there, and correct it."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from trajopt.model.requirements import follows_curve
 from trajopt.simulate import PoseError, Rollout, SimulationOptions, simulate
 
 POSITION = 1e-3
-"""Default error at the end that is left as it is [m]."""
+"""Default error at the end that is not corrected [m]."""
 ROTATION = 1e-2
 """The same of the rotation [rad]."""
 MOVES = 3
@@ -21,11 +21,11 @@ MOVES = 3
 
 @dataclass(frozen=True, eq=False)
 class Executed:
-    """A motion along a curve as it was executed, with the moves that closed what was missing at its end.
+    """A motion along a curve as it was executed, with the moves that corrected the error at its end.
 
     Attributes:
         rollouts: The simulated motion, then each closing move.
-        errors: How far the frame was from the end of what was asked, after each of them.
+        errors: How far the frame was from the required end, after each of them.
         moves: The closing moves; the last one may have failed.
         reached: Whether the last error is within the tolerances.
     """
@@ -43,14 +43,14 @@ def execute(
     rotation_tolerance: float = ROTATION,
     options: SimulationOptions | None = None,
 ) -> Executed:
-    """Execute a motion along a curve in simulation, and move on where it ends too far from its end.
+    """Execute a motion along a curve in simulation, and correct its end where that is too far off.
 
     A closing move is the straight line from where the frame is to where it should be, followed like any
     curve: timed, judged, and executed in its turn.
 
     Args:
         followed: The motion.
-        position_tolerance: Error at the end that is left as it is [m].
+        position_tolerance: Error at the end that is not corrected [m].
         rotation_tolerance: The same of the rotation [rad].
         options: Of the simulation.
 

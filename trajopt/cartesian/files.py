@@ -1,4 +1,4 @@
-"""Poses read from a file, CSV or YAML: what a curve is drawn through."""
+"""Poses read from a file, CSV or YAML: what a curve passes through."""
 
 import csv
 from pathlib import Path

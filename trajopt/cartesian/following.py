@@ -72,7 +72,7 @@ class FollowOptions:
     branches: int = 16
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be meant.
+        """Refuse options that contradict each other.
 
         Raises:
             ProblemError: If a tube is missing, or given though nothing may deviate, or there are no branches.
@@ -88,7 +88,7 @@ class FollowOptions:
 
 
 DEFAULT_OPTIONS = FollowOptions()
-"""What `follow` does unless told otherwise."""
+"""The default options of `follow`."""
 START_SHARE = 0.5
 """Share of the tolerances that the start may be off the beginning of the curve."""
 CHORDS = (0.2, 0.1, 0.05)
@@ -133,7 +133,7 @@ def follow(
         How far the curve is followed, why not farther, and the motion with its certificate.
 
     Raises:
-        ProblemError: If the curve does not suit this robot, or the budget has what does not apply.
+        ProblemError: If the curve does not suit this robot, or the budget has fields that do not apply.
         NameNotFound: If a frame, group or state is unknown.
     """
     required, options = one_of("required", required, FollowsCurve), one_of("options", options, FollowOptions)
@@ -185,7 +185,7 @@ class _Following:
             return replace(result, result=replace(result.result, stopped=ended.stop))
 
     def _run(self) -> Followed:
-        """Choose where to begin, find the way that gets farthest, time it and have it judged."""
+        """Choose where to begin, find the joint path that gets farthest, time it and have it judged."""
         with self.on_curve.stage("start"):
             starts, refusal = self._starts()
         if refusal is not None:
@@ -249,7 +249,7 @@ class _Following:
         return start, None
 
     def _motion(self, found: Found) -> Followed:
-        """Time a way and have the motion judged."""
+        """Time a path and have the motion judged."""
         way, why = found.way, found.stop
         part = self.required if why is None else replace(self.required, until=way.reached)
         problem = replace(beginning(self.problem, way), goal=part, constraints=(part,))
@@ -262,7 +262,7 @@ class _Following:
         return self._followed(result, part.until / self.required.until if result.verified else 0.0, why)
 
     def _judged(self, problem: Problem, on_curve: OnCurve, way: Track) -> Result | StopReason:
-        """Lay knots along a way, time them and have the motion judged; more tightly if it is refused."""
+        """Place knots along a path, time them and have the motion judged; more tightly if it is refused."""
         workspace, result = Workspace(problem, self.tracker), None
         for chord, rounding in zip(CHORDS, ROUNDINGS, strict=True):
             with on_curve.stage("densify"):
@@ -280,7 +280,7 @@ class _Following:
         return result
 
     def _around(self, starts: Floats, why: StopReason) -> Followed | None:
-        """Go around what blocks the curve, inside the tube; None if no way is found and proven."""
+        """Go around what blocks the curve, inside the tube; None if no detour is found and proven."""
         tube = self.options.tube
         wide = replace(self.required, position_tolerance=tube)
         for detour in detours(self.problem, self.on_curve, starts, tube):

@@ -1,4 +1,4 @@
-"""Configurations that hold a frame at places of a curve: Newton's method on many at once."""
+"""Configurations that hold a frame at points of a curve: Newton's method on many at once."""
 
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -17,7 +17,7 @@ from trajopt.terms.frames import relative_frame
 from trajopt.terms.motion import Motion
 
 HELD = 1e-8
-"""A place counts as held within this; see `OnCurve.turn_length` [m]."""
+"""A point counts as reached within this; see `OnCurve.turn_length` [m]."""
 STEPS = 14
 """Steps of Newton's method at most."""
 LONGEST = 0.3
@@ -25,7 +25,7 @@ LONGEST = 0.3
 SINGULAR = 1e-3
 """Singular values smaller than this part of the largest are damped: their directions are slow [-]."""
 DISTANCE_ROW = 3
-"""The row of the error that tells the distance, which the three before it tell too."""
+"""The row of the error with the distance, which the three before it imply."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Corrected:
 
     Attributes:
         positions: Shape (S, n) [rad | m], inside the limits.
-        miss: How far the frame is from its place, turns counted as lengths, shape (S,) [m].
+        miss: How far the frame is from its point, rotations counted as lengths, shape (S,) [m].
     """
 
     positions: Floats
@@ -42,16 +42,16 @@ class Corrected:
 
     @property
     def held(self) -> Bools:
-        """Which are at their places, shape (S,)."""
+        """Which are at their points, shape (S,)."""
         return np.asarray(self.miss <= HELD, dtype=np.bool_)
 
 
 class OnCurve:
-    """Moves configurations on to places of a curve, by the least motion of the joints.
+    """Moves configurations to points of a curve, by the least motion of the joints.
 
     Attributes:
         reduced: The robot and its surroundings.
-        required: The curve and what follows it.
+        required: The curve and the frame that follows it.
         query: Evaluates the kinematics.
         tracker: Ends the work when the budget is used up; without a bound when None.
         limits: Position limits that are kept.
@@ -98,7 +98,7 @@ class OnCurve:
 
     @property
     def rows(self) -> int:
-        """How many numbers a place fixes: 6, 5 with a free spin, 3 with a free rotation."""
+        """How many numbers a point fixes: 6, 5 with a free spin, 3 with a free rotation."""
         if np.isinf(self.required.rotation_tolerance):
             return 3
         return 6 if self.required.spin is None else 5
@@ -110,16 +110,16 @@ class OnCurve:
 
     @property
     def allowed(self) -> float:
-        """How far the frame may be from its place, turns counted as lengths [m]."""
+        """How far the frame may be from its point, rotations counted as lengths [m]."""
         return self.required.position_tolerance
 
     @property
     def spare(self) -> int:
-        """How many joints a place leaves free."""
+        """How many joints a point leaves free."""
         return max(len(self.reduced.joint_names) - self.rows, 0)
 
     def errors(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
-        """Compare configurations (S, n) with places (S,): errors (S, rows) [m] and Jacobians (S, rows, n)."""
+        """Return errors at lengths along the curve (S,): (S, rows) [m], and Jacobians (S, rows, n)."""
         value, jacobian = self._term.errors(Motion.each(positions, self.query), s)
         value, jacobian = (np.delete(each, DISTANCE_ROW, axis=1) for each in (value, jacobian))
         value[:, 3:] *= self.turn_length
@@ -127,7 +127,7 @@ class OnCurve:
         return value, jacobian
 
     def off(self, positions: Floats, s: Floats) -> tuple[Floats, Floats]:
-        """Tell how far configurations (S, n) are from places (S,): distances [m] and angles [rad], (S,)."""
+        """Return distances [m] and angles [rad] from the curve at lengths (S,) along it, shape (S,)."""
         value, _ = self.errors(positions, s)
         turn = np.linalg.norm(value[:, 3:], axis=1) / self.turn_length
         return np.linalg.norm(value[:, :3], axis=1), turn
@@ -138,7 +138,7 @@ class OnCurve:
         return relative_frame(self.reduced, motion, need.frame, need.reference, need.offset).point
 
     def apart(self, first: Floats, second: Floats) -> Floats:
-        """Tell how far the frame at some configurations (S, n) is from that at others, shape (S,) [m]."""
+        """Return how far the frame at some configurations (S, n) is from that at others, shape (S,) [m]."""
         need = self.required
         one, other = (
             relative_frame(self.reduced, Motion.each(q, self.query), need.frame, need.reference, need.offset)
@@ -154,7 +154,7 @@ class OnCurve:
         return np.asarray(np.maximum(far, turned * self.turn_length), dtype=np.float64)
 
     def __call__(self, positions: Floats, s: Floats) -> Corrected:
-        """Move configurations (S, n) on to places (S,) of the curve.
+        """Move configurations (S, n) to lengths (S,) along the curve.
 
         Raises:
             Stopped: If the budget is used up.
@@ -199,7 +199,7 @@ class OnCurve:
         return np.asarray(np.linalg.svd(jacobian)[2][:, -1], dtype=np.float64)
 
     def smallest_singular_value(self, q: Floats, s: Floats) -> Floats:
-        """Return that of the Jacobian, shape (S,) [m/rad]: 0 where a direction of the way is lost."""
+        """Return that of the Jacobian, shape (S,) [m/rad]: 0 where a direction of the path is lost."""
         _, jacobian = self.errors(q, s)
         sizes = np.asarray(np.linalg.svd(jacobian, compute_uv=False), dtype=np.float64)
         return sizes[:, min(self.rows, q.shape[1]) - 1]

@@ -1,7 +1,7 @@
 """The whole line as one program: all knots at once, held on the curve, short, smooth and clear.
 
 A step of differential kinematics freezes the choice that a redundant arm has; here it is made with the whole
-line in view. With a tube the curve is a wish inside of it, and what the knots are off it is paid for.
+line in view. With a tube the curve is a cost inside it: the knots' distance from the curve is penalised.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,18 +30,18 @@ SPACING = 0.02
 FEWEST, MOST = 16, 96
 """Knots at least and at most."""
 HELD = 0.5
-"""Share of the tolerances that knots may use: they are moved on to the curve afterwards."""
+"""Share of the tolerances that knots may use: they are moved onto the curve afterwards."""
 ROOM = 0.9
 """Share of the tube that knots may use."""
 END = 0.01
-"""Share of the tube that the last knot may be off: it is moved on to the curve afterwards."""
+"""Share of the tube that the last knot may be off: it is moved onto the curve afterwards."""
 NEARNESS = 1000.0
 """Weight of squared distances from the curve inside a tube [1/m^2]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Offset:
-    """Distance of knots from the curve, along three axes [m]: what a tube's motion pays for.
+    """Distance of knots from the curve, along three axes [m]: the cost inside a tube.
 
     Attributes:
         error: The whole error.
@@ -51,7 +51,7 @@ class Offset:
 
     @property
     def name(self) -> str:
-        """What is paid for."""
+        """What is penalised."""
         return f"distance from the {self.error.name}"
 
     def linearise(self, motion: Motion) -> Rows:
@@ -94,7 +94,7 @@ def on_the_curve(
 def in_a_tube(
     problem: Problem, required: FollowsCurve, tube: float, seed: Track, tracker: BudgetTracker
 ) -> SolveResult:
-    """Plan the whole line inside a tube around the curve, as near to the curve as may be.
+    """Plan the whole line inside a tube around the curve, as near to the curve as possible.
 
     Args:
         problem: Start, scene and limits.
@@ -128,16 +128,16 @@ def _solve(
 
 
 SIDES = 6
-"""Sides to which curves are bent."""
+"""How many sides curves are bent to."""
 BENT = 0.75
-"""Part of the tube's radius by which they are."""
+"""Part of the tube's radius by which they are bent."""
 POSES = 12
 """Poses of a bent curve."""
 
 
 @dataclass(frozen=True, eq=False)
 class Detour:
-    """A way inside the tube.
+    """A joint path inside the tube.
 
     Attributes:
         required: The curve through its knots, turned as the blocked one is.
@@ -151,7 +151,7 @@ class Detour:
 
 
 def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) -> Sequence[Detour]:
-    """Search ways around what blocks a curve, nearest to the curve first.
+    """Search detours around what blocks a curve, nearest to the curve first.
 
     Args:
         problem: Start, scene and limits.
@@ -173,7 +173,7 @@ def detours(problem: Problem, on_curve: OnCurve, starts: Floats, tube: float) ->
 
 
 def _detour(on_curve: OnCurve, knots: Track) -> Detour:
-    """Lay a curve through knots: their points, the ends of the blocked curve, and its rotations."""
+    """Make a curve through knots: their points, the ends of the blocked curve, and its rotations."""
     required = on_curve.required
     places = required.curve(knots.stations)
     points = on_curve.points(knots.positions)

@@ -22,11 +22,11 @@ class StopReason:
     Attributes:
         status: The kind of reason.
         at: How far along the curve [m].
-        pose: Number, from 0, of the last pose that was reached, of those the curve was made from.
+        pose: Number, from 0, of the last pose that was reached, of those that the curve was made from.
         message: The particulars: which joint and limit, which pair, which jump.
         joint: The joint at its limit, or the one that would jump; none for other reasons.
         pair: The two links or objects that come too near each other; none for other reasons.
-        amount: What is missing: clearance [m], the limit [rad | m], the jump [rad | m]; 0 where unknown.
+        amount: How much is missing: clearance [m], the limit [rad | m], the jump [rad | m]; 0 where unknown.
     """
 
     status: Status
@@ -126,7 +126,7 @@ class Followed:
         return max((value for value in found if value is not None), default=default)
 
     def require(self, fraction: float = 1.0) -> Plan:
-        """Return the plan if so much of the curve is followed.
+        """Return the plan if enough of the curve is followed.
 
         Args:
             fraction: Least part of the curve.

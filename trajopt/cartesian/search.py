@@ -1,4 +1,4 @@
-"""Search for the way along a curve that gets farthest: tracking, looking ahead, one program for all of it."""
+"""Search for the joint path along a curve that gets farthest: tracking, look-ahead, one program for all."""
 
 from dataclasses import dataclass, replace
 
@@ -16,16 +16,16 @@ from trajopt.model.requirements import Requirement, axis_alignment, frame_placem
 from trajopt.problem import Problem
 
 LEAST = 1e-4
-"""Part of a curve that is worth a motion."""
+"""Smallest part of a curve that is worth a motion."""
 POSTURES = 3
-"""Random postures that an arm with several joints to spare drifts to, to get farther."""
+"""Random postures that an arm with several redundant joints drifts to, to get farther."""
 FREEST = 1e-3
-"""Two ways that get equally far to this part of the curve are told apart by their travel."""
+"""Two paths that get equally far, to this part of the curve, are compared by their joint motion."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A way along a curve.
+    """A joint path along a curve.
 
     Attributes:
         way: Configurations along it.
@@ -38,7 +38,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Searches ways along a curve.
+    """Searches joint paths along a curve.
 
     Attributes:
         problem: Start, scene and limits.
@@ -55,7 +55,7 @@ class Search:
         return self._best(track(self.on_curve, stations_of(self.on_curve), starts, _still(starts)))
 
     def looking_ahead(self, starts: Floats, tracked: Found) -> Found:
-        """Use the joints to spare to get farther than tracking does."""
+        """Use redundant joints to get farther than tracking does."""
         on_curve, stations = self.on_curve, stations_of(self.on_curve)
         found = [tracked]
         if on_curve.spare == 1:
@@ -73,7 +73,7 @@ class Search:
         return max(found, key=lambda item: item.way.reached)
 
     def _onward(self, way: Track) -> Found:
-        """Go on from the end of a way by tracking, which tells what stops it there."""
+        """Continue from the end of a path by tracking, which says what stops it there."""
         stations = stations_of(self.on_curve)
         rest = np.append(way.reached, stations[stations > way.reached])
         last = way.positions[-1:]
@@ -98,7 +98,7 @@ class Search:
         return Found(best.way, best.stop or untracked(self.on_curve, best.way, self.rng))
 
     def _shortened(self, way: Track, until: float) -> Track:
-        """Return the part of a track up to a place, which becomes its last station."""
+        """Return the part of a track up to a length, which becomes its last station."""
         if until >= way.reached:
             return way
         kept = way.until(until)
@@ -108,7 +108,7 @@ class Search:
         return resampled(self.on_curve, way, stations)
 
     def as_program(self, found: Found) -> Found:
-        """Plan a way as one program; return what comes out if it gets as far."""
+        """Plan a path as one program; return the result if it gets as far."""
         way, required = found.way, self.on_curve.required
         if way.reached < LEAST * required.until:
             return found
@@ -127,7 +127,7 @@ class Search:
 
 
 def beginning(problem: Problem, way: Track) -> Problem:
-    """Return the problem with the start where a way begins."""
+    """Return the problem with the start where a path begins."""
     return replace(problem, start=readonly(problem.reduced.all_positions(way.positions[0])))
 
 
@@ -137,7 +137,7 @@ def _still(starts: Floats) -> Floats:
 
 
 def _continuous(on_curve: OnCurve, planned: Track) -> Track:
-    """Move the knots of a program on to the curve, and keep them up to the first jump."""
+    """Move the knots of a program onto the curve, and keep them up to the first jump."""
     stations = stations_of(on_curve)
     dense = resampled(on_curve, planned, stations)
     there = on_curve(dense.positions, stations)

@@ -1,8 +1,8 @@
-"""Look-ahead for an arm with one joint to spare: everything that it can reach without a jump, place by place.
+"""Look-ahead for an arm with one redundant joint: all that it can reach without a jump, point by point.
 
-At each place of a curve the arm can move in itself along a line of configurations. All that is connected with
-the configurations of the place before is walked, to limits and obstacles on both sides, so that no choice
-is made too early; then the way through them that moves least is taken.
+At each point of a curve the arm has a self-motion: a line of configurations. All of it that is connected
+with the configurations of the point before is walked, to limits and obstacles on both sides, so that no
+choice is made too early; then the sequence through them that moves least is taken.
 """
 
 from dataclasses import dataclass
@@ -15,15 +15,15 @@ from trajopt.cartesian.on_curve import OnCurve
 from trajopt.cartesian.tracking import Track
 
 SPACING = 0.12
-"""Distance of configurations that are kept of one place [rad | m]."""
+"""Distance of the configurations that are kept for one point [rad | m]."""
 SAME = 0.06
 """Configurations nearer to each other than this in every joint are one [rad | m]."""
 STEP = 0.3
-"""Farthest that a joint moves from one place to the next without self-motion [rad | m]."""
+"""Farthest that a joint moves from one point to the next without self-motion [rad | m]."""
 JOINED = 0.5
 """Farthest that it moves with it [rad | m]."""
 MOST = 400
-"""Configurations of one place at most."""
+"""Configurations per point at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +39,11 @@ class SelfMotions:
     margin: Floats
 
     def farthest(self, stations: Floats, starts: Floats) -> Track:
-        """Return the way of least motion to the last place that can be reached.
+        """Return the sequence of least motion to the last point that can be reached.
 
         Args:
-            stations: Places along the curve, increasing from 0, shape (m,) [m].
-            starts: Configurations to begin in, shape (b, n); they are not left before the second place.
+            stations: Lengths along the curve, increasing from 0, shape (m,) [m].
+            starts: Configurations to begin in, shape (b, n); they are kept until the second point.
         """
         layers = [starts]
         found = self._spread(starts, float(stations[0]))
@@ -64,7 +64,7 @@ class SelfMotions:
         return q[~blocked]
 
     def _spread(self, seeds: Floats, s: float) -> Floats:
-        """Walk both ways along the self-motion of a place from all seeds, as far as it is clear."""
+        """Walk both ways along the self-motion at a point from all seeds, as far as it is clear."""
         kept = np.empty((0, len(self.on_curve.limits.joint_names)))
         front = _new(seeds, kept)
         while len(front) and len(kept) < MOST:

@@ -1,4 +1,4 @@
-"""Timing of a way along a curve: retiming, told how far the tool may leave the way, and rest in its corners.
+"""Timing of a joint path along a curve: retiming within the tool's tolerance, with stops in sharp corners.
 
 A tool that keeps to a tenth of a millimetre passes a sharp corner so slowly that rest costs little more;
 mild ones are rounded. A blend radius makes corners fast.
@@ -18,13 +18,13 @@ from trajopt.problem import Problem
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
 
 BODIES = 0.1
-"""The rest of the arm may leave its way ten times as far as the tool."""
+"""The rest of the arm may leave its path ten times as far as the tool."""
 POINTS_PER_KNOT = 0.7
-"""Points of the motion by knots of the way, beyond the usual number."""
+"""Points of the motion per knot of the path, beyond the usual number."""
 MOST_POINTS = 600
 """Points of the motion at most."""
 SHARP = np.radians(25.0)
-"""Corners of the joints' way that turn by more come to rest [rad]."""
+"""At corners of the joint path that turn by more the motion stops [rad]."""
 DWELL = 2e-3
 """Time in which an acceleration changes that has no limit on its jerk, at rest in a corner [s]."""
 
@@ -32,13 +32,13 @@ DWELL = 2e-3
 def timed_along(
     problem: Problem, on_curve: OnCurve, path: Path, *, tolerance: float
 ) -> Retimed | RetimeFailure:
-    """Find the fastest timing of a way, within everything that the problem limits.
+    """Find the fastest timing of a path, within everything that the problem limits.
 
     Args:
         problem: The problem.
-        on_curve: What tells how far the tool is from where it should be.
-        path: The way.
-        tolerance: How far the tool may leave it, turns counted as lengths [m].
+        on_curve: Measures how far the tool is from where it should be.
+        path: The joint path.
+        tolerance: How far the tool may leave it, rotations counted as lengths [m].
     """
     query, limits = on_curve.query, problem.limits
 
@@ -67,7 +67,7 @@ def timed_along(
 
 
 def _corners(knots: Floats, velocity: Floats) -> tuple[int, ...]:
-    """Find the knots at which the way turns sharply, in joints over their speeds."""
+    """Find the knots at which the path turns sharply, in joints over their speeds."""
     steps = np.diff(knots, axis=0) / np.where(velocity > 0.0, velocity, 1.0)
     sizes = np.linalg.norm(steps, axis=1)
     along = (steps[:-1] * steps[1:]).sum(axis=1) / np.maximum(sizes[:-1] * sizes[1:], 1e-300)

@@ -19,7 +19,7 @@ MOST_STEPS = 400
 LEAST_STEPS = 8
 """Steps along a curve at least."""
 FARTHEST = 0.2
-"""A joint that moves farther in one step may have jumped: shorter steps tell [rad | m]."""
+"""A joint that moves farther in one step may have jumped: shorter steps decide [rad | m]."""
 HALVINGS = 7
 """How often a step is halved before what is left of it counts as a jump."""
 DRIFT = 4.0
@@ -28,10 +28,10 @@ DRIFT = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A way of the joints along a curve.
+    """A path of the joints along a curve.
 
     Attributes:
-        stations: Places along the curve, increasing from 0, shape (m,) [m].
+        stations: Lengths along the curve, increasing from 0, shape (m,) [m].
         positions: Configurations there, shape (m, n) [rad | m].
     """
 
@@ -50,7 +50,7 @@ class Track:
 
 
 def stations_of(on_curve: OnCurve) -> Floats:
-    """Return places along the curve that are about a step apart, the joints of its pieces among them."""
+    """Return lengths along the curve that are about a step apart, the joints of its pieces among them."""
     edges = on_curve.required.curve.edges
     until = on_curve.required.until
     edges = np.append(edges[edges < until], until)
@@ -70,10 +70,10 @@ def track(on_curve: OnCurve, stations: Floats, begin: Floats, pull: Floats) -> l
         on_curve: The curve and the arm.
         stations: Places along the curve, increasing from 0, shape (m,) [m].
         begin: Configurations at the first of them, shape (b, n) [rad | m].
-        pull: For each a posture that it drifts to, shape (b, n); not a number where it does not.
+        pull: For each a posture that it drifts to, shape (b, n); NaN where it does not drift.
 
     Returns:
-        For each how far it got, and by which way.
+        For each how far it got, and its joint path.
     """
     count = len(begin)
     q, alive = begin.copy(), np.ones(count, dtype=np.bool_)
@@ -110,7 +110,7 @@ def _drift(on_curve: OnCurve, q: Floats, s: float, step: float, pull: Floats) ->
 
 
 def _finely(on_curve: OnCurve, q: Floats, begin: float, end: float) -> tuple[Floats, float]:
-    """Step on by halved steps: the last configuration that is reached without a jump, and its place."""
+    """Step on by halved steps: the last configuration reached without a jump, and its length."""
     s, step, least = begin, end - begin, (end - begin) / 2**HALVINGS
     while s < end and step >= least:
         after = end if s + step >= end - 0.5 * least else s + step
@@ -135,7 +135,7 @@ def densified(on_curve: OnCurve, found: Track, *, tolerance: float) -> Track:
 
     Args:
         on_curve: The curve and the arm.
-        found: A track of it; its configurations are moved on to the curve.
+        found: A track of it; its configurations are moved onto the curve.
         tolerance: Largest distance of the frame from the curve half-way between knots, turns counted as
             lengths [m].
     """

@@ -210,7 +210,7 @@ def touched(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
 
 
 def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
-    """Return what a hand would overlap with its tool at a placement, whatever the arm does.
+    """Return what the hand would overlap with its tool at a placement, wherever the arm is.
 
     Args:
         reduced: A model in which the fingers stand as they should.

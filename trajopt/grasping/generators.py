@@ -15,9 +15,9 @@ from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cylinder, Shape, Sphere
 
 SPARE = 0.01
-"""How far each pad is from the object on the way there, where the gripper opens so far [m]."""
+"""How far each pad is from the object during the approach, where the gripper opens so far [m]."""
 LEAST_SPARE = 0.003
-"""The same at least: an object that leaves less is too wide [m]."""
+"""The smallest such distance: an object that leaves less is too wide [m]."""
 REACH = 0.03
 """How far the middle of the pads gets over an object's edge before the hand would touch it [m]."""
 AROUND = 8
@@ -57,7 +57,7 @@ def grasps_of(
     positive("reach", reach)
     item = one_of("scene", scene, Scene).object(one_of("name", name, str))
     if len(item.parts) != 1:
-        raise ModelError(f"object {shown(name)} has {len(item.parts)} shapes; make its grasps by hand")
+        raise ModelError(f"object {shown(name)} has {len(item.parts)} shapes; define its grasps yourself")
     shape, where = item.parts[0]
     found: list[Grasp] = []
     for width, grip, label in grips(shape, reach):
@@ -88,7 +88,7 @@ def grips(shape: Shape, reach: float) -> Iterator[tuple[float, Placement, str]]:
         shape: The shape.
         reach: How far the middle of the pads gets over the edge at most [m].
     """
-    raise ModelError(f"no grasps are known of a {type(shape).__name__}; make them by hand")
+    raise ModelError(f"no grasps are known of a {type(shape).__name__}; define them yourself")
 
 
 @grips.register

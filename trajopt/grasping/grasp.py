@@ -19,7 +19,7 @@ from trajopt.model.requirements import (
 from trajopt.model.requirements.requirement import direction_of, positive
 
 FORCE = 30.0
-"""Force that each finger presses with unless told otherwise [N]."""
+"""Default force of each finger [N]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Straight(Value):
     Attributes:
         distance: Its length [m].
         direction: In which the gripper moves, in `frame`, shape (3,), a unit vector. None for the
-            usual: an approach goes along the gripper's approach axis and a retreat against it, a lift
+            default: an approach goes along the gripper's approach axis and a retreat against it, a lift
             goes against gravity and a lowering along it.
         frame: What `direction` is seen from: "world", a link, a tool frame or an object, where it is
             when the straight motion touches the object.
@@ -48,7 +48,7 @@ class Straight(Value):
 
     @property
     def unit(self) -> Floats | None:
-        """The direction as an array, shape (3,); None for the usual one."""
+        """The direction as an array, shape (3,); None for the default one."""
         return None if self.direction is None else np.asarray(self.direction, dtype=np.float64)
 
 
@@ -61,8 +61,8 @@ class Grasp:
         width: Of the object between the pads: where the fingers stop [m].
         opening: Between the pads on the way there [m].
         force: That each finger presses with [N].
-        approach: The way to the object with open fingers, ending in the grasp.
-        lift: The way off what the object stands on.
+        approach: The straight motion to the object with open fingers, ending in the grasp.
+        lift: The straight motion off what the object stands on.
         name: For reports.
     """
 
@@ -99,8 +99,8 @@ class Place(Value):
         frame: "world", or an object that stands still.
         position_tolerance: Along the axes of `placement`, one or shape (3,) [m]; inf leaves an axis free.
         rotation_tolerance: About them, one or shape (3,) [rad]; inf leaves an axis free.
-        lower: The way down to what it will stand on.
-        retreat: The way of the opened gripper off the object.
+        lower: The straight motion down to what it will stand on.
+        retreat: The straight motion of the opened gripper off the object.
         name: For reports.
     """
 
@@ -113,7 +113,7 @@ class Place(Value):
     name: str = "place"
 
     def __post_init__(self) -> None:
-        """Check the tolerances, and that everything is of its kind."""
+        """Check the tolerances, and the types of all fields."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
         one_of("frame", self.frame, str)
         for way in ("lower", "retreat"):
@@ -121,7 +121,7 @@ class Place(Value):
         self.requirement(WORLD)
 
     def requirement(self, name: str) -> FramePlacement:
-        """Return what must hold of the object of that name."""
+        """Return the requirement on the object of that name."""
         return frame_placement(
             name,
             self.placement,
@@ -159,10 +159,10 @@ class GraspingOptions:
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         aside: How far the tool may leave the line of a straight motion [m].
         turn: How far it may turn there [rad].
-        contact_time: How long the object may touch what it stands on, since the lift begins and until the
+        contact_time: How long the object may touch what it stands on, after the lift begins and before the
             lowering ends [s].
         grip_time: Rest after the fingers closed, in which the force builds up [s].
-        release_time: Rest before the fingers open, in which the object comes to stand [s].
+        release_time: Rest before the fingers open, in which the object comes to rest [s].
         configurations: Configurations of the arm that are tried for each grasp and each place.
         method: Transcription and solver with their options.
     """

@@ -24,7 +24,7 @@ class Gripper(Value):
         group: Planning group of the fingers' joints.
         tool: Link or tool frame between the pads, fixed to the hand.
         links: Links of hand and fingers: they may touch what is held.
-        fingers: Those of them that press.
+        fingers: Those of them that press on the object.
         joint_names: The joints that drive the fingers.
         openings: Distances between the pads, increasing, shape (k,) [m].
         positions: Of those joints at each opening, shape (k, m) [rad | m].
@@ -106,7 +106,7 @@ class Gripper(Value):
         return float(np.interp(joint, column[order], self.openings[order]))
 
     def pressing(self, width: float, force: float) -> Mapping[str, float]:
-        """Return what the driven joints give so that each finger presses, joint -> force or torque [N | Nm].
+        """Return the effort of the driven joints with which each finger presses, by joint [N | Nm].
 
         By virtual work: the pads come nearer by the sum of what each of the m joints contributes, which is
         as much for each: tau_i = -F d(opening)/dq_i, with d(opening)/dq_i = 1 / (m dq_i/d(opening)).
@@ -146,7 +146,7 @@ FAR = 10.0
 def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | None = None) -> Gripper:
     """Return the gripper that a robot's SRDF describes, measured on its collision bodies.
 
-    The group of the end effector must move exactly two links against each other. From one end of their
+    The group of the end effector must move exactly two links towards each other. From one end of their
     joints' range to the other, the distance between the two is measured; the approach direction leads
     from the link that the end effector is fixed to, to the tool frame.
 
@@ -194,7 +194,7 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
         approach=approach,
         closing=closing,
     )
-    # With a newton at each pad, the motor that is nearest to its limit says how many there can be.
+    # With a newton at each pad, the motor nearest to its limit decides how many there can be.
     each = np.abs(np.array(list(known.pressing((known.narrowest + known.widest) / 2.0, 1.0).values())))
     return replace(known, force=float((limits.effort / each).min()))
 
@@ -239,11 +239,11 @@ def _parted(reduced: ReducedModel, fingers: tuple[str, str]) -> _Parted:
     widest = int(np.argmin(np.where(sample == int(np.argmax(gaps)), distance, np.inf)))
     if gaps[0] > gaps[-1]:
         gaps, positions = gaps[::-1], positions[::-1]
-    # Fingers that press into each other count as closed from the last such position on.
+    # Fingers that overlap count as closed up to the last such position.
     first = max(int(np.argmax(gaps > 0.0)) - 1, 0)
     openings = np.maximum(gaps[first:], 0.0)
     if openings[-1] == 0.0 or (np.diff(openings) <= 0.0).any():
-        raise GripperError(robot.name, f"{' and '.join(fingers)} do not part steadily")
+        raise GripperError(robot.name, f"{' and '.join(fingers)} do not open steadily")
     return _Parted(openings, positions[first:], contacts.normal[between][widest])
 
 

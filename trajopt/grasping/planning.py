@@ -1,4 +1,4 @@
-"""Picking and placing, planned whole: candidates in order, the cheap checks of all stages first."""
+"""Picking and placing as one sequence: candidates in order, the cheap checks of all stages first."""
 
 from collections.abc import Mapping, Sequence
 from threading import Event
@@ -23,7 +23,7 @@ Start = str | Mapping[str, float] | Floats
 Constraints = Sequence[Requirement | Constraint]
 """What must hold while the object is in the hand."""
 LET_GO = 0.02
-"""How much wider the fingers open to let go, unless told otherwise [m]."""
+"""By default, how much wider the fingers open to let go [m]."""
 
 
 def pick_and_place(
@@ -45,9 +45,9 @@ def pick_and_place(
     """Plan to take an object and put it down elsewhere, as one sequence that is verified stage by stage.
 
     Grasps are tried in the order given, and for each the places in theirs. Inverse kinematics and the
-    straight lines of all stages are looked at before any motion is planned; then the motions are planned
-    in order, each with the judge's verdict, in a scene of its own: the object stands in the way, then it
-    is carried, then it stands in the way again.
+    straight lines of all stages are checked before any motion is planned; then the motions are planned
+    in order, each with the judge's verdict, in a scene of its own: the object is an obstacle, then it
+    is carried, then it is an obstacle again.
 
     Args:
         scene: Robot and objects; the object stands in it.
@@ -141,7 +141,7 @@ def place(
     tracker = _tracker(budget, cancel, progress)
     task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
     if scene.holder(name).link == WORLD:
-        raise ProblemError(f"object {shown(name)} is in no hand; pick it first, or attach it")
+        raise ProblemError(f"object {shown(name)} is not in a hand; pick it first, or attach it")
     if opening is None:
         opening = task.gripper.opening_at(scene.robot, task.start) + LET_GO
     opening = min(opening, task.gripper.widest)

@@ -22,7 +22,7 @@ class Stage(Enum):
     """The stages of picking and placing, in order; each value says what happens in it."""
 
     OPEN = "the fingers open"
-    REACH = "the arm moves before the object"
+    REACH = "the arm moves in front of the object"
     APPROACH = "the open fingers go straight to the object"
     CLOSE = "the fingers close on the object"
     LIFT = "the object is lifted straight off what it stands on"
@@ -91,14 +91,14 @@ class Timeline:
     """
 
     def __init__(self, segments: Sequence[Segment]) -> None:
-        """Lay the motions behind each other."""
+        """Put the motions one after the other."""
         self.segments = tuple(segments)
         ends = np.cumsum([0.0, *(segment.duration for segment in self.segments)])
         self.begins = readonly(ends[:-1])
         self.duration = float(ends[-1])
 
     def segment_at(self, t: float) -> int:
-        """Return the place of the motion that runs, or rests, at a time [s]; clipped to the duration."""
+        """Return the index of the motion that runs, or rests, at a time [s]; clipped to the duration."""
         return max(int(np.searchsorted(self.begins, t, side="right")) - 1, 0)
 
     def __call__(self, t: float) -> Floats:
@@ -154,7 +154,7 @@ class PickPlaceResult(Value):
         name: The object.
         scene: The scene before.
         final_scene: The scene after: the object attached to the hand, or standing where it was put; as
-            before where there is no way.
+            before where there is no sequence.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
         group: The arm's planning group.
         gripper: The gripper.
@@ -228,7 +228,7 @@ class PickPlaceResult(Value):
             steps = ", ".join(f"{item.stage.name} {item.duration:.2f} s" for item in self.segments)
             return f"{shown(self.name)} is taken{how}{where}: {steps}"
         stage = "" if self.failed is None else f"; the farthest candidate failed in {self.failed.name}"
-        return f"{self.status.name}: {self.status.value} (no way to handle {shown(self.name)}{stage})"
+        return f"{self.status.name}: {self.status.value} (no sequence for {shown(self.name)}{stage})"
 
     def explain(self) -> Summary:
         """Return what was planned, or for each grasp and place why it was rejected: print it."""

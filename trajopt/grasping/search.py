@@ -22,7 +22,7 @@ from trajopt.planning.search import ENDED
 from trajopt.planning.status import Status
 
 Before = Callable[[], tuple[Segment, ...] | None]
-"""Plans what comes before; None where it cannot be."""
+"""Plans what comes before; None where that fails."""
 Remembered = tuple[list[PlaceCandidate], Iterator[PlaceCandidate | Refusal]]
 """Candidates of a place that were found, and where more come from."""
 
@@ -91,10 +91,10 @@ class Search:
 
         Args:
             held: The scene with the object in the hand.
-            start: Positions of all joints from which it is carried, nearly [rad | m].
+            start: Approximate positions of all joints from which it is carried [rad | m].
             opening: Of the fingers that let go [m].
             grasp: How it is held; None where that is not known.
-            before: Plans what comes before, when first needed; None if it cannot be.
+            before: Plans what comes before, when first needed; None if that fails.
         """
         name = "" if grasp is None else grasp.name
         for place in self.places:

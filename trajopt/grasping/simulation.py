@@ -12,7 +12,7 @@ from trajopt.grasping.result import STAGES, PickPlaceResult, Segment, Stage
 from trajopt.simulate import Friction, Phase, PoseError, SequenceLog, SimulationOptions, simulate_phases
 
 STEP = 1e-3
-"""Time step unless told otherwise [s]: at twice that, things creep twice as fast in a hand that turns."""
+"""Default time step [s]: at twice that, things creep twice as fast in a hand that turns."""
 
 
 class Hold(Enum):
@@ -25,7 +25,7 @@ class Hold(Enum):
 
 @dataclass(frozen=True)
 class HoldLimits:
-    """From where on an object counts as slipped.
+    """Limits beyond which an object counts as slipped.
 
     Attributes:
         position: Largest shift in the hand [m].
@@ -69,7 +69,7 @@ class PickPlaceRollout:
         shift: Largest motion of the object in the hand while it was held.
         disturbed: How far the object was moved before the fingers closed.
         settled: How far from the plan the object was in the hand when the lift began.
-        final_error: How far from the place that was asked for it came to stand; None if none was.
+        final_error: How far from the chosen place it came to rest; None without a place.
     """
 
     result: PickPlaceResult
@@ -92,9 +92,7 @@ class PickPlaceRollout:
         if self.slip is not None:
             parts.append(f"slipped first at {self.slip.time:.2f} s, in {self.slip.stage.name}")
         if self.final_error is not None:
-            parts.append(
-                f"{shown(self.result.name)} ended {_words(self.final_error)} from the place asked for"
-            )
+            parts.append(f"{shown(self.result.name)} ended {_words(self.final_error)} from its planned place")
         parts += [str(contact) for contact in log.contacts[:3]]
         return "; ".join(parts) + "."
 
@@ -131,12 +129,12 @@ def simulate_handling(
     """Execute a pick and place in MuJoCo, where only friction holds the object.
 
     One world for all stages: the object is a free body on its support, the fingers press with the force
-    of the grasp, and nothing is attached. A grasp that slips is told in the result.
+    of the grasp, and nothing is attached. The result says if the grasp slips.
 
     Args:
         result: A verified sequence that begins with a pick.
         friction: Of the object; rubber on the pads when None.
-        limits: From where on the object counts as slipped.
+        limits: Limits beyond which the object counts as slipped.
         options: Step, gains, settling time; a step of a millisecond when None.
 
     Raises:
@@ -172,7 +170,7 @@ def _phase(result: PickPlaceResult, segment: Segment) -> Phase:
 
 
 def _judged(result: PickPlaceResult, log: SequenceLog, limits: HoldLimits) -> PickPlaceRollout:
-    """Say what a log means: where the object was against the hand, and where it is against the place."""
+    """Evaluate a log: where the object was relative to the hand, and where it is relative to the place."""
     scene, name = result.scene, result.name
     stages = [result.segments[int(place)].stage for place in log.phases]
     before = [k for k, stage in enumerate(stages) if STAGES.index(stage) < STAGES.index(Stage.CLOSE)]

@@ -159,7 +159,7 @@ def straight_problem(
 
 
 def to_configuration(scene: Scene, group: str, positions: Floats) -> Requirement:
-    """Require the group's joints where positions of all joints have them."""
+    """Require the group's joints to be where positions of all joints have them."""
     robot = scene.robot
     joints = robot.group(group).joints
     return joint_positions(dict(zip(joints, positions[robot.index(joints)].tolist(), strict=True)))

@@ -26,7 +26,7 @@ from trajopt.terms.residual import Constraint
 ATTEMPTS = 16
 """Seeds for each motion, unless the budget states a number."""
 SAME = 1e-6
-"""Fingers closer than this to where they should be are not moved [rad | m]."""
+"""Fingers closer than this to their target are not moved [rad | m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,11 +73,11 @@ class Task:
     tracker: BudgetTracker
 
     def reduced(self, scene: Scene, positions: Floats) -> ReducedModel:
-        """Return the reduced model of the arm, all else standing as in positions of all joints."""
+        """Return the reduced model of the arm, with all other joints at the given positions."""
         return reduce_model(scene, self.group, positions)
 
     def arm(self, positions: Floats) -> Floats:
-        """Pick the arm's joints out of positions of all joints."""
+        """Take the arm's joints from positions of all joints."""
         robot = self.scene.robot
         return positions[robot.index(robot.group(self.group).joints)]
 
@@ -162,7 +162,7 @@ class Task:
         *,
         rest: float = 0.0,
     ) -> Segment | Refusal:
-        """Plan the arm's straight motion to positions of all joints, with room for it at its near end."""
+        """Plan the arm's straight motion to positions of all joints, with margins that its near end allows."""
         near = start if stage in {Stage.LIFT, Stage.RETREAT} else goal
         problem = straight_problem(
             with_room(self.reduced(scene, near), self.arm(near)),
@@ -186,10 +186,10 @@ class Task:
         *,
         rest: float = 0.0,
     ) -> Segment | Refusal | None:
-        """Plan the fingers' motion to an opening; None if they are there.
+        """Plan the fingers' motion to an opening; None if they are there already.
 
-        At the object the pads may touch it. Clear of everything is clear enough for them: the hand
-        stands where the arm had to go.
+        At the object the pads may touch it. No margin is kept for them: the hand is already
+        where the arm had to go.
         """
         gripper = self.gripper
         goal = self.opened(start, opening)
@@ -214,7 +214,7 @@ Step = Callable[[Floats], Segment | Refusal | None]
 
 
 def in_turn(steps: Sequence[Step], start: Floats) -> tuple[Segment, ...] | Refusal:
-    """Plan motions, each from where the one before ends; stop at the first that cannot be.
+    """Plan motions, each from where the one before ends; stop at the first that fails.
 
     Args:
         steps: Plan one motion each.

@@ -199,7 +199,7 @@ class Scene(Value):
     def with_clearance(self, value: float, a: str | None = None, b: str | None = None) -> "Scene":
         """Require a clearance: of everything from everything, or between two named things [m].
 
-        The judge proves it, and refuses a start or goal that is nearer. Links nearer by design need their own.
+        The judge proves it, and refuses a nearer start or goal. Links nearer by design need their own.
 
         Raises:
             ShapeError: If the clearance is negative or not finite.

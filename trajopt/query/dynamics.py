@@ -47,7 +47,7 @@ class DynamicsQuery:
     """Inverse dynamics; owns scratch memory, so one per thread."""
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Hand the model to the core."""
+        """Keep the model and its scratch memory."""
         self._reduced = reduced
         self._data = reduced.model.createData()
         mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
@@ -61,7 +61,7 @@ class DynamicsQuery:
     def gravity(self, positions: Floats) -> GravityTorques:
         """Return the torques that hold the arm still, with their derivatives.
 
-        Mimicking joints hand their torque to the joint they follow.
+        The torque of mimic joints counts for the joint that they follow.
 
         Args:
             positions: The group's, shape (S, n) [rad | m].
@@ -97,7 +97,7 @@ class DynamicsQuery:
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Return the torques that a motion needs, by the recursive Newton-Euler algorithm.
 
-        Mimicking joints hand their torque to the joint they follow (virtual work).
+        The torque of mimic joints counts for the joint that they follow (virtual work).
 
         Args:
             positions: The group's at S moments, shape (S, n) [rad | m].

@@ -19,7 +19,7 @@ PLANE_EXTENT = 1e3
 
 @cached_per_value
 def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
-    """Return Coal's geometry of a shape, in the shape's own frame; made once for each shape."""
+    """Return Coal's geometry of a shape, in the shape's own frame; computed once for each shape."""
     match shape:
         case Box():
             geometry = coal.Box(shape.x, shape.y, shape.z)
@@ -59,7 +59,7 @@ def _triangles(faces: NDArray[np.integer]) -> coal.StdVec_Triangle:
 
 
 def closed_triangles(shape: Shape) -> Floats:
-    """Return the triangles that a body can be inside of without touching them, shape (k, 3, 3) [m]."""
+    """Return the triangles that can enclose a body without touching it, shape (k, 3, 3) [m]."""
     return closed_surface(shape).triangles if isinstance(shape, Mesh) else np.empty((0, 3, 3))
 
 

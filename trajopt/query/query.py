@@ -94,7 +94,7 @@ class Query:
     """Measures configurations of a reduced model; owns scratch memory, so one per thread.
 
     The loops are C++ (`trajopt.native.proximity`), on the model and geometries that Python made. A query
-    remembers what it measured: configurations near the last ones cost little.
+    remembers what it measured, so configurations near the last ones cost little.
 
     Attributes:
         reduced: The robot and its surroundings.
@@ -102,7 +102,7 @@ class Query:
     """
 
     def __init__(self, reduced: ReducedModel, counts: Counts | None = None) -> None:
-        """Hand the model and the geometries to the core; once for each reduced model.
+        """Pass the model and the geometries to the core; once for each reduced model.
 
         Args:
             reduced: The robot and its surroundings.

@@ -21,7 +21,7 @@ class Evidence(Enum):
 
 
 class CheckKind(Enum):
-    """What a check is about, whatever its name says of the particulars."""
+    """What a check is about, independent of the particulars in its name."""
 
     ENDS = "ends"
     LIMIT = "limit"
@@ -46,12 +46,12 @@ class Check:
         value: The value there; None if none can be stated.
         bound: What the value must not pass; None for none.
         unit: Unit of both.
-        time: When it is tightest [s]; None if at no certain time.
+        time: When it is tightest [s]; None if at no particular time.
         slack: Distance from the value to the bound, negative when it is passed.
         evidence: How this is known.
         holds: Whether the check is passed.
         detail: A sentence.
-        required: Whether the verdict depends on it; False for mere information.
+        required: Whether the verdict depends on it; False for information only.
         kind: What it is about.
     """
 
@@ -148,7 +148,7 @@ class Unproven:
 
 @dataclass(frozen=True, kw_only=True)
 class Counts:
-    """What the judgement cost.
+    """The work that judging took.
 
     Attributes:
         distances: Distances measured, or proven to be large enough over an interval.
@@ -172,8 +172,8 @@ class Certificate:
         unproven: First interval and pair without proof of clearance, if there is one.
         required: Smallest and largest clearance that was required, and is proven of a verified motion [m].
         margin: Smallest and largest clearance that the optimiser aimed at, which is not judged [m].
-        counts: What the judgement cost.
-        notes: What a reader has to know beside.
+        counts: The work that judging took.
+        notes: What a reader should know besides.
     """
 
     checks: tuple[Check, ...]

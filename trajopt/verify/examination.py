@@ -1,4 +1,4 @@
-"""A single configuration: pairs in contact, joints out of their limits, requirements that do not hold."""
+"""A single configuration: pairs in contact, joints outside their limits, requirements that do not hold."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -66,7 +66,7 @@ class OutOfLimit:
         upper: Its upper limit [rad | m].
         excess: By how much it is beyond [rad | m].
         unit: Unit of these, "rad" or "m".
-        follows: Of a mimic joint, the joint that it follows; empty else.
+        follows: Of a mimic joint, the joint that it follows; otherwise empty.
     """
 
     joint: str

@@ -1,4 +1,4 @@
-"""The judge: it takes a trajectory and proves or refutes, by itself, all that was asked of it."""
+"""The judge: it takes a trajectory and proves or refutes, by itself, everything that is required of it."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -189,7 +189,7 @@ def verify(
     start_velocities: Floats | None = None,
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
-    """Judge a trajectory: prove for all times, not only at samples, what was asked of it.
+    """Judge a trajectory: prove for all times, not only at samples, what is required of it.
 
     Args:
         reduced: The robot with the group's joints free, in its scene, at its start state.

@@ -1,4 +1,4 @@
-"""What a reader of a certificate has to know beside the checks."""
+"""What a reader of a certificate should know besides the checks."""
 
 from heapq import nsmallest
 

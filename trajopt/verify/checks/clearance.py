@@ -13,9 +13,9 @@ from trajopt.verify.search.clearance_search import Contact, Findings, Tally
 
 _PROBES = 17
 _FOLLOWED = 8
-"""So many pairs in contact are followed to their deepest contact."""
+"""How many pairs in contact are followed to their deepest contact."""
 _DEEPER = 5e-6
-"""A contact has to be deeper by so much to take the place of another: depths are known no better [m]."""
+"""A contact has to be this much deeper to replace another: depths are not known better [m]."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class ClearanceFinding:
 
     Attributes:
         checks: One for every clearance that is required of some pair, the smallest first, and one for every
-            allowance of meant contact. Where the search ended early, those that it found broken or unproven.
+            allowance of intended contact. Where the search ended early, those found broken or unproven.
         clearance: Proven lower bound, or the smallest measured if there is none [m].
         pairs: Pairs that came near each other, nearest first.
         unproven: First interval without proof, if there is one.
@@ -69,7 +69,7 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
 
 
 def _followed(motion: Motion, search: Findings, distances: PairDistances, pairs: Ints) -> tuple[Contact, ...]:
-    """Follow contacts of some pairs to where they are deepest, and make sure of the first returned."""
+    """Follow contacts of some pairs to where they are deepest, the first returned with more care."""
     mine = [contact for contact in search.deepest() if contact.pair in pairs]
     found = [_deepest(motion, search, distances, contact) for contact in mine[:_FOLLOWED]]
     for contact in found:
@@ -132,7 +132,7 @@ def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unp
 
 
 def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, alone: bool) -> Check:
-    """State the clearance of the tightest of the pairs that must keep as far apart."""
+    """State the clearance of the tightest of the pairs with the same required clearance."""
     tightest, time = _tightest(search, pairs)
     required, bound = float(search.windows.required[tightest]), float(search.free.proven[pairs].min())
     if not np.isfinite(bound):

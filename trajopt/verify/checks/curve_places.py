@@ -1,4 +1,4 @@
-"""The judge's own reading of a curve: its places, and bounds on how it bends.
+"""The judge's own reading of a curve: its points, and bounds on how it bends.
 
 Points are vectors of length 3. An orientation C counts as the vector of its three columns, or of one
 direction C a only where the frame may spin about a. When C turns with angular velocity w and acceleration
@@ -79,7 +79,7 @@ class CurvePlaces:
         return rotation, point
 
     def bends(self, begin: Floats, end: Floats) -> Bends:
-        """Bound the derivatives from places to places, shape (c,) each [m]."""
+        """Bound the derivatives over intervals of the curve, shape (c,) each [m]."""
         first = self._number(begin)
         last = np.maximum(first, np.searchsorted(self._edges, end, side="left") - 1)
         rate, second = self._rates[first], self._seconds[first]
@@ -125,7 +125,7 @@ def _rates(piece: Piece) -> tuple[float, float]:
 
 
 def _seconds(piece: Piece) -> tuple[float, float]:
-    """Bound the second derivatives; of the orientation without the part that turning itself makes."""
+    """Bound the second derivatives; of the orientation without the part due to turning itself."""
     arm = max(float(np.linalg.norm(piece.cosine)), float(np.linalg.norm(piece.sine)))
     point = _largest(piece.points, 2) + arm * piece.sweep**2 * np.sqrt(2.0)
     turn = _largest(piece.turns, 2) + _largest(piece.turns, 1) ** 2 / 2.0

@@ -33,7 +33,7 @@ def _(requirement: DistanceBetween, motion: Motion) -> tuple[Quantity, ...]:
 def range_quantities(
     moving: RelativeMotion, origin: Floats, *, subject: str, lower: float, upper: float
 ) -> tuple[Quantity, ...]:
-    """Return the distance of a moving point as one number for each of its bounds that says anything.
+    """Return the distance of a moving point as one number for each of its bounds that is finite.
 
     Args:
         moving: The point, seen from a reference.

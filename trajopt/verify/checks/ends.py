@@ -1,4 +1,4 @@
-"""The two ends of a motion: it starts where and as fast as the robot is, and ends at rest."""
+"""The two ends of a motion: it starts at the robot's position and velocity, and ends at rest."""
 
 import numpy as np
 

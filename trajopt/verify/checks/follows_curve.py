@@ -1,9 +1,9 @@
-"""The judge's check of `FollowsCurve`: a witness s(t) that never falls, and a proof that it is kept to.
+"""The judge's check of `FollowsCurve`: a non-decreasing witness s(t), and a proof that the frame keeps to it.
 
 The witness is straight between times. With h the length of an interval of time and f the difference of what
 the frame does and what the curve does at s(t), |f| is at most its largest value at the two ends, plus h^2 / 8
-times a bound of its second derivative, plus h / 4 times the jumps of its first one where the curve has a
-kink.
+times a bound of its second derivative, plus h / 4 times the jumps of its first derivative where the curve
+has a kink.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ from trajopt.verify.kernel.relative_motion import RelativeMotion
 PIECES = 4
 """Into how many parts an interval without proof is cut."""
 MOST_INTERVALS = 400_000
-"""Intervals looked at before the search for a proof is given up."""
+"""Intervals examined before the search for a proof is given up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ def _errors(requirement: FollowsCurve, motion: Motion) -> Errors:
 
 
 def _bulge(errors: Errors, moving: RelativeMotion, span: _Span) -> Floats:
-    """Bound how far errors rise above their ends' inside of intervals, shape (c, 2)."""
+    """Bound how far errors rise inside intervals above those at their ends, shape (c, 2)."""
     rates, length = moving.bounds(span.begin, span.end), span.end - span.begin
     bends = errors.places.bends(span.first, span.last)
     speed = ((span.last - span.first) / length)[:, None]
@@ -175,7 +175,7 @@ def _(requirement: FollowsCurve, motion: Motion) -> tuple[Quantity, ...]:
     tolerances = np.array((requirement.position_tolerance, errors.chord(requirement.rotation_tolerance)))
 
     def excess(frame: Floats) -> Floats:
-        """How far the tolerances are passed at the place of the curve that is nearest, shape (c,)."""
+        """How far the tolerances are exceeded at the nearest point of the curve, shape (c,)."""
         found = np.full(len(frame), np.inf)
         for place in curve:
             over = errors.lengths(frame - place) - tolerances

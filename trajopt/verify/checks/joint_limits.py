@@ -39,7 +39,7 @@ def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
 
     Extremes of polynomials are exact to rounding, so the checks hold for every time. A linear
     trajectory states no acceleration, and so no jerk. Where jerk is limited the acceleration must not jump
-    either, not even from and to the rest before and after the motion.
+    either, not even from the rest before the motion, or to the rest after it.
 
     Args:
         motion: The motion.

@@ -22,7 +22,7 @@ LEFT = 2e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Overload:
-    """A joint to whose effort limit nothing is left where it stands still, or less.
+    """A joint that needs its whole effort limit, or more, to stand still.
 
     Attributes:
         joint: Its name.
@@ -38,7 +38,7 @@ class Overload:
 
     @property
     def excess(self) -> float:
-        """How much is missing [Nm | N]; as good as nothing where it can just be held, but not be moved."""
+        """How much is missing [Nm | N]; almost nothing where it can just be held, but not moved."""
         return self.torque - self.limit
 
     def words(self, where: str = "") -> str:
@@ -58,7 +58,7 @@ class Overload:
 
 
 def overloads(motion: Motion, positions: Floats, limits: JointLimits) -> tuple[Overload, ...]:
-    """Return the joints that cannot hold still at a configuration, the one that lacks most first.
+    """Return the joints that cannot hold still at a configuration, the one that lacks most torque first.
 
     Args:
         motion: Any motion of the arm; gives what is carried.
@@ -83,7 +83,7 @@ def overloads(motion: Motion, positions: Floats, limits: JointLimits) -> tuple[O
 def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
     """Judge the torques of joints that have an effort limit, where the trajectory implies any.
 
-    Where the motion begins and ends at rest the arm stands before and after, and must be held.
+    Where the motion begins or ends at rest the arm stands still before or after, and must be held.
 
     Args:
         motion: The motion.
@@ -150,7 +150,7 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
 
     Returns:
         Times, shape (s,) [s], and torques of the group's joints, shape (s, n) [Nm | N]; those of
-        mimicking joints are borne by the joint they follow.
+        mimic joints count for the joint they follow.
     """
     reduced = motion.reduced
     times, states = _samples(motion)

@@ -42,7 +42,7 @@ def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
 
 @check_requirement.register
 def _(requirement: LineOfSight, motion: Motion, when: When) -> tuple[Check, ...]:
-    """Judge every part; say only of the tightest that it holds, and of each that does not."""
+    """Judge every part; report the tightest if all hold, else each that does not."""
     found = checks_of(quantities(requirement, motion), motion, when)
     failed = tuple(check for check in found if not check.holds)
     return failed or tuple(sorted(found, key=lambda check: check.slack or 0.0)[:1])

@@ -11,7 +11,7 @@ from trajopt.model.reduced import ReducedModel
 def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLimits:
     """Return limits of all joints that move, in the model's order.
 
-    Those of mimic joints are read from the robot as they are stated, not as what they mean for the joints
+    Those of mimic joints are the robot's as they are stated, not what follows from them for the joints
     that they follow.
 
     Args:

@@ -11,7 +11,7 @@ from trajopt.verify.kernel.motion import Motion
 
 Required = TypeVar("Required")
 _SHORTEST = 1e-6
-"""A part between two moments that are one is looked at for so long [s]."""
+"""How long a part is examined whose two moments coincide [s]."""
 
 
 def part_checks(

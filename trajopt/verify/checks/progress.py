@@ -1,7 +1,7 @@
-"""How far along a curve a frame is at each time: a first guess by dynamic programming, then Newton's method.
+"""How far along a curve a frame is at each time: estimated by dynamic programming, then by Newton's method.
 
-Nothing is proven here, and nothing need be: whatever never falls is a witness, and `follows_curve` bounds
-the error that it leaves.
+Nothing is proven here, and nothing need be: any non-decreasing function is a witness, and
+`follows_curve` bounds the error that it leaves.
 """
 
 from collections.abc import Callable
@@ -15,24 +15,24 @@ from trajopt.verify.checks.curve_places import CurvePlaces
 from trajopt.verify.kernel.motion import Motion
 
 TIMES = 600
-"""Times of the first guess."""
+"""Times of the first estimate."""
 PLACES = 600
-"""Places of the curve between which the first guess chooses."""
+"""Points of the curve among which the first estimate chooses."""
 NEARER = 8
 """Places tried on each side of a kink beside the even ones, each nearer to it by a factor of"""
 TOWARDS = 0.5
 """so much."""
 SAME = 1e-9
-"""Places nearer to each other are one [m]."""
+"""Points nearer to each other count as one [m]."""
 ROUNDS = 4
 """Newton steps from there."""
 DIFFERENCE = 1e-5
-"""Step of the difference that tells the curve's direction [m]."""
+"""Step of the difference that gives the curve's direction [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Errors:
-    """Differences between a frame and places of a curve, as vectors.
+    """Differences between a frame and points of a curve, as vectors.
 
     Attributes:
         required: The curve and the tolerances.
@@ -62,7 +62,7 @@ class Errors:
         return self._vector(*self.placements(times))
 
     def curve(self, s: Floats) -> Floats:
-        """The same of places of the curve."""
+        """The same of points of the curve."""
         return self._vector(*self.places.at(s))
 
     def sizes(self, times: Floats, s: Floats) -> Floats:
@@ -97,7 +97,7 @@ class Errors:
         around = self.places.kinked[:, None] + np.concatenate((-nearer, nearer))
         found = np.concatenate((np.linspace(0.0, until, PLACES), edges, around.ravel()))
         found = np.unique(found[(found >= 0.0) & (found <= until)])
-        # Two that are one but for rounding would leave no room between neighbours.
+        # Two that differ by rounding only would leave no room between neighbours.
         return found[np.append(True, np.diff(found) > SAME)]
 
     def _vector(self, rotation: Floats, point: Floats) -> Floats:
@@ -136,7 +136,7 @@ def nearest_progress(errors: Errors, motion: Motion, until: float) -> tuple[Floa
 
 
 def refined(errors: Errors, times: Floats, s: Floats, low: Floats, high: Floats) -> Floats:
-    """Move places along the curve to where the frame is nearest, between bounds; all of shape (c,).
+    """Move points along the curve to where the frame is nearest, between bounds; all of shape (c,).
 
     Where the curve has a kink between the bounds, both sides of it are tried: beyond a sharp corner the
     other leg may be near too.

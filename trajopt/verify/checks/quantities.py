@@ -2,7 +2,7 @@
 
 Most kinds of requirements bound numbers, and register what these are (`quantities`): a number with a bound
 over intervals is proven at all times, and a waypoint is where all numbers are within their bounds. A kind
-whose check is another one registers that (`check_requirement`).
+with a check of another form registers that (`check_requirement`).
 """
 
 from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.search.interval_proof import Excess, Proof, prove_over_time
 
 _MOMENT = 1e-6
-"""How long a motion is looked at for a check at one moment [s]."""
+"""Length of the motion that stands for one moment [s]."""
 
 Bound = Callable[[Floats, Floats, Floats], Floats]
 """Begin and end of intervals, (c,) each [s], and the states at begin, middle and end, (3, c, ...) -> what
@@ -114,7 +114,7 @@ def checks_of(quantities: Sequence[Quantity], motion: Motion, when: When) -> tup
 def quantities(requirement: Requirement, motion: Motion) -> tuple[Quantity, ...]:
     """Return the numbers that a requirement bounds, along a motion.
 
-    A kind that registers a check only is judged by that check at each moment, without a proof in between.
+    A kind that registers only a check is judged by that check at each moment, without a proof in between.
 
     Args:
         requirement: The requirement; each kind registers its own numbers.
@@ -155,7 +155,7 @@ def _excess(check: Check) -> float:
 
 @singledispatch
 def check_requirement(requirement: Requirement, motion: Motion, when: When) -> tuple[Check, ...]:
-    """Check a requirement on a motion: its numbers, unless its kind registers a check of another sort.
+    """Check a requirement on a motion: its numbers, unless its kind registers a check of another form.
 
     Args:
         requirement: The requirement.

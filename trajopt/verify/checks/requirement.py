@@ -78,6 +78,6 @@ def requirement_check(
 
 
 def proof_at_end(motion: Motion, excess: float) -> Proof:
-    """State what the excess at the end amounts to."""
+    """State what the excess at the end proves."""
     evidence = Evidence.PROVEN if excess <= motion.options.excess else Evidence.SAMPLED
     return Proof(evidence, motion.duration, None)

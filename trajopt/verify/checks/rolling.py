@@ -1,8 +1,8 @@
 """The judge's check of a base on two driven wheels: they roll, and do not slide sideways.
 
-The wheels know of a planned motion the forward speed and the yaw rate only. Turned as planned, with nobody to
-correct them, they carry the base along a motion of the same yaw whose velocity lacks the part s(t) across the
-heading. So the base strays from the plan by e(t), the integral of s from the start: a property of the path
+The wheels follow only the forward speed and the yaw rate of a planned motion. Turned as planned, without
+correction, they carry the base along a motion of the same yaw whose velocity lacks the part s(t) across the
+heading. So the base drifts from the plan by e(t), the integral of s from the start: a property of the path
 that no timing changes. It is bounded at all times: over an interval of length h by the middle's value times h
 but for h^3 / 24 times a bound of the second derivative of s.
 """
@@ -26,7 +26,7 @@ _EXACT = 0.01
 
 @dataclass(frozen=True)
 class _Straying:
-    """How far a base strays at most.
+    """How far a base drifts at most.
 
     Attributes:
         measured: At the ends of intervals [m].
@@ -46,13 +46,13 @@ class _Straying:
         return self.measured + self.error + self.beside
 
     def decides(self, accepted: float) -> bool:
-        """Whether this says if so much is kept, and by how much."""
+        """Whether this decides if a bound is kept, and by how much."""
         kept = self.most <= accepted
         return self.error <= _EXACT * accepted and (kept or self.measured - self.error > accepted)
 
 
 def rolling_checks(motion: Motion) -> tuple[Check, ...]:
-    """Judge how far a base whose wheels have to roll strays from a motion; nothing of any other base."""
+    """Judge how far a base whose wheels have to roll drifts from a motion; nothing for other bases."""
     reduced = motion.reduced
     base = reduced.scene.robot.base
     places = base.rolling(reduced.joint_names)
@@ -106,7 +106,7 @@ def _straying(motion: Motion, places: tuple[int, int, int], cuts: int) -> _Stray
     steps = np.concatenate((np.zeros((1, 2)), np.cumsum(slip * length[:, None], axis=0)))
     away = np.linalg.norm(steps, axis=1)
     error = float((second * length**3).sum() / 24.0)
-    # Between its ends an interval strays from the nearer one by at most half its length times its speed.
+    # Between its ends an interval differs from the nearer one by at most half its length times its speed.
     beside = (np.linalg.norm(slip, axis=1) + first * length / 2.0) * length / 2.0
     at = int(away.argmax())
     return _Straying(float(away[at]), error, float(beside.max()), float(np.append(begin, times[-1])[at]))

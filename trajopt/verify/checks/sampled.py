@@ -1,4 +1,4 @@
-"""Constraints in user code: called as the objects they are, and judged at samples only."""
+"""Constraints in user code: the same objects are called, and judged at samples only."""
 
 from typing import Protocol, runtime_checkable
 
@@ -43,7 +43,7 @@ def sampled_check(check: SampledCheck, motion: Motion) -> Check:
     """Judge a user's constraint at samples.
 
     Raises:
-        ShapeError: If it returns what is not numbers of fitting shape.
+        ShapeError: If it does not return numbers of a fitting shape.
     """
     times = sampled_times(motion)
     returned = check.evaluate(times, motion.trajectory(times))

@@ -17,9 +17,9 @@ from trajopt.verify.kernel.point_motion import PointMotion
 from trajopt.verify.search.interval_proof import Excess, prove_over_time
 
 SAMPLES = 2001
-"""Times at which a steady speed is looked at."""
+"""Times at which a steady speed is checked."""
 STEADY_SHARE = 0.5
-"""Share of the way that a steady speed must cover, so that the ramps are not all there is."""
+"""Share of the way that a steady speed must cover, so that it is more than two ramps."""
 KINDS = (("tool speed", "m/s"), ("tool turning", "rad/s"))
 
 
@@ -42,7 +42,7 @@ def tool_speed_checks(motion: Motion, limited: ToolSpeed) -> tuple[Check, ...]:
 
 
 def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Check:
-    """Judge that the speed does not fall between its ramps, and that the ramps are the lesser part."""
+    """Judge that the speed does not fall between its ramps, and that the ramps are the smaller part."""
     floor = (1.0 - limited.steady) * limited.linear
     times = np.linspace(0.0, motion.trajectory.duration, SAMPLES)
     speeds = np.linalg.norm(moving.speeds(times)[0], axis=1)
@@ -65,7 +65,7 @@ def _steadiness(motion: Motion, moving: PointMotion, limited: ToolSpeed) -> Chec
         slack=value - floor,
         evidence=Evidence.SAMPLED,
         holds=value >= floor and share >= STEADY_SHARE,
-        detail=f"at least {value:.4g} m/s over {share:.0%} of the way, {floor:.4g} m/s are asked",
+        detail=f"at least {value:.4g} m/s over {share:.0%} of the way, {floor:.4g} m/s are required",
     )
 
 

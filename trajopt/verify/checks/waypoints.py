@@ -1,7 +1,7 @@
 """The judge's check of waypoints: that a motion passes each within its tolerances, in order.
 
-One moment at which all of a waypoint holds is a proof. Moments are looked for on a grid and, where what is
-missing has a minimum on it, more finely around that.
+One moment at which all of a waypoint holds is a proof. Moments are searched on a grid and, around minima
+of the excess on it, more finely.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -104,7 +104,7 @@ def _passed(motion: Motion, name: str, numbers: Sequence[Quantity], earliest: fl
 def _deepest(motion: Motion, excess: Callable[[Floats], Floats], entered: float) -> float:
     """Return the moment at which an accepted stretch is farthest inside, or its beginning if there is none.
 
-    What holds from a waypoint on could hardly be proven from the moment at which it only just holds.
+    What holds from a waypoint on could hardly be proven from a moment at which it barely holds.
     """
     times = sampled_times(motion)
     times = np.concatenate(([entered], times[times > entered]))

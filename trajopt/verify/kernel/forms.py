@@ -11,12 +11,12 @@ from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Pla
 from trajopt.native import proof
 
 _THICKENING = 1e-5
-"""A flat mesh is thickened by so much for its hull [m]."""
+"""A flat mesh is thickened by this much for its hull [m]."""
 
 
 @cached_per_value
 def form_of(shape: Shape) -> proof.Form:
-    """Return a shape for the native core; made once for each shape and kept as long as it."""
+    """Return a shape for the native core; computed once for each shape and kept as long as it."""
     return _make(shape)
 
 

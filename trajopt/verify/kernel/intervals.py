@@ -1,6 +1,6 @@
-"""Intervals of time: cutting them, and the moments at which a motion is looked at where nothing is proven.
+"""Intervals of time: cutting them, and the moments at which a motion is sampled where nothing is proven.
 
-There is one in every `sample_step`, or wherever a joint may have moved by `sample_travel` where that is less
+There is one every `sample_step`, or every `sample_travel` of joint motion where that is less
 often: a motion takes no more samples at a hundred-thousandth of its speed than at a hundredth.
 """
 
@@ -11,7 +11,7 @@ from trajopt.errors import ProblemError
 from trajopt.verify.kernel.motion import Motion
 
 MOST_PIECES = 8
-"""An interval is cut into so many pieces at most, and into two at least."""
+"""Most pieces that an interval is cut into; the fewest are two."""
 
 
 def pieces_needed(needed: Floats, reserve: Floats) -> Ints:
@@ -51,16 +51,16 @@ def counting(pieces: Ints) -> Ints:
 
 
 LEAST_OF_SLOW = 8
-"""Steps in which a slow piece is looked at at least: a quintic polynomial has six coefficients."""
+"""Fewest steps in which a slow piece is sampled: a quintic polynomial has six coefficients."""
 MOST_MOMENTS = 1_000_000
-"""A motion that would need more is not judged; so many take about 0.5 GB and a few seconds."""
+"""A motion that would need more is not judged; this many take about 0.5 GB and a few seconds."""
 
 
 def steps_in_pieces(motion: Motion) -> Ints:
     """Return into how many steps each piece of a trajectory is cut, shape (k - 1,).
 
     Raises:
-        ProblemError: If they are too many to look at.
+        ProblemError: If they are too many.
     """
     times, options = motion.trajectory.times, motion.options
     lengths = np.diff(times)

@@ -12,7 +12,7 @@ from trajopt.verify.kernel.polynomials import Polynomials
 
 
 class Motion:
-    """A trajectory of a reduced model, as every check looks at it.
+    """A trajectory of a reduced model, as every check sees it.
 
     Attributes:
         reduced: The model.

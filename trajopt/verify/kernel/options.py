@@ -13,10 +13,10 @@ class VerifyOptions:
     Attributes:
         resolution: The proven clearance comes this near to the measured one, or to three quarters of it
             where that is nearer [m].
-        far: Clearance beyond which nothing is looked at more closely [m].
+        far: Clearance beyond which nothing is measured more closely [m].
         smallest_interval: An interval this short that is still not proven ends the search [s].
         most_distances: Distances measured before the search for a proof is given up.
-        distance_error: Taken off every measured distance: what an exact mesh's may be too large by [m].
+        distance_error: Taken off every measured distance: how much too large an exact mesh's may be [m].
         excess: Numerical excess over a limit or tolerance that is accepted: relative to limits of
             velocity and acceleration, absolute for positions and requirements [rad | m].
         start_error: Largest difference from the start state [rad | m].

@@ -32,7 +32,7 @@ class PairDistances:
     """
 
     def __init__(self, kinematics: Kinematics, *, error: float) -> None:
-        """Hand the bodies and pairs of a model to the core.
+        """Pass the bodies and pairs of a model to the core.
 
         Args:
             kinematics: Of the model.

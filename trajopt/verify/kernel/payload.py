@@ -1,4 +1,4 @@
-"""The judge's own account of what is carried: the torque that point masses need, by d'Alembert.
+"""The judge's own model of what is carried: the torque that point masses need, by d'Alembert.
 
 A point of mass m that must accelerate by a needs the force m (a - g), and joint k bears l_k . m (a - g),
 where l_k is the velocity that the joint gives the point at unit speed. From joint to joint outwards, the

@@ -1,8 +1,8 @@
 """How far points of a body can get while joints move by bounded amounts.
 
 Let joint j move by at most delta_j. Move the outermost joint of a body's chain first and its
-innermost last. While joint j moves, every joint further in still stands where it was, and every
-point of the body is off its old place by at most the travel m of the joints further out; so its
+innermost last. While joint j moves, every joint further in is still where it was, and every
+point of the body has moved by at most the travel m of the joints further out; so its
 distance from the axis of j is at most rho_j + m, and it travels at most delta_j (rho_j + m) more
 (delta_j for a sliding joint). Source: Schwarzer, Saha, Latombe, Adaptive dynamic collision checking
 for single and multiple robots in motion, IEEE T-RO 2005.

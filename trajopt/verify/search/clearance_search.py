@@ -11,7 +11,7 @@ from trajopt.verify.kernel.pair_distances import PairDistances
 
 
 class Windows:
-    """The allowances of meant contact, laid out by pair.
+    """The allowances of intended contact, by pair.
 
     Where several allowances name one pair the longest window counts, with the smallest depth.
 
@@ -21,7 +21,7 @@ class Windows:
     """
 
     def __init__(self, pairs: BodyPairs, duration: float) -> None:
-        """Lay the allowances out for a motion of a duration [s]."""
+        """Collect the allowances for a motion of a duration [s]."""
         count = len(pairs.first)
         self.required = pairs.required
         self._until: Floats = np.full(count, -np.inf)
