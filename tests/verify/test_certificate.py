@@ -126,7 +126,7 @@ def test_notes_say_what_was_assumed(tmp_path: Path) -> None:
     )
     model = reduce_model(scene, "arm", one.positions({"j2": 3.5}))
     notes = " / ".join(verify(model, quintic(model, [[0.0], [0.5]], 1.0), goals=()).notes)
-    assert "j2 stands 0.5 beyond its limits" in notes
+    assert "j2 stands 28.65 deg outside its limits" in notes
     assert "limit chosen: j1 acceleration" in notes
     assert "contact of a and table is accepted (rest): at most 2 mm" in notes
     assert "do not move against each other, not judged: a - c" in notes

@@ -162,7 +162,7 @@ class Task:
         *,
         rest: float = 0.0,
     ) -> Segment | Refusal:
-        """Plan the arm's straight motion to positions of all joints, with margins that its near end allows."""
+        """Plan the arm's straight motion to positions of all joints, with margins for its near end."""
         near = start if stage in {Stage.LIFT, Stage.RETREAT} else goal
         problem = straight_problem(
             with_room(self.reduced(scene, near), self.arm(near)),
