@@ -87,7 +87,7 @@ BAD: dict[str, tuple[object, str]] = {
     "no joints": ({"points": [POINT]}, "joint_names"),
     "a joint twice": (two_points() | {"joint_names": ["a", "a"]}, "every joint once"),
     "joints no list": (two_points() | {"joint_names": "a"}, "joint_names: must be a list"),
-    "a joint no text": (two_points() | {"joint_names": [1]}, r"joint_names\[0\]: must be a text"),
+    "a joint no text": (two_points() | {"joint_names": [1]}, r"joint_names\[0\]: must be text"),
     "no points": ({"joint_names": ["a"]}, "two points at least, not 0"),
     "one point": ({"joint_names": ["a"], "points": [POINT]}, "two points at least, not 1"),
     "point no mapping": ({"joint_names": ["a"], "points": [1, 2]}, r"points\[0\]: must be a mapping"),

@@ -1,4 +1,4 @@
-"""Read-only float arrays, immutable values, and checks of arguments that types alone would not explain."""
+"""Read-only float arrays, immutable values, and checks of arguments."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
@@ -96,7 +96,7 @@ class Printed:
 class Value(Printed):
     """An immutable dataclass whose copies and pickles are as immutable as itself.
 
-    They hold its fields, nothing that was computed of them, and arrays that were read-only stay so.
+    They hold its fields, nothing computed from them, and arrays that were read-only stay so.
     """
 
     def __getstate__(self) -> dict[str, object]:
@@ -127,7 +127,7 @@ def _closed(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _kept(item: object) -> object:
-    """Return what to pickle in the place of a field."""
+    """Return what to pickle in place of a field."""
     if isinstance(item, np.ndarray):
         array = cast("NDArray[Any]", item)
         return array if array.flags.writeable else _ReadOnly(array)

@@ -1,7 +1,7 @@
 """Errors of misuse: typed, naming the offender and what it may have meant.
 
-Not finding a plan is no error: it is a `Status`. What is here is raised for input that cannot be
-a question at all. Each class also derives from the builtin exception that it refines.
+Not finding a plan is no error: it is a `Status`. These are raised for input that is not a valid
+problem at all. Each class also derives from the builtin exception that it refines.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,14 +10,14 @@ from reprlib import Repr
 from typing import Any
 
 OPENGL_PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
-"""What brings OpenGL to a Debian or Ubuntu without a graphics card."""
+"""Packages with OpenGL for a Debian or Ubuntu without a graphics card."""
 
 
 class TrajoptError(Exception):
     """Root of every error that trajopt raises on purpose."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Be restored as it is: exceptions would be made anew of their message alone."""
+        """Restore it whole: by default exceptions are rebuilt from their message alone."""
         return _restored, (type(self), self.args), self.__dict__
 
 
@@ -38,17 +38,17 @@ class SolverError(TrajoptError, RuntimeError):
 
 
 class NameNotFound(ModelError, KeyError):
-    """A name is unknown; carries the names that come near it.
+    """A name is unknown; carries the known names that are similar.
 
     Attributes:
         kind: What was looked for ("link", "group", ...).
-        name: The name that was asked for.
-        near: Known names most like it, best first.
-        known: All names that there are.
+        name: The unknown name.
+        near: The most similar known names, best first.
+        known: All known names.
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], *, left_out: str = "") -> None:
-        """Find the near matches of `name` among `known`; `left_out` says why what a file calls so is not."""
+        """Find the near matches of `name` among `known`; `left_out` says why a file's entry is missing."""
         self.kind, self.name = kind, name
         names = sorted(known)
         self.known: Sequence[str] = tuple(names)
@@ -181,7 +181,7 @@ class MeshFileError(ModelError):
 
 
 class GripperError(ModelError):
-    """A robot has no gripper that its description tells enough of."""
+    """The description of a robot does not say enough about a gripper."""
 
     def __init__(self, robot: str, reason: str) -> None:
         """Name the robot, what is missing, and the way out."""
@@ -226,7 +226,7 @@ class SolverNotFound(NameNotFound, SolverError):
 
 
 class RequirementNotSupported(SolverError):
-    """A method of inverse kinematics has no way to state a requirement.
+    """A method of inverse kinematics cannot express a requirement.
 
     Attributes:
         method: Name of the method.

@@ -1,7 +1,7 @@
 """Nlp: a nonlinear program over knots, as block rows with stencils. It knows no robot.
 
 Variables are the knots x, shape (N, n). Every row of a residual touches few knots, so that a solver
-may use the block structure or flatten it into a sparse matrix as it likes.
+may use the block structure or flatten it into a sparse matrix.
 """
 
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Rows(Value):
         jacobian: Derivatives by the knots of the stencil, shape (m, k, n).
         knots: The knots of each row's stencil, shape (m, k).
         component: Which component of the residual (or which pair) each row is, shape (m,).
-        place: Where along the motion each row sits, in knots, shape (m,).
+        place: Location of each row along the motion, in knots, shape (m,).
     """
 
     value: Floats
@@ -84,7 +84,7 @@ class ConstraintRows(Value):
         upper: Upper bounds, shape (m,); inf for none.
         tolerance: Violation up to which the constraint counts as held, in the residual's unit.
         reach: Rows farther inside their bounds than this are left out, as far pairs of bodies are; inf
-            where all rows are always there. Of use to solvers that take distances as a field.
+            where all rows are always there. For solvers that treat distances as a field.
         kind: Class of the residual, which tells it from others of the same name.
     """
 
@@ -167,6 +167,6 @@ class Nlp(Protocol):
 
         Args:
             x: Knots, shape (N, n).
-            sampling: Samples per segment, shape (N - 1,); compare points on equal samples only.
+            sampling: Samples per segment, shape (N - 1,); only points on equal samples can be compared.
         """
         ...

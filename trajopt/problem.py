@@ -26,7 +26,7 @@ PathConstraint = Requirement | Constraint
 DEFAULT_KNOTS = 24
 """Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
 MOST_KNOTS = 2000
-"""Time and memory grow with the square of the knots: so many take some seconds and 0.3 GB."""
+"""Time and memory grow with the square of the knots: this many take some seconds and 0.3 GB."""
 
 
 def default_costs() -> tuple[Cost, ...]:
@@ -50,13 +50,13 @@ class Problem(Value):
             ...: for each a requirement or several, held together at one moment that the planner chooses.
             The timed motion rounds the corners of the path, so tolerances of a millimetre or more are
             kept best.
-        costs: What to minimise; squared velocity and acceleration unless told otherwise.
+        costs: What to minimise; squared velocity and acceleration by default.
         knots: Number of knots of the path, from 3 to 2000.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest speeds of tools: one limit or several.
         start_velocity: Joint of the group -> its velocity at the start [rad/s | m/s]; joints that are not
-            named rest.
+            named are at rest.
         name: For reports.
     """
 
@@ -154,7 +154,7 @@ class Problem(Value):
             ProblemError: If the goal is a set; each of its `alternatives` has goals of its own.
         """
         if isinstance(self.goal, GoalSet):
-            raise ProblemError(f"the goal is {self.goal}: ask one of the problem's alternatives")
+            raise ProblemError(f"the goal is {self.goal}: take one of the problem's alternatives")
         return self._goals
 
     @cached_property

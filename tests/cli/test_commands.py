@@ -105,7 +105,7 @@ def test_check_shows_the_required_clearance_as_the_bound(folder: Path, plan_file
     done = trajopt("check", *words, plan_file)
     assert done.returncode == 1
     (row,) = (line for line in done.stdout.splitlines() if line.split()[:2] == ["FAIL", "clearance"])
-    assert row.split()[6] == "0.9" and "900 mm are required" in done.stdout
+    assert row.split()[6] == "900" and "900 mm are required" in done.stdout
 
 
 def test_check_judges_a_straight_line_through_the_pillar(folder: Path) -> None:

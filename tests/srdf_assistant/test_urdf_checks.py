@@ -59,7 +59,7 @@ def test_a_good_robot_has_no_findings(changed: Check) -> None:
         ('effort="10"', 'effort="0"', Severity.WARNING, "turn", "limit of zero on its effort"),
         ('velocity="1"', 'velocity="0"', Severity.WARNING, "turn", "limit of zero on its velocity"),
         ('xyz="0 0 0.3"', 'xyz="0 0 300"', Severity.ERROR, "turn", "300 m from its parent: millimetres"),
-        ('xyz="0 0 1"', 'xyz="0 0 2"', Severity.WARNING, "turn", "no unit vector: 0 0 2"),
+        ('xyz="0 0 1"', 'xyz="0 0 2"', Severity.WARNING, "turn", "not a unit vector: 0 0 2"),
         ('multiplier="0.5"', 'multiplier="1"', Severity.WARNING, "follow", "beyond its own range [-1, 1]"),
         (
             '<collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.1 0.1"/></geometry></collision>',

@@ -86,7 +86,7 @@ def _margins(on_curve: OnCurve, found: Track) -> TaperedMargins:
 
 
 def start_margins(on_curve: OnCurve, starts: Floats) -> Floats:
-    """Return the clearance that pairs keep on the curve: their margins, or those of the starts, shape (p,)."""
+    """Return the clearance that pairs keep on the curve: their margins, or those of the starts, (p,)."""
     margin = on_curve.reduced.pairs.margin - CLEARANCE_TOLERANCE
     contacts = on_curve.query.close_pairs(starts, margin)
     np.minimum.at(margin, contacts.pair, contacts.distance - CLEARANCE_TOLERANCE)

@@ -23,7 +23,7 @@ BAD_INPUT = 2
 
 app = typer.Typer(
     name="trajopt",
-    help="Plan motions of robot arms by optimisation, with a proof of what was asked.",
+    help="Plan motions of robot arms by optimisation, with a proof that each motion does what it must.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -1,4 +1,4 @@
-"""`trajopt bench`: plan folders of MoveIt problems and sum up."""
+"""`trajopt bench`: plan folders of MoveIt problems and summarise."""
 
 import json
 import time

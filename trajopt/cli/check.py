@@ -1,4 +1,4 @@
-"""`trajopt check`: the judge alone, on anybody's trajectory."""
+"""`trajopt check`: the judge alone, on any trajectory."""
 
 import json
 from pathlib import Path
@@ -47,7 +47,7 @@ def check(
     around, asked = read_files(source.load(), scene, request)
     problem = asked.problem()
     motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)
-    # Of several goals any one will do: what is told is the verdict with the goal that is reached.
+    # Of several goals any one will do: the verdict is that with the goal that is reached.
     verdicts = [judge(each, motion) for each in problem.alternatives.values() or (problem,)]
     certificate = next((verdict for verdict in verdicts if verdict.verified), verdicts[0])
     if as_json:

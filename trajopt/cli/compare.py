@@ -51,14 +51,14 @@ LimitOption = Annotated[
 ]
 AttemptsOption = Annotated[int, typer.Option("--attempts", min=1, help="Seeds at most.")]
 SecondsOption = Annotated[
-    float, typer.Option("--cpu-seconds", min=0.0, help="No other seed after so much CPU time.")
+    float, typer.Option("--cpu-seconds", min=0.0, help="No other seed after this much CPU time [s].")
 ]
 ResultsOption = Annotated[
     list[Path] | None,
     typer.Option("--results", help="What --json wrote earlier (repeatable): shown again, beside new runs."),
 ]
 JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every run here.")]
-HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page to look at here.")]
+HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page with figures here.")]
 MarkdownOption = Annotated[Path | None, typer.Option("--markdown", help="Write tables in Markdown here.")]
 
 

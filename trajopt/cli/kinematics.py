@@ -19,7 +19,7 @@ FrameOption = Annotated[
     typer.Option("--frame", help="Link, tool frame or attached object; the group's tip if left out."),
 ]
 CountOption = Annotated[int, typer.Option("--count", min=1, help="How many configurations.")]
-SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Of the random numbers.")]
+SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")]
 MarginOption = Annotated[float, typer.Option("--margin", min=0.0, help="Clearance to keep [m].")]
 SceneOption = Annotated[Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML, if any.")]
 StateOption = Annotated[
@@ -52,7 +52,7 @@ def chosen_frame(reduced: ReducedModel, frame: str) -> str:
     """
     tip = frame or reduced.scene.robot.group(reduced.group).tip
     if not tip:
-        raise ProblemError(f"group {shown(reduced.group)} is no single chain; name the frame with --frame")
+        raise ProblemError(f"group {shown(reduced.group)} is not a single chain; name the frame with --frame")
     return frame_of(reduced, tip)
 
 

@@ -54,7 +54,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON in place of
 
 @dataclass(frozen=True)
 class RobotSource:
-    """Where a robot comes from: a name, or files.
+    """The source of a robot: a name, or files.
 
     Attributes:
         robot: Name of an installed robot or path of a URDF file.
@@ -73,7 +73,7 @@ class RobotSource:
     torque_scaling: float = 1.0
 
     def load(self) -> Robot:
-        """Load the robot; convex pieces of new meshes take a while, so a line says what goes on."""
+        """Load the robot; convex pieces of new meshes take a while, so a line says so."""
         with Console(stderr=True).status(f"loading {self.robot}: covering its meshes, once"):
             return self._load()
 
@@ -138,7 +138,7 @@ def budget_of(
     workers: int = 1,
     clock: Callable[[], float] = time.monotonic,
 ) -> Budget:
-    """Return the budget that options ask for.
+    """Return the budget that the options state.
 
     Raises:
         ProblemError: If they contradict each other.

@@ -1,4 +1,4 @@
-"""A line on standard error that moves while work goes on, where somebody watches."""
+"""A progress line on standard error, where that is a terminal."""
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ from trajopt.planning.result import Result
 from trajopt.solvers import Iteration
 
 DOING = {
-    "examine": "looking at the start",
+    "examine": "checking the start",
     "seed": "searching goal configurations",
     "optimise": "optimising",
     "retime": "timing",
@@ -20,12 +20,12 @@ DOING = {
     "simulate": "simulating",
     "render": "rendering",
 }
-"""What each stage is called while it runs."""
+"""The name of each stage while it runs."""
 
 
 @dataclass(eq=False)
 class ProgressLine:
-    """The line: what goes on, and the best motion so far.
+    """The line: the present stage, and the best motion so far.
 
     Attributes:
         status: Where it is written.
@@ -55,7 +55,7 @@ def progress_line() -> Generator[ProgressLine]:
 
 @contextmanager
 def progress_bar(text: str, total: int) -> Generator[Callable[[int], None]]:
-    """Show a bar that is told how many of a total are done; silent where standard error is no terminal."""
+    """Show a bar of how many of a total are done; silent where standard error is no terminal."""
     console = Console(stderr=True)
     with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(text, total=total)

@@ -25,7 +25,7 @@ from trajopt.kinematics.table import check_table_path
 
 OutOption = Annotated[Path, typer.Option("--out", help="Table to write: .npz or .parquet.")]
 AllOption = Annotated[
-    bool, typer.Option("--all", help="Keep configurations in collision too; the column `clear` tells them.")
+    bool, typer.Option("--all", help="Keep configurations in collision too; the column `clear` marks them.")
 ]
 
 

@@ -23,7 +23,7 @@ ShareOption = Annotated[
     ),
 ]
 LevelOption = Annotated[
-    float, typer.Option("--level", help="How surely: the confidence, of all pairs together.")
+    float, typer.Option("--level", help="How sure: the confidence, of all pairs together.")
 ]
 
 
@@ -36,7 +36,7 @@ def srdf(
     package_dir: PackageOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Propose an SRDF: pairs that never collide, groups, states; look at the URDF. Exit status 0 or 2."""
+    """Propose an SRDF: pairs that never collide, groups, states; check the URDF. Exit status 0 or 2."""
     confidence = Confidence(share=share, level=level)
     robot = RobotSource(urdf, package_dirs=tuple(package_dir or ())).load()
     with progress_bar("sampling pairs", samples_needed(robot, confidence)) as progress:

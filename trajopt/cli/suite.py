@@ -12,7 +12,7 @@ from trajopt.benchmark.suite_table import row, summary, table
 from trajopt.moveit.trajectory_files import write_json, write_text
 
 JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every outcome here.")]
-HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page to look at here.")]
+HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page with figures here.")]
 RandomOption = Annotated[
     int, typer.Option("--random", min=0, help="Random instances of each problem, beside the fixed one.")
 ]

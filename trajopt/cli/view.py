@@ -29,7 +29,7 @@ RequestOption = Annotated[
 PortOption = Annotated[int, typer.Option("--port", help="Port of the page.")]
 HostOption = Annotated[str, typer.Option("--host", help="Address that the page is served on.")]
 SecondsOption = Annotated[
-    float | None, typer.Option("--seconds", help="Close after so many seconds; Ctrl-C otherwise.")
+    float | None, typer.Option("--seconds", help="Close after this many seconds; Ctrl-C otherwise.")
 ]
 
 

@@ -1,4 +1,4 @@
-"""Documents on disk, read value by value: every complaint names the file and the place in it."""
+"""Documents on disk, read value by value: every error names the file and the place in it."""
 
 import os
 from collections.abc import Iterable
@@ -14,12 +14,12 @@ from trajopt.io.files import number_of, read_json
 
 @dataclass(frozen=True)
 class Node:
-    """One value of a document, and where it stands.
+    """One value of a document, and where it is.
 
     Attributes:
         value: What the parser made of it; None where the document has nothing.
         path: The file.
-        place: The way to it from the top, such as `world.collision_objects[3].pose`.
+        place: The path to it from the top, such as `world.collision_objects[3].pose`.
     """
 
     value: object
@@ -76,7 +76,7 @@ class Node:
         if self.value is None and default is not None:
             return default
         if not isinstance(self.value, str):
-            raise self.error(f"must be a text, is {_say(self.value)}")
+            raise self.error(f"must be text, is {_say(self.value)}")
         return self.value
 
     def number(self, default: float | None = None, *, infinite: bool = False) -> float:
@@ -133,9 +133,9 @@ def read_document(path: Path | str) -> Node:
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a file in one step: whoever reads it meets the old content or the new, never half.
+    """Write a file atomically: a reader finds the old content or the new, never half of it.
 
-    Folders that are missing on the way are made.
+    Missing folders are created.
 
     Raises:
         FileFormatError: If it cannot be written.

@@ -1,7 +1,7 @@
 """Text and JSON files, read with bounds: what cannot be read is a typed error that names the file.
 
 A file holds at most 256 MB and is nested at most 100 levels deep. A key that a mapping has twice is an
-error: the parser itself would keep the last and drop what came before without a word.
+error: the parser itself would silently keep the last and drop the others.
 """
 
 import json

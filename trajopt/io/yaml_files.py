@@ -1,7 +1,7 @@
 """YAML files, read with bounds: what cannot be read is a typed error that names the file and the line.
 
 What the aliases and merges of a file stand for is at most a million values. A key that a mapping has
-twice is an error: PyYAML itself would keep the last and drop what came before without a word.
+twice is an error: PyYAML itself would silently keep the last and drop the others.
 """
 
 from collections.abc import Hashable
@@ -21,7 +21,7 @@ MOST_ALIASED = 1_000_000
 _MERGE = "tag:yaml.org,2002:merge"
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _MALFORMED = (ValueError, ArithmeticError, LookupError, AttributeError, TypeError, RecursionError)
-"""What PyYAML's own constructors raise, such as for `!!bool maybe`."""
+"""Errors of PyYAML's own constructors, such as for `!!bool maybe`."""
 
 
 def read_yaml(path: Path | str) -> list[object]:

@@ -1,4 +1,4 @@
-"""Where the camera stands: chosen so that the robot, the objects and the motion are in view."""
+"""The camera's position: chosen so that the robot, the objects and the motion are in view."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,11 +15,11 @@ FIELD_OF_VIEW = np.deg2rad(36.0)
 ELEVATION = np.deg2rad(-20.0)
 """From where an automatic camera looks: down by this angle [rad]."""
 BORDER = 1.04
-"""An automatic camera stands this much farther off than it must."""
+"""An automatic camera is this much farther away than it must be."""
 NEAREST = 0.05
 """How near an automatic camera may be to what it looks at [m]."""
 SURROUNDINGS = 0.25
-"""What is farther from the robot than this share of its size need not be in view."""
+"""Objects farther from the robot than this share of its size need not be in view."""
 CANDIDATES = np.deg2rad((140.0, 220.0, 115.0, 245.0, 160.0, 200.0, 40.0, -40.0))
 """Directions an automatic camera looks along, about z [rad]; earlier ones win ties."""
 
@@ -42,7 +42,7 @@ class CameraView(Value):
 
     @property
     def position(self) -> Floats:
-        """Where it stands, shape (3,) in the world [m]."""
+        """Its position, shape (3,) in the world [m]."""
         return self.target - self.distance * _axes(self.azimuth, self.elevation)[0]
 
 
@@ -76,9 +76,9 @@ def automatic_view(
 
     Args:
         points: What must be in view, shape (m, 3) in the world [m].
-        path: Where the tool is on the way, shape (k, 3) [m].
+        path: Where the tool is during the motion, shape (k, 3) [m].
         aspect: Width of the picture over its height.
-        share_seen: For a place of the camera, during what share of the motion the tool is seen.
+        share_seen: For a position of the camera, the share of the motion during which the tool is seen.
     """
     best, best_score = None, -np.inf
     for rank, azimuth in enumerate(CANDIDATES):
@@ -93,7 +93,7 @@ def automatic_view(
 
 
 def visible_points(reduced: ReducedModel, motion: Floats) -> Floats:
-    """Return corners of what must be in view: the robot on its way, and the objects near it.
+    """Return corners of what must be in view: the robot during the motion, and the objects near it.
 
     Objects larger than the robot are cut to its surroundings; half-spaces do not count.
 

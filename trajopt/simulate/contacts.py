@@ -1,4 +1,4 @@
-"""Contacts of a simulation: when which pair touched, how deep, and whether it was meant."""
+"""Contacts of a simulation: when which pair touched, how deep, and whether it was allowed."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from trajopt.model.collisions.allowed_collisions import ContactAllowance
 
 SAME_CONTACT = 0.02
-"""A pair that parts for less than this [s] is reported as one contact."""
+"""Contacts of a pair that separate for less than this [s] are reported as one."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Contact:
         start: When it began [s].
         end: When it ended [s].
         depth: Deepest penetration [m]; MuJoCo's contacts yield a little.
-        allowance: Name of the allowance that covers it whole; None for a collision.
+        allowance: Name of the allowance that covers all of it; None for a collision.
     """
 
     pair: tuple[str, str]
@@ -44,7 +44,7 @@ class ContactLog:
         """Start empty.
 
         Args:
-            allowances: Contacts that are meant.
+            allowances: Contacts that are allowed.
             duration: Of the trajectory, from whose end allowances count backwards [s].
         """
         self._allowances = tuple(allowances)

@@ -13,12 +13,12 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.options import SimulationOptions
 
 MOST_STEPS = 1_000_000
-"""Of one simulation: they take about a minute and 0.5 GB."""
+"""Most steps of one simulation: they take about a minute and 0.5 GB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """What is to be followed, at every step.
+    """The reference to follow, at every step.
 
     Attributes:
         times: Shape (k,) [s].
@@ -66,7 +66,7 @@ class ComputedTorque:
     """
 
     def __init__(self, reduced: ReducedModel, followed: Reference, options: SimulationOptions) -> None:
-        """Keep what is tracked.
+        """Prepare the controller.
 
         Args:
             reduced: The reduced model; its own dynamics are what the controller knows.
@@ -81,11 +81,11 @@ class ComputedTorque:
         self._driven = [reduced.model.getJointId(name) - 1 for name in reduced.joint_names]
 
     def group(self, values: Floats) -> Floats:
-        """Pick the group's joints out of the model's."""
+        """Take the group's joints from the model's."""
         return values[self._driven]
 
     def __call__(self, step: int, positions: Floats, velocities: Floats) -> Floats:
-        """Return the torques to ask for, shape (n,) [Nm | N].
+        """Return the commanded torques, shape (n,) [Nm | N].
 
         Args:
             step: Index of the instant in the reference.

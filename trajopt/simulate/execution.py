@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from trajopt.simulate.plant import Plant
 
 BLOWN_UP = 1e4
-"""Joint speed [rad/s | m/s] beyond which a simulation has left physics."""
+"""Joint speed [rad/s | m/s] beyond which a simulation has diverged."""
 WHOLE = "arm and fingers"
 """Name of the group that is simulated: the joints of all phases."""
 FINGER_INERTIA = 0.1
-"""Inertia of the fingers' drive, as each of their joints feels it [kg | kg m^2]; without any, the fingers
+"""Inertia of the fingers' drive, at each of their joints [kg | kg m^2]; without any, the fingers
 weigh so little that contact forces shake them."""
 COUPLING_IMPEDANCE = (0.99, 0.999, 0.001, 0.5, 2.0)
-"""How hard fingers that mimic each other are coupled (MuJoCo's `solimp`): with its default, they give way
+"""How stiffly fingers that mimic each other are coupled (MuJoCo's `solimp`): with its default, they give way
 by half a millimetre under 30 N."""
 
 
@@ -68,7 +68,7 @@ def simulate(
     The robot starts in the trajectory's first position and velocity, follows it under a
     computed-torque controller whose motors give at most the group's effort limits (infinite ones
     are never reached), and holds the end for the settling time. It knows its own masses exactly,
-    so what goes wrong is torque limits, contacts, or jumps in the trajectory.
+    so errors come from torque limits, contacts, or jumps in the trajectory.
 
     Args:
         motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
@@ -155,7 +155,7 @@ def simulate_phases(
     """Execute motions one after the other in MuJoCo, in one world with a loose object.
 
     The controller follows each phase as `simulate` does and knows what its scene says is carried; whether
-    it is, friction decides.
+    it really is depends on friction alone.
 
     Args:
         scene: The scene before, in which the object stands.
@@ -286,7 +286,7 @@ class _Run:
         )
 
     def _known(self, phase: Phase, at: Floats) -> ReducedModel:
-        """Return the model that the controller knows: with what the phase's scene says is carried."""
+        """Return the controller's model: with what is carried in the phase's scene."""
         reduced = _whole(phase.reduced.scene, self._whole.joint_names, at)
         model = loaded_model(reduced).copy()
         armature = np.array(model.armature)
@@ -297,7 +297,7 @@ class _Run:
 
 
 class _Press:
-    """Forces that fingers give in place of following."""
+    """Forces that fingers exert instead of following."""
 
     def __init__(self, phase: Phase, joint_names: tuple[str, ...], dt: float) -> None:
         self._forces = np.array([phase.presses.get(name, 0.0) for name in joint_names])
@@ -306,7 +306,7 @@ class _Press:
         self._since, self._rest = phase.trajectory.duration, max(phase.rest, dt)
 
     def __call__(self, t: float, asked: Floats) -> Floats:
-        """Return what the motors are asked for at a time of the phase, given what following asks for."""
+        """Return the commands of the motors at a time of the phase, given those for following."""
         share = min(max((t - self._since) / self._rest, 0.0), 1.0) if self._grows else 1.0
         return np.where(self._pressing, (1.0 - share) * asked + share * self._forces, asked)
 
@@ -322,7 +322,7 @@ def _whole(scene: Scene, joints: tuple[str, ...], start: Floats) -> ReducedModel
 
 
 def _aimed(whole: ReducedModel, followed: Reference, moved: tuple[str, ...], at: Floats) -> Reference:
-    """Return a reference of all simulated joints: those not moved stand where they are planned to be."""
+    """Return a reference of all simulated joints: those not moved stay where they are planned to be."""
     count = len(followed.times)
     standing = at[whole.scene.robot.index(whole.joint_names)]
     columns = [whole.joint_names.index(name) for name in moved]

@@ -13,7 +13,7 @@ from trajopt.errors import FileFormatError, MissingExtra
 from trajopt.simulate.offscreen import Image
 
 SUFFIXES = (".png", ".gif", ".mp4")
-"""Kinds of files that can be written."""
+"""Suffixes of files that can be written."""
 DITHER = Pillow.Dither.NONE
 GAP = 6
 """White between the pictures of a film strip [pixels]."""
@@ -37,7 +37,7 @@ def check_path(path: Path) -> str:
 
 
 def write_strip(path: Path, pictures: list[Image]) -> None:
-    """Write pictures side by side, in rows of about as many as there are rows."""
+    """Write pictures side by side, in rows that make about a square."""
     columns = int(np.ceil(np.sqrt(len(pictures))))
     rows = -(-len(pictures) // columns)
     height, width = pictures[0].shape[:2]
@@ -49,7 +49,7 @@ def write_strip(path: Path, pictures: list[Image]) -> None:
 
 
 def write_gif(path: Path, pictures: Iterable[Image], fps: float) -> None:
-    """Write an endless animation, all pictures in the colours that suit the first."""
+    """Write an endless animation, all pictures in the colours of the first."""
     images = [Pillow.fromarray(picture) for picture in pictures]
     # Colours by octree: by frequency, thin things of their own colour would lose it.
     palette = images[0].quantize(256, method=Pillow.Quantize.FASTOCTREE)

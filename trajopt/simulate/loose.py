@@ -1,4 +1,4 @@
-"""A loose object: nothing holds it but contact and friction."""
+"""A loose object: only contact and friction hold it."""
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from trajopt.simulate.spec import SpecReport, add_piece, scalar_first
 CONTACT_TIME = (0.004, 1.0)
 """Time constant [s] and damping ratio of the contacts of a loose object (MuJoCo's `solref`)."""
 CONTACT_IMPEDANCE = (0.95, 0.99, 0.0005, 0.5, 2.0)
-"""How hard those contacts are, by depth (MuJoCo's `solimp`)."""
+"""Stiffness of those contacts by depth (MuJoCo's `solimp`)."""
 FRICTION_TO_NORMAL = 10.0
-"""Impedance of friction by that of normal forces (MuJoCo's `impratio`): at 1, things creep."""
+"""Ratio of friction impedance to normal impedance (MuJoCo's `impratio`): at 1, objects creep."""
 NO_SLIP = 10
-"""Iterations that take out what creeping is left (MuJoCo's `noslip_iterations`)."""
+"""Iterations that remove the remaining creep (MuJoCo's `noslip_iterations`)."""
 ROLLING = 1e-4
 """Friction against rolling [m]; MuJoCo's default."""
 
@@ -74,7 +74,7 @@ def add_loose(
                 pair.friction = np.array((coefficient, coefficient, friction.torsional, ROLLING, ROLLING))
                 pair.solref, pair.solimp = np.array(CONTACT_TIME), np.array(CONTACT_IMPEDANCE)
                 # The shortest time constant that a step allows: MuJoCo leaves out the centripetal part of
-                # the acceleration at a contact, so that things creep outward in a hand that turns, at
+                # the acceleration at a contact, so that objects creep outward in a turning hand, at
                 # that acceleration times half this.
                 pair.solreffriction = np.array((2.0 * spec.option.timestep, 1.0))
     return SpecReport(spec, owners, tuple(notes))

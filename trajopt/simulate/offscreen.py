@@ -17,7 +17,7 @@ Image = NDArray[np.uint8]
 
 
 def backends() -> tuple[str, ...]:
-    """Return the ways to draw that are worth trying here, best first.
+    """Return the drawing backends that are worth trying here, best first.
 
     The environment variable MUJOCO_GL ("egl", "osmesa", "glfw", "cgl") decides alone when set.
     Otherwise EGL, which needs no display; OSMesa where there is no EGL; and a hidden window.
@@ -48,7 +48,7 @@ def open_context(width: int, height: int) -> Any:
     context classes are used directly instead.
 
     Raises:
-        RenderingUnavailable: If none can be had.
+        RenderingUnavailable: If none works.
     """
     tried: list[str] = []
     for backend in backends():

@@ -13,7 +13,7 @@ from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Sh
 from trajopt.simulate.engine import mujoco
 
 CONE_TOLERANCE = 5e-6
-"""How far the pyramid that stands for a cone may stick out of it [m]."""
+"""How far the pyramid that stands for a cone may protrude from it [m]."""
 MOST_CONE_SIDES = 512
 """Sides of that pyramid at most; reached by cones of more than 13 cm in radius."""
 HALF_SPACE_EDGE = 40.0
@@ -44,7 +44,7 @@ def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
 
     Args:
         shape: The shape.
-        moving: Whether a joint moves it; MuJoCo has half-spaces at rest only.
+        moving: Whether a joint moves it; MuJoCo has fixed half-spaces only.
 
     Returns:
         The pieces, and a sentence that is empty when nothing was lost.
@@ -66,7 +66,7 @@ def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
 
 
 def surface(vertices: Floats, faces: NDArray[np.integer]) -> Piece:
-    """Return a mesh. Drawn as it is; contacts see its convex hull."""
+    """Return a mesh. It is drawn as it is; contacts use its convex hull."""
     return Piece(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces.astype(np.int64))
 
 

@@ -27,7 +27,7 @@ class Plant:
         Args:
             reduced: The reduced model.
             dt: Time step [s].
-            report: Its MuJoCo model, with whatever was added to it; made anew when None.
+            report: Its MuJoCo model, with whatever was added to it; a new one when None.
 
         Raises:
             ModelError: If MuJoCo refuses the model, or a joint moves no mass.
@@ -77,10 +77,10 @@ class Plant:
         """Advance one time step.
 
         Args:
-            torques: Asked of the group's motors, shape (n,) [Nm | N]; they give what they can.
+            torques: Commands of the group's motors, shape (n,) [Nm | N]; cut to their limits.
 
         Returns:
-            How deep [m] links and objects were in each other before the step, by pair of owners.
+            Penetration [m] of links and objects before the step, by pair of owners.
         """
         self.data.ctrl[:] = torques
         mujoco.mj_step(self.model, self.data)

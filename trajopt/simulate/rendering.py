@@ -13,7 +13,7 @@ from trajopt.simulate.rollout import Rollout, SequenceLog
 
 
 class Layout(Enum):
-    """How several moments come into one PNG."""
+    """How several moments are shown in one PNG."""
 
     FILM_STRIP = "one picture each, in rows"
     SUPERPOSED = "one picture: the last moment solid, the others translucent"
@@ -44,9 +44,9 @@ def render(
         height: Of one picture [pixels].
         fps: Pictures per second of GIF and MP4.
         moments: Times to show in a PNG [s]; start, end and two between, at even shares of the
-            way through joint space, when None.
-        layout: How several moments come into a PNG.
-        camera: From where; chosen to show the whole motion when None.
+            path in joint space, when None.
+        layout: How several moments are shown in a PNG.
+        camera: The camera; chosen to show the whole motion when None.
         highlight: Links and objects that are drawn in a colour of their own.
         progress: Called with the share done, up to 1.
 

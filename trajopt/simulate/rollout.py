@@ -15,7 +15,7 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import Contact
 
 MOST_CONTACTS = 3
-"""Contacts that the summary tells in full."""
+"""Contacts that the summary describes in full."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +65,9 @@ class Rollout(Value):
         times: Of the stored samples, shape (k,) [s]; the last ones hold the end of the trajectory.
         positions: The group's positions, shape (k, n) [rad | m].
         velocities: Shape (k, n) [rad/s | m/s].
-        torques: What the motors gave, shape (k, n) [Nm | N].
+        torques: Torques of the motors, shape (k, n) [Nm | N].
         tracking_error: Over all steps of the motion, stored or not; without the settling time.
-        contacts: What touched though the scene does not excuse it.
+        contacts: Contacts that the scene does not allow.
         saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
         diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
         notes: Where MuJoCo's model differs from the robot's and the scene's.
@@ -186,11 +186,11 @@ class Phase:
 
     Attributes:
         name: For reports.
-        reduced: Its group, in a scene that knows whether the object is carried.
+        reduced: Its group, in a scene in which the object is carried or not.
         trajectory: Of the group's joints.
         rest: How long its end is held [s].
-        presses: Joint of the fingers -> force or torque that it gives in place of following [N | Nm]. Where
-            it moves in this phase itself, that grows from nothing during the rest.
+        presses: Joint of the fingers -> force or torque that it exerts instead of following [N | Nm]. Where
+            it moves in this phase itself, that grows from zero during the rest.
     """
 
     name: str
@@ -215,10 +215,10 @@ class SequenceLog(Value):
         times: Of the stored samples, shape (k,) [s].
         phases: Index of the phase at each sample, shape (k,).
         positions: Of all joints of the robot, shape (k, joints) [rad | m].
-        placements: Of the loose object in the world, one each.
-        touching: What touched it, one set each.
-        deepest: How deep it was in anything at most; contacts yield a little [m].
-        contacts: Other contacts that the scene does not excuse.
+        placements: Of the loose object in the world, one per sample.
+        touching: What touched it, one set per sample.
+        deepest: Its deepest penetration; contacts yield a little [m].
+        contacts: Other contacts that the scene does not allow.
         saturated: Joint -> time during which its motor was at its limit [s]; only those above zero.
         diverged: Time at which the simulation blew up and was stopped [s]; None if it did not.
         notes: Where MuJoCo's model differs from the robot's and the scene's.

@@ -15,11 +15,11 @@ from trajopt.simulate.pieces import Piece, pieces
 STIFF = (0.004, 1.0)
 """Time constant [s] and damping ratio of the constraint that makes a joint mimic another."""
 SMALLEST_MASS = 1e-12
-"""MuJoCo refuses moving bodies without mass; they get this much [kg]."""
+"""MuJoCo refuses moving bodies without mass; they get this mass [kg]."""
 SMALLEST_INERTIA = 1e-14
 """The same for principal moments of inertia [kg m^2]."""
 ROUNDING = 1e-9
-"""Share of a moment that is corrected without a word: the rounding of the file's digits."""
+"""Share of a moment that is corrected without a note: the rounding of the file's digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +146,7 @@ def principal_inertia(inertia: pin.Inertia) -> PrincipalInertia:
 def add_piece(
     spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, piece: Piece, where: Placement
 ) -> mujoco.MjsGeom:
-    """Fix a piece to a body, as a massless geometry that touches nothing by itself.
+    """Fix a piece to a body, as a massless geometry that collides with nothing by default.
 
     Args:
         spec: The model; meshes are stored in it.

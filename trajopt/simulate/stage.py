@@ -19,7 +19,7 @@ from trajopt.simulate.spec import add_joints, add_piece
 Colour = tuple[float, float, float, float]
 
 FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP = 0, 1, 2
-"""MuJoCo's geometry groups, by which pictures tell things apart."""
+"""MuJoCo's geometry groups, by which pictures distinguish things."""
 
 LIGHT_LINK: Colour = (0.90, 0.91, 0.92, 1.0)
 DARK_LINK: Colour = (0.52, 0.55, 0.59, 1.0)
@@ -49,12 +49,12 @@ def picture_spec(
     loose: str = "",
     highlight: frozenset[str] = frozenset(),
 ) -> mujoco.MjSpec:
-    """Return a MuJoCo model for the eye: nothing in it collides.
+    """Return a MuJoCo model for pictures: nothing in it collides.
 
     Args:
         reduced: Robot and scene.
         shown: Points around everything that will be in view, shape (k, 3) in the world [m].
-        loose: An object that is moved by itself, as MuJoCo's one motion-captured body; empty for none.
+        loose: An object that moves by itself, as MuJoCo's one motion-captured body; empty for none.
         highlight: Links and objects that are drawn in a colour of their own.
     """
     spec = mujoco.MjSpec()
@@ -110,7 +110,7 @@ def _seen(shape: Shape) -> tuple[Piece, ...]:
 def _robot_pieces(
     reduced: ReducedModel, highlight: frozenset[str]
 ) -> Iterator[tuple[int, Placement, Piece, Colour]]:
-    """Yield joint, placement in it, piece and colour of what shows the robot."""
+    """Yield joint, placement in it, piece and colour of the robot's visuals."""
     robot = reduced.scene.robot
     failed: set[str] = set()
     found: list[tuple[str, Placement, Piece, Colour]] = []

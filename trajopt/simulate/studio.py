@@ -26,7 +26,7 @@ PATH_RADIUS = 0.003
 PATH_POINTS = 61
 """Points of that line."""
 NEAR_TOOL = 0.1
-"""Whatever is closer to the tool than this does not count as hiding it from the camera [m]."""
+"""Objects closer to the tool than this do not count as hiding it from the camera [m]."""
 SAME_PICTURE = 1e-5
 """Joints that moved less than this [rad | m] give the same picture."""
 GHOST = 0.22
@@ -102,7 +102,7 @@ def moments_of(motion: Motion, moments: Sequence[float] | None) -> Floats:
     """
     end = motion.duration
     if moments is None:
-        # Even shares of the way, not of the time: most happens in the middle of a motion.
+        # Even shares of the path, not of the time: most happens in the middle of a motion.
         steps = np.linalg.norm(np.diff(motion.positions, axis=0), axis=1) + 1e-6 * np.diff(motion.times)
         way = np.append(0.0, np.cumsum(steps))
         places = np.searchsorted(way / way[-1], (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0))
@@ -149,8 +149,8 @@ class Studio:
             width: Of the pictures [pixels].
             height: Of the pictures [pixels].
             shadow: Edge of the square that shadows are computed on [pixels].
-            pictures: How many moments may come into one picture.
-            camera: From where; chosen when None.
+            pictures: How many moments one picture may show.
+            camera: The camera; chosen when None.
             highlight: Links and objects that are drawn in a colour of their own.
 
         Raises:

@@ -1,4 +1,4 @@
-"""What is known of a pair of links, and how surely: exact binomial bounds on how often it collides."""
+"""What is known of a pair of links, with what confidence: exact binomial bounds on how often it collides."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -20,7 +20,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class Confidence:
-    """How surely a pair must be known never to collide.
+    """With what confidence a pair must be known never to collide.
 
     All pairs without a collision share the risk equally (Bonferroni), so that the statement is of all of
     them together: with this confidence none collides in a larger share of the configurations.
@@ -57,7 +57,7 @@ class Confidence:
 
         Args:
             collisions: Configurations in collision.
-            samples: Configurations looked at.
+            samples: Configurations examined.
             pairs: Pairs that share the risk.
         """
         from scipy.special import betaincinv
@@ -87,7 +87,7 @@ class PairEvidence(Value):
         second: The other.
         verdict: What becomes of the pair.
         collisions: Configurations in collision, of those sampled.
-        samples: Configurations sampled; 0 for links that cannot move against each other.
+        samples: Configurations sampled; 0 for links that cannot move relative to each other.
         lower: Bound on the share of configurations in collision from below.
         upper: The same from above.
         nearest: Smallest signed distance seen, in the descent too [m]; nan where none was measured.

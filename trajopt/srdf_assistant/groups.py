@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from trajopt.srdf_assistant.link_tree import LinkTree
 
 ARM = "arm"
-"""What an arm's group is called."""
+"""Name of an arm's group."""
 ARM_JOINTS = 2
-"""A chain with fewer driven joints is no arm."""
+"""A chain with fewer driven joints is not an arm."""
 GRIPPER_SHARE = 0.4
 """What branches off at the end of an arm and reaches no farther than this share of the arm is a gripper."""
 TOOL_FRAMES = ("tool0", "tcp", "tool", "flange", "ee_link")
@@ -127,7 +127,7 @@ def _gripper(tree: LinkTree, palm: str, carrier: str, branches: Sequence[str]) -
 
 
 def _shared_words(names: Sequence[str]) -> str:
-    """Return the words, set apart by underscores, that all names but for their last word begin with."""
+    """Return the leading words, separated by underscores, that all names share, their last words aside."""
     words = [name.split("_")[:-1] for name in names]
     shared = [column[0] for column in zip(*words, strict=False) if len(set(column)) == 1]
     return "_".join(shared)

@@ -46,7 +46,7 @@ def _reduced(bare: Robot) -> ReducedModel:
 
 
 def samples_needed(robot: Robot, confidence: Confidence) -> int:
-    """Return how many configurations `judge_pairs` looks at."""
+    """Return how many configurations `judge_pairs` examines."""
     return confidence.samples(max(len(LinkPairs.of(all_joints_free(robot)).names), 1))
 
 
@@ -57,18 +57,18 @@ def judge_pairs(
     confidence: Confidence = DEFAULT_CONFIDENCE,
     progress: Progress | None = None,
 ) -> tuple[PairEvidence, ...]:
-    """Sample all pairs of links until those that never collide are known surely enough.
+    """Sample all pairs of links until those that never collide are known well enough.
 
-    Pairs joined by a joint are adjacent, and so are those that cannot move against each other. Of the others
+    Pairs joined by a joint are adjacent, and so are those that cannot move relative to each other. Of others
     those are "never" that no sample has in collision and no descent from their nearest sample either;
     "always" that surely collide in 95 % of the configurations; "default" that collide where all joints are
     nearest to zero, but not always.
 
     Args:
-        robot: The robot; what its SRDF says of pairs, if it has one, is not looked at.
+        robot: The robot; what its SRDF says of pairs, if it has one, is not considered.
         rng: Draws the configurations.
-        confidence: How surely "never" must be known; gives the number of samples.
-        progress: Is told how many samples are done.
+        confidence: With what confidence "never" must be known; gives the number of samples.
+        progress: Called with the number of samples done.
 
     Returns:
         One for each pair of links with collision bodies, in the order of the robot's links.

@@ -1,4 +1,4 @@
-"""The tree of a robot's links: who is joined to whom, what moves, how far it reaches."""
+"""The tree of a robot's links: which are joined, what moves, how far it reaches."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -78,7 +78,7 @@ class LinkTree:
         return tuple(child for child in self.below[name] if any(link.moving for link in self.subtree(child)))
 
     def extent(self, name: str) -> float:
-        """Return the length of the longest way from the link above down to a leaf [m]."""
+        """Return the length of the longest path from the link above down to a leaf [m]."""
         return self.links[name].length + max((self.extent(child) for child in self.below[name]), default=0.0)
 
     def joined(self, one: str, other: str, solid: frozenset[str]) -> bool:

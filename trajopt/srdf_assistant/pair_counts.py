@@ -12,9 +12,9 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.query import Contacts, Query
 
 FIRST_BATCH = 64
-"""Configurations at which every distance is measured; later ones only look for what is nearer."""
+"""Configurations at which every distance is measured; later ones only search nearer ones."""
 BATCH = 2048
-"""Configurations at once."""
+"""Configurations per batch."""
 
 STARTS = 8
 """Configurations that each descent begins at."""
@@ -28,7 +28,7 @@ STEPS = 30
 
 @dataclass(frozen=True, eq=False)
 class LinkPairs:
-    """Pairs of links that can move against each other, and the pairs of bodies that they are made of.
+    """Pairs of links that can move relative to each other, and the pairs of bodies that they are made of.
 
     Attributes:
         names: The two links of each, m of them, in the order of the robot's links.
@@ -57,7 +57,7 @@ class PairCounts:
     """What was seen of m pairs of links so far; grows with each batch.
 
     Attributes:
-        samples: Configurations looked at.
+        samples: Configurations examined.
         collisions: Of them in collision, shape (m,).
         nearest: Smallest signed distance seen, shape (m,) [m].
         at: Configuration of it, shape (m, n).
@@ -100,14 +100,14 @@ def count_pairs(
     rng: np.random.Generator,
     progress: Progress | None = None,
 ) -> PairCounts:
-    """Look at random configurations within limits.
+    """Examine random configurations within limits.
 
     Args:
         query: Of the model with all driven joints free.
         pairs: Its pairs of links.
         samples: How many configurations.
         rng: Draws them.
-        progress: Is told how many are done.
+        progress: Called with the number done.
     """
     joints = len(query.reduced.joint_names)
     count = len(pairs.names)

@@ -1,4 +1,4 @@
-"""A whole SRDF for a robot, with the evidence for each pair and what its URDF should be looked at for."""
+"""A whole SRDF for a robot, with the evidence for each pair and findings about its URDF."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class SrdfProposal:
 
     Attributes:
         name: Name of the robot.
-        confidence: How surely pairs are known never to collide.
+        confidence: With what confidence pairs are known never to collide.
         evidence: Of every pair of links with collision bodies.
         disabled: Reason by the two links of each pair that need not be checked.
         groups: Chains and grippers.
@@ -99,7 +99,7 @@ class SrdfProposal:
             if chosen:
                 lines += [f"{len(chosen)} {title}", *(f"  {item}{self._note(item)}" for item in chosen)]
         if self.findings:
-            lines += ["", "to look at in the URDF", *(f"  {finding}" for finding in self.findings)]
+            lines += ["", "findings in the URDF", *(f"  {finding}" for finding in self.findings)]
         return "\n".join(lines)
 
     def _note(self, item: PairEvidence) -> str:
@@ -114,17 +114,17 @@ def propose_srdf(
     confidence: Confidence = DEFAULT_CONFIDENCE,
     progress: Progress | None = None,
 ) -> SrdfProposal:
-    """Propose an SRDF: sample its pairs of links, group its joints, find states, look at its URDF.
+    """Propose an SRDF: sample its pairs of links, group its joints, find states, check its URDF.
 
     Adjacent pairs, those that never collide and those that always do are left out of collision checks, and so
     are pairs inside one gripper, whose fingers are made to meet. All others are checked: a pair that collides
-    where all joints are zero is named, not silenced.
+    where all joints are zero is reported, not left out.
 
     Args:
         robot: The robot, loaded from its URDF alone.
         rng: Draws configurations.
-        confidence: How surely "never" must be known; gives the number of samples.
-        progress: Is told how many samples are done.
+        confidence: With what confidence "never" must be known; gives the number of samples.
+        progress: Called with the number of samples done.
     """
     tree = LinkTree.of(robot)
     groups = propose_groups(tree)

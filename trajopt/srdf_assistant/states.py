@@ -26,7 +26,7 @@ HOME_MARGIN = 0.01
 def home_positions(
     robot: Robot, disabled: frozenset[frozenset[str]], *, rng: np.random.Generator
 ) -> Floats | None:
-    """Return positions of all driven joints that touch nothing: zero, the middle, or what is near to it.
+    """Return positions of all driven joints that touch nothing: zero, the middle, or a configuration near it.
 
     Args:
         robot: The robot.

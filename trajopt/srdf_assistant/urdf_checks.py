@@ -29,7 +29,7 @@ SLACK = 0.03
 
 
 class Severity(Enum):
-    """How bad a finding is: it makes motions wrong, it may do so, or it is good to know."""
+    """How bad a finding is: it makes motions wrong, it may do so, or it is for information."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -60,7 +60,7 @@ class Finding:
 
 
 def check_urdf(robot: Robot) -> tuple[Finding, ...]:
-    """Look for what is odd in a robot's description, errors first.
+    """Search a robot's description for oddities, errors first.
 
     Of a robot made of a Pinocchio model, which has no URDF, the model's inertias and limits are looked at.
     """
@@ -145,7 +145,7 @@ def _joints(root: ElementTree.Element) -> Iterator[Finding]:
             continue
         axis = joint.find("axis")
         if axis is not None and abs(float(np.linalg.norm(_vector(axis, "xyz"))) - 1.0) > 1e-3:
-            yield Finding(Severity.WARNING, name, f"has an axis that is no unit vector: {axis.get('xyz')}")
+            yield Finding(Severity.WARNING, name, f"has an axis that is not a unit vector: {axis.get('xyz')}")
         if kind == "continuous":
             yield Finding(Severity.NOTE, name, "is continuous: it turns without limits")
         if limit is None:
@@ -221,7 +221,7 @@ def _shapes(robot: Robot) -> Iterator[Finding]:
     for link in robot.links:
         if link in shown and link not in solid:
             yield Finding(
-                Severity.WARNING, link, "is seen but has no collision shape: nothing keeps clear of it"
+                Severity.WARNING, link, "is visible but has no collision shape: nothing keeps clear of it"
             )
         if link in solid:
             size = solid[link][1] - solid[link][0]

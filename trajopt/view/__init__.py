@@ -1,8 +1,8 @@
-"""Looking at motions: in the browser, and as plots over time.
+"""Views of motions: in the browser, and as plots over time.
 
 `view` serves a page with the robot, its surroundings and a time slider (optional extra `view`);
 `plot_motion` writes an image, `plot_reach` one of a reach map, `draw_explanation` one of what is in the way.
-They only look: nothing in trajopt depends on them.
+Nothing else in trajopt depends on them.
 """
 
 from trajopt.view.explained import draw_explanation as draw_explanation

@@ -11,11 +11,11 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.query import Query
 
 REACHES = (0.03, 0.15, 0.6, np.inf)
-"""Distances within which the nearest pair is looked for, one after the other [m]."""
+"""Distances within which the nearest pair is searched, one after the other [m]."""
 
 
 class PairKind(Enum):
-    """What a pair of bodies is made of."""
+    """Kinds of pairs of bodies."""
 
     SURROUNDINGS = "links to surroundings"
     SELF = "links to links"
@@ -44,7 +44,7 @@ class Nearest:
 class ClearanceQuery:
     """Measures clearances along a motion; owns scratch memory, so one per thread.
 
-    A pair whose contact is meant at a time is left out at that time.
+    A pair with intended contact at a time is left out at that time.
     """
 
     def __init__(self, reduced: ReducedModel, duration: float) -> None:
@@ -103,7 +103,7 @@ class ClearanceQuery:
         return result
 
     def meant(self, times: Floats) -> Bools:
-        """Return whether contact of each pair is meant at each time, (S,) -> (S, pairs)."""
+        """Return whether contact of each pair is intended at each time, (S,) -> (S, pairs)."""
         pairs = self._reduced.pairs
         result = np.zeros((len(times), len(pairs.first)), dtype=bool)
         for pair, allowance in pairs.allowances:
@@ -111,7 +111,7 @@ class ClearanceQuery:
         return result
 
     def kinds(self) -> tuple[PairKind, ...]:
-        """Return what each pair is made of."""
+        """Return the kind of each pair."""
         bodies, objects = self._reduced.bodies, self._reduced.scene.objects
         result: list[PairKind] = []
         for a, b in zip(self._reduced.pairs.first, self._reduced.pairs.second, strict=True):

@@ -143,7 +143,7 @@ def _paths(
 
 
 def _chosen(runs: Sequence[Outcome]) -> list[str]:
-    """Return a few problems, spread over those on which most methods have something to show."""
+    """Return a few problems, spread over those with results of most methods."""
     counts: dict[str, int] = {}
     for run in runs:
         counts[run.problem] = counts.get(run.problem, 0) + 1
@@ -178,7 +178,7 @@ def _legend(figure: "Figure", panels: "Sequence[Axes]", used: int) -> None:
 
 
 def _few_ticks(axes: "Axes") -> None:
-    """Label a logarithmic axis of times at a few round places only."""
+    """Label a logarithmic axis of times at a few round values only."""
     low, high = axes.get_xlim()
     ticks = sorted({float(f"{place:.1g}") for place in np.geomspace(low, high, 5)[1:-1]})
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])

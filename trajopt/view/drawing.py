@@ -1,4 +1,4 @@
-"""The scene in the page: one frame for each joint, so that a move sends few messages."""
+"""The scene in the page: one frame for each joint, so that a change sends few messages."""
 
 from typing import TYPE_CHECKING
 
@@ -128,7 +128,7 @@ class Drawing:
                 self._mesh(node, body.shape, body.placement, colour)
 
     def _draw_floor(self) -> None:
-        """Draw a grid at the height of the lowest thing that stands still."""
+        """Draw a grid at the height of the lowest fixed body."""
         fixed = [body for body in self._reduced.bodies if body.joint == 0]
         lowest = min((_lowest(body) for body in fixed if not isinstance(body.shape, Plane)), default=0.0)
         self._server.scene.add_grid(

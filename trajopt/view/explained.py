@@ -17,18 +17,18 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
 
 LETTERS = 116
-"""Letters in a line of the words over the picture."""
+"""Characters per line of the text over the picture."""
 LINES = 6
-"""Lines of words at most."""
+"""Most lines of text."""
 GOAL_SIZE = 0.02
 """Radius of the ball at a goal [m]."""
 GHOSTS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
-"""Shares of the way at which a path is shown translucent."""
+"""Shares of a path at which it is shown translucent."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """What is drawn: configurations in a row, shape (k, n), and at which of them what is solid."""
+    """What is drawn: configurations in order, shape (k, n), and which of them is solid."""
 
     configurations: Floats
     ghosts: tuple[float, ...]
@@ -41,12 +41,12 @@ def draw_explanation(
     """Draw what stands in the way: the configuration that shows it, the pair in contact in red.
 
     Translucent beside it: the nearest configuration that is free, or else the path that came nearest, or
-    the start. For a plan it is the motion. The words stand over the picture.
+    the start. For a plan it is the motion. The text is above the picture.
 
     Args:
         explanation: What `Result.explain` returned.
         path: The PNG to write.
-        width: Of the picture without the words [pixels].
+        width: Of the picture without the text [pixels].
         height: Of the picture without the words [pixels].
 
     Returns:
@@ -83,7 +83,7 @@ def draw_explanation(
 
 
 def _with_goals(problem: Problem) -> ReducedModel:
-    """Return the reduced model with a ball at every place in the world that the goals ask for."""
+    """Return the reduced model with a ball at every position in the world that the goals require."""
     scene = problem.scene
     for goal in problem.goals:
         if isinstance(goal, FramePlacement) and problem.scene.holder(goal.reference).link == WORLD:
@@ -105,7 +105,7 @@ def _shown(explanation: Explanation) -> _Shown:
 
 
 def _highlight(explanation: Explanation) -> set[str]:
-    """Return the links and objects of the worst contact, and of the next where both are at one place."""
+    """Return the links and objects of the worst contact, and of the next where both are at the same place."""
     touching = [block for block in explanation.blocks if block.kind is BlockKind.CONTACT]
     together = 2 if explanation.path is None else 1
     return {name for block in touching[:together] for name in block.subjects}

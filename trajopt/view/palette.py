@@ -1,4 +1,4 @@
-"""Colours: one calm palette for page and plots, told apart by colour-blind readers too.
+"""Colours: one calm palette for page and plots, distinct for colour-blind readers too.
 
 Source: Paul Tol, "Colour Schemes", SRON technical note 09-002, 2021 ("bright" and "light").
 """
@@ -31,7 +31,7 @@ SURFACES: tuple[Rgb, ...] = (
 """For objects, in this order."""
 
 LINKS: tuple[Rgb, ...] = ((0xE6, 0xE6, 0xE3), (0xC4, 0xC8, 0xCE))
-"""For links whose description states no colour, by turns."""
+"""For links whose description states no colour, in turn."""
 
 COLLISION: Rgb = (0xEE, 0x88, 0x66)
 """For the robot's collision shapes, drawn over its links."""

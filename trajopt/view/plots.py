@@ -44,7 +44,7 @@ def plot_motion(
         reduced: The robot and its surroundings.
         trajectory: The motion of the group's joints.
         path: The image to write; its suffix chooses the format (PNG where there is none).
-        limits: Limits that the motion was asked to keep; the robot's own when None.
+        limits: Limits of the motion; the robot's own when None.
         constraints: What was required all the way; axis alignments are drawn.
         title: Heading of the image.
 
@@ -96,7 +96,7 @@ def image_path(path: Path, known: Iterable[str]) -> Path:
     """
     target = Path(path) if Path(path).suffix else Path(path).with_suffix(".png")
     if target.suffix[1:].lower() not in known:
-        raise FileFormatError(str(target), f"no image format; known: {', '.join(sorted(known))}")
+        raise FileFormatError(str(target), f"is not an image format; known: {', '.join(sorted(known))}")
     return target
 
 
@@ -160,7 +160,9 @@ def _draw_clearance(axes: "Axes", samples: MotionSamples) -> None:
             label = f"{name} {unit * value:g} mm"
             axes.axhline(unit * value, color=colour, linestyle="--", linewidth=1.2, label=label)
     for begin, end, name in samples.windows:
-        axes.axvspan(begin, end, color="#9aa3ad", alpha=0.18, linewidth=0.0, label=f"contact meant: {name}")
+        axes.axvspan(
+            begin, end, color="#9aa3ad", alpha=0.18, linewidth=0.0, label=f"intended contact: {name}"
+        )
     if samples.tightest is not None:
         at, value, names = samples.tightest
         axes.plot([at], [unit * value], "o", color="#222222", markersize=4.5)

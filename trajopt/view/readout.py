@@ -1,4 +1,4 @@
-"""What the page says in words: the clearance and the joints, as HTML."""
+"""The page's readout: the clearance and the joints, as HTML."""
 
 from html import escape
 
@@ -13,7 +13,7 @@ _BLOCK = "margin:0.4em 1em 0.6em 1em;font-size:0.85em;font-variant-numeric:tabul
 
 
 def clearance_html(nearest: Nearest | None) -> str:
-    """Return the clearance, what it means and the names of the pair."""
+    """Return the clearance, its verdict and the names of the pair."""
     if nearest is None:
         return f'<div style="{_BLOCK}"><b>Clearance</b><br>nothing here can touch anything</div>'
     if nearest.distance <= 0.0:

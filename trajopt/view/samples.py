@@ -1,4 +1,4 @@
-"""A motion sampled over time, as shares of what it was asked to keep: what the plots draw."""
+"""A motion sampled over time, as shares of its limits: the data of the plots."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class MotionSamples:
         clearances: Smallest clearance of each kind of pair, shape (C,) [m]; inf beyond `REACH`.
         required: The clearances required of some pair, each once, zero left out [m].
         margins: The clearances that the optimiser keeps where it can, each once [m].
-        windows: Begin [s], end [s] and name of the times in which a contact is meant.
+        windows: Begin [s], end [s] and name of the times with intended contact.
         tightest: Time [s], clearance [m] and names of the tightest pair; None beyond `REACH`.
         tilts: One for each axis alignment.
     """

@@ -74,10 +74,10 @@ def view(
 
 
 def _check_address(host: str, port: int) -> None:
-    """Refuse what nobody can serve on: the server would wait for its own beginning.
+    """Refuse addresses that cannot be served on: the server would wait for its own start.
 
     Raises:
-        ProblemError: If the port is no number of one, or the address is not this machine's.
+        ProblemError: If the port is not a port number, or the address is not this machine's.
     """
     if type(port) is not int or not 0 <= port <= LAST_PORT:
         raise ProblemError(f"port must be a whole number from 0 to {LAST_PORT}, is {shown(port)}")
@@ -144,7 +144,7 @@ class Viewer:
             self._slider.value = self._time
 
     def play(self) -> None:
-        """Let the motion run, from the beginning if it is at its end."""
+        """Play the motion, from the beginning if it is at its end."""
         with self._lock:
             if self._time >= self._trajectory.duration:
                 self.show(0.0)
@@ -158,7 +158,7 @@ class Viewer:
             self._playing.clear()
 
     def wait(self, seconds: float | None = None) -> None:
-        """Block until Ctrl-C, until `close` is called, or for so many seconds."""
+        """Block until Ctrl-C, until `close` is called, or until the seconds are over."""
         try:
             self._closed.wait(seconds)
         except KeyboardInterrupt:
@@ -249,7 +249,7 @@ def _tool_points(reduced: ReducedModel, along: Kinematics) -> Floats:
 
 
 def _aim_camera(server: "ViserServer", reduced: ReducedModel, along: Kinematics) -> None:
-    """Let the camera see everything that has a size."""
+    """Move the camera so that everything of finite size is in view."""
     corners = [along.translation.reshape(-1, 3)]
     for body in reduced.bodies:
         if not isinstance(body.shape, Plane):
