@@ -130,3 +130,34 @@ def test_a_rail_has_one_number(cart: Made, write: Write) -> None:
     assert robot.group("base").joints == ("odom_joint",)
     with pytest.raises(FileFormatError, match="odom_joint of cart cannot stand elsewhere"):
         read_scene(write(f"robot_state: {{{AT}}}"), robot)
+
+
+def test_the_workspace_holds_back_the_base(cart: Made, write: Write) -> None:
+    """Around a post the shorter way is on the left; the workspace leaves the right one only."""
+    scene = to.Scene(cart(base=plane())).add("post", to.Cylinder(0.3, 1.0), to.placement((1.0, -0.05, 0.5)))
+    joints = ", ".join(
+        f"{{joint_name: {name}, position: {value}}}"
+        for name, value in zip(NAMES, (2.0, 0.0, 0.0), strict=True)
+    )
+    goal = f"goal_constraints: [{{joint_constraints: [{joints}]}}]"
+
+    def sides(workspace: str, group: str = "base") -> tuple[int, set[bool]]:
+        start = "start_state: {joint_state: {name: [shoulder, elbow], position: [2, 2]}}"
+        text = f"{{group_name: {group}, {start}, {goal}, {workspace}}}"
+        request = read_request(write(text), scene)
+        y = to.plan(request.problem()).require().trajectory.positions[:, 1]
+        return len(request.constraints), {bool(y.max() > 0.3), bool(y.min() < -0.3)}
+
+    assert sides("")[0] == 0
+    box = "workspace_parameters: {min_corner: [-1, -2, 0], max_corner: [3, 0.1, 0]}"
+    assert sides(box) == (1, {False, True}) and sides(box.replace("0.1", "2").replace("-2", "-0.1"))[0] == 1
+    assert sides("workspace_parameters: {min_corner: [0, 0, 0], max_corner: [0, 0, 0]}")[0] == 0
+    bent = "goal_constraints: [{joint_constraints: [{joint_name: elbow, position: 1}]}]"
+    arm = f"{{group_name: arm, {bent}, {box}}}"
+    assert read_request(write(arm), scene).constraints == ()
+    other = read_request(
+        write(f"{{group_name: base, {goal}, {box[:-1]}, header: {{frame_id: plate}}}}}}"), scene
+    )
+    assert other.constraints == () and "of a frame that is not the world" in other.notes[0]
+    with pytest.raises(FileFormatError, match="beyond its largest"):
+        sides("workspace_parameters: {min_corner: [1, 0, 0], max_corner: [0, 1, 0]}")

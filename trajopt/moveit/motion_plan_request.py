@@ -18,7 +18,7 @@ from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.constraints import read_constraints
 from trajopt.moveit.frames import Reading, require, world_names
 from trajopt.moveit.planning_scene import SceneFile
-from trajopt.moveit.robot_base import placed_robot
+from trajopt.moveit.robot_base import placed_robot, read_workspace
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.problem import Problem
 
@@ -88,7 +88,7 @@ def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     """Read a `moveit_msgs/MotionPlanRequest` from YAML.
 
     Joints that the start state leaves out stand where the scene file has them, else at their
-    default. The workspace is ignored.
+    default. The workspace holds back a base that moves, and nothing else.
 
     Args:
         path: The file.
@@ -122,6 +122,7 @@ def request_of(document: Node, scene: SceneFile) -> RequestFile:
     group = _read_group(document["group_name"], robot, notes)
     goals, around = _read_goals(document["goal_constraints"], around, reading)
     constraints, around = read_constraints(document["path_constraints"], around, reading)
+    room = read_workspace(document["workspace_parameters"], robot, group, scene.world_names, notes)
     waypoints: list[tuple[Requirement, ...]] = []
     for node in document["trajectory_constraints"].only(("constraints",))["constraints"].elements():
         wanted, around = read_constraints(node, around, reading)
@@ -136,7 +137,7 @@ def request_of(document: Node, scene: SceneFile) -> RequestFile:
         group=group,
         goals=next(iter(goals.values())),
         alternatives=goals if len(goals) > 1 else {},
-        constraints=constraints,
+        constraints=(*constraints, *room),
         waypoints=tuple(waypoints),
         velocity_scaling=_read_scaling(document["max_velocity_scaling_factor"]),
         acceleration_scaling=_read_scaling(document["max_acceleration_scaling_factor"]),

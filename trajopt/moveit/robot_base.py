@@ -1,4 +1,4 @@
-"""Where a robot state has the robot's base: `multi_dof_joint_state`."""
+"""Where a robot's base is, and where it may be: `multi_dof_joint_state`, `workspace_parameters`."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -7,9 +7,11 @@ from trajopt.io.document import Node
 from trajopt.model.bases import PLANAR
 from trajopt.model.description.pinocchio_model import placed_model, root_placement
 from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.requirements import Requirement, joint_positions
 from trajopt.model.robot import Robot
+from trajopt.moveit.frames import frame_id
 from trajopt.moveit.planar_joints import in_the_plane
-from trajopt.moveit.pose import read_placement
+from trajopt.moveit.pose import read_placement, read_vector
 
 NOT_DISPLACED = 1e-6
 """A joint that does not move may be listed this far from where it stands [m | rad]."""
@@ -61,6 +63,40 @@ def placed_robot(node: Node, robot: Robot, notes: list[str]) -> Robot:
             notes.append(f"{transform.place}: {robot.name}, whose base does not move, stands at {where}")
             return replace(robot, model=placed_model(robot.model, where * now.inverse()))
     return robot
+
+
+def read_workspace(
+    node: Node, robot: Robot, group: str, world_names: frozenset[str], notes: list[str]
+) -> tuple[Requirement, ...]:
+    """Return what a workspace requires: a base that moves in the plane stays in it; it holds no arm back.
+
+    Args:
+        node: The workspace; a box without size is none, as in MoveIt.
+        robot: The robot.
+        group: Name of the group that is planned for.
+        world_names: Frame ids that mean the world.
+        notes: Receives a sentence where the box is in another frame, and ignored.
+
+    Raises:
+        FileFormatError: If a corner is malformed, or the corners are no least and largest ones.
+    """
+    moved = robot.base.joints[:2] if len(robot.base.joints) == len(PLANAR) else ()
+    corners = [read_vector(node[key]) for key in ("min_corner", "max_corner")]
+    if (
+        not moved
+        or not set(moved) <= set(robot.group(group).joints)
+        or not any(map(any, filter(None, corners)))
+    ):
+        return ()
+    if frame_id(node["header"]) not in world_names:
+        notes.append(f"{node.place}: is ignored, being of a frame that is not the world")
+        return ()
+    low, high = (corner or (0.0, 0.0, 0.0) for corner in corners)
+    if low[0] > high[0] or low[1] > high[1]:
+        raise node.error("its least corner is beyond its largest one")
+    middle = {joint: (low[i] + high[i]) / 2.0 for i, joint in enumerate(moved)}
+    half = {joint: (high[i] - low[i]) / 2.0 for i, joint in enumerate(moved)}
+    return (joint_positions(middle, below=half, above=half),)
 
 
 def _transforms(node: Node, robot: Robot) -> list[tuple[str, Node]]:
