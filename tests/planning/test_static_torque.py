@@ -27,9 +27,8 @@ STRETCHED = (0.0, 1.2, 0.0, -0.3, 0.0, 1.8, 0.0)
 def carrying(mass: float = 4.0, *, shoulder: float = 87.0, scaling: float = 1.0) -> to.Scene:
     """A Panda with a load in the hand, an effort limit of its second joint [Nm], and a factor on all."""
     robot = to.load("panda")
-    effort = scaling * robot.limits.effort
-    effort[1] = scaling * shoulder
-    scene = to.Scene(replace(robot, limits=replace(robot.limits, effort=effort)))
+    robot = robot.with_torque_scaling(shoulder / 87.0, joints=["panda_joint2"]).with_torque_scaling(scaling)
+    scene = to.Scene(robot)
     where = to.placement((0.0, 0.0, 0.15))
     return scene.add("load", to.Sphere(0.02), where, frame="panda_hand", mass=mass)
 
@@ -172,8 +171,15 @@ def test_unladen_arms_need_no_rows(robot: str, group: str) -> None:
     assert not any(isinstance(item.residual, HoldingTorque) for item in nlp.constraints)
 
 
+def test_twice_the_torque_holds_the_load_anywhere() -> None:
+    assert not rows_of(moving(ABOVE, FOLDED, carrying(scaling=2.0)))
+    assert to.plan(moving(ABOVE, STRETCHED, carrying(scaling=2.0))).verified
+
+
 def test_without_effort_limits_the_load_goes_straight() -> None:
-    problem = moving(ABOVE, STRETCHED, carrying(scaling=np.inf))
+    scene = carrying()
+    off = scene.robot.with_torque_scaling(np.inf)
+    problem = moving(ABOVE, STRETCHED, replace(scene, robot=off))
     assert not rows_of(problem)
     plan = to.plan(problem).require()
     assert shares(moving(ABOVE, FOLDED), plan.trajectory.positions).max() > 1.0

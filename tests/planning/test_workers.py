@@ -2,13 +2,10 @@
 
 import os
 import signal
-import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from threading import Event, Thread
 
 import numpy as np
@@ -43,23 +40,13 @@ def test_the_answer_is_the_same_with_any_number_of_workers(arm: to.Robot, inner_
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
 
 
-def compare_with_spawned_workers() -> None:
-    """Plan alone and with spawned workers; for a process that has done nothing before."""
-    with TemporaryDirectory() as folder:
-        arm = odd_arm(Path(folder))
-        alone = to.plan(wall(arm), rng=np.random.default_rng(3))
-        budget = to.Budget(workers=2, processes=get_context("spawn"))
-        several = to.plan(wall(arm), rng=np.random.default_rng(3), budget=budget)
+def test_the_answer_is_the_same_from_spawned_workers(arm: to.Robot) -> None:
+    alone = to.plan(wall(arm), rng=np.random.default_rng(3))
+    budget = to.Budget(workers=2, processes=get_context("spawn"))
+    several = to.plan(wall(arm), rng=np.random.default_rng(3), budget=budget)
     _same(alone, several)
     assert len(alone.attempts) > 2
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
-
-
-def test_the_answer_is_the_same_from_spawned_workers() -> None:
-    """In a process of its own: the last bits of distances depend on what a process has measured before."""
-    code = "from tests.planning.test_workers import compare_with_spawned_workers as same; same()"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
 
 
 def test_what_cannot_be_sent_is_refused(arm: to.Robot) -> None:

@@ -6,6 +6,7 @@
 
 #include <stdexcept>
 
+#include "../coal_boxes.hpp"
 #include "clearance_search.hpp"
 #include "inverse_dynamics.hpp"
 #include "nearest.hpp"
@@ -248,6 +249,7 @@ Array torques(const nb::object& model, const Numbers& q, const Numbers& v, const
 }  // namespace
 
 NB_MODULE(proof, m) {
+  coal_boxes::settle();
   nb::class_<Form>(m, "Form");
   m.def("box", [](double x, double y, double z) { return make_solid(Kind::Box, Vec(x, y, z) / 2.0); });
   m.def("round_solid", [](const char* name, double radius, double length) {

@@ -7,6 +7,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include "../arrays.hpp"
+#include "../coal_boxes.hpp"
 #include "dynamics.hpp"
 #include "tracker.hpp"
 
@@ -204,6 +205,7 @@ std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matri
 }  // namespace
 
 NB_MODULE(proximity, m) {
+  coal_boxes::settle();
   nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a);
   nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
