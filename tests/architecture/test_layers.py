@@ -37,7 +37,7 @@ FORBIDDEN = {
 """What a room may not import although its layer would allow it."""
 
 ONLY_IN = {
-    "mujoco": {"simulate"},
+    "mujoco": {"io"},
     "viser": {"view"},
     "matplotlib": {"view"},
     "typer": {"cli"},

@@ -137,7 +137,7 @@ def test_ways_to_draw_without_a_display(monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.mark.parametrize("asked", ["osmesa", "nonsense"])
 def test_physics_needs_no_opengl(asked: str) -> None:
-    code = "import os; from trajopt.simulate.engine import mujoco; print(os.environ['MUJOCO_GL'])"
+    code = "import os; from trajopt.io.engine import mujoco; print(os.environ['MUJOCO_GL'])"
     environment = {**os.environ, "MUJOCO_GL": asked}
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)

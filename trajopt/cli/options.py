@@ -19,7 +19,7 @@ from trajopt.moveit import RequestFile, SceneFile, read_request, read_scene
 from trajopt.planning.budget import Budget
 
 RobotOption = Annotated[
-    str, typer.Option("--robot", help="Name of an installed robot (panda, ur5, ...) or a URDF file.")
+    str, typer.Option("--robot", help="Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file.")
 ]
 SceneOption = Annotated[Path, typer.Option("--scene", help="MoveIt PlanningScene in YAML.")]
 RequestOption = Annotated[Path, typer.Option("--request", help="MoveIt MotionPlanRequest in YAML.")]

@@ -6,15 +6,20 @@ from importlib.util import find_spec
 from os.path import isfile
 from pathlib import Path
 from pkgutil import iter_modules
+from xml.etree import ElementTree
 
 from trajopt.arrays import path
-from trajopt.errors import MissingExtra, ModelError, RobotNotFound, shown
+from trajopt.errors import FileFormatError, MissingExtra, ModelError, RobotNotFound, shown
 from trajopt.model.bases import MovingBase
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot
 
 _PACKAGE = "robot_descriptions"
 _SUFFIX = "_description"
+_FROM_SDF = (
+    "make MJCF of it with the package sdformat-mjcf (sdformat2mjcf robot.sdf robot.xml), or take the URDF "
+    "that it was made of"
+)
 
 
 def load(
@@ -28,13 +33,13 @@ def load(
     base: MovingBase | None = None,
     torque_scaling: float = 1.0,
 ) -> Robot:
-    """Load an installed robot by name ("panda"), or any robot from its URDF file.
+    """Load an installed robot by name ("panda"), or any robot from its URDF, xacro or MJCF file.
 
     Names come from the entry-point group `trajopt.robots`, so any package can add some. Other names that
     end in "_description" are those of the package `robot_descriptions`, which downloads what they name.
 
     Args:
-        robot: A name, or the path of a URDF or xacro file.
+        robot: A name, or the path of a URDF, xacro or MJCF file.
         srdf: With a path or a description: MoveIt's semantic description.
         limits: With a path or a description: MoveIt's `joint_limits.yaml`.
         package_dirs: With a path or a description: folders to look in for `package://` meshes.
@@ -66,10 +71,31 @@ def load(
         )
     if not isfile(file):  # never raises, as `Path.is_file` does on what cannot be a path
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
+    if _root(file) == "mujoco":
+        if package_dirs or xacro:
+            raise ModelError(f"{shown(robot)} is MJCF: it finds its meshes itself, and holds no xacro")
+        mjcf = Robot.from_mjcf(file, srdf=srdf, limits=limits, meshes=meshes, base=base)
+        return _scaled(mjcf, torque_scaling)
     loaded = Robot.from_urdf(
         robot, srdf=srdf, limits=limits, package_dirs=package_dirs, xacro=xacro, meshes=meshes, base=base
     )
     return _scaled(loaded, torque_scaling)
+
+
+def _root(file: Path) -> str:
+    """Return the tag of the root of an XML file; nothing where it cannot be read.
+
+    Raises:
+        FileFormatError: If it is `<sdf>`, which nothing here reads.
+    """
+    try:
+        with file.open("rb") as opened:
+            tag = str(next(ElementTree.iterparse(opened, events=("start",)))[1].tag)
+    except (ElementTree.ParseError, OSError, StopIteration, ValueError):
+        return ""
+    if tag == "sdf":
+        raise FileFormatError(str(file), f"is SDF, which is not read; {_FROM_SDF}")
+    return tag
 
 
 def _scaled(robot: Robot, scaling: float) -> Robot:

@@ -34,7 +34,15 @@ from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY
 from trajopt.model.printed import in_number, in_short
-from trajopt.model.robot_parts import Beside, FileName, Frames, RobotParts, parts_of_pinocchio, parts_of_urdf
+from trajopt.model.robot_parts import (
+    Beside,
+    FileName,
+    Frames,
+    RobotParts,
+    parts_of_mjcf,
+    parts_of_pinocchio,
+    parts_of_urdf,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +149,43 @@ class Robot(RobotParts):
         """
         beside = Beside(srdf, limits, frames, name, meshes)
         return Robot(**vars(parts_of_pinocchio(model, collision_model, groups, beside)))
+
+    @staticmethod
+    def from_mjcf(
+        file: Path | str,
+        *,
+        srdf: FileName = None,
+        limits: FileName = None,
+        frames: Frames = None,
+        name: str | None = None,
+        meshes: MeshPolicy | None = None,
+        base: MovingBase | None = None,
+    ) -> "Robot":
+        """Load a robot from MuJoCo's own file (MJCF).
+
+        Bodies are links, geoms that collide are their collision shapes, and what is fixed to the world is
+        part of the robot: each geom of the world is a link of its own. Pairs that MuJoCo does not check
+        are not checked. A joint that an equality constraint has follow another mimics it, force ranges of
+        actuators are limits of torque, and joints without an actuator are in no group, where others have
+        one. Named key frames are states of the group "all". Free joints are fixed where they stand.
+        `notes` says what is left out.
+
+        Args:
+            file: The file; its name may end in ".xml".
+            srdf: As for `from_urdf`, beside what the file says.
+            limits: As for `from_urdf`; MJCF itself states no limits of velocity.
+            frames: As for `from_urdf`.
+            name: A name in place of the model's.
+            meshes: As for `from_urdf`.
+            base: As for `from_urdf`.
+
+        Raises:
+            FileFormatError: If MuJoCo cannot read the file, or nothing in it moves.
+            UnsupportedJoint: If a joint is a ball.
+            ModelError: If a geom is a height field or a signed distance field.
+            NameNotFound: If the limits or a frame name what the model does not have.
+        """
+        return Robot(**vars(parts_of_mjcf(Path(file), base, Beside(srdf, limits, frames, name, meshes))))
 
     @cached_property
     def links(self) -> tuple[str, ...]:

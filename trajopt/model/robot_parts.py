@@ -16,6 +16,7 @@ from trajopt.model.description.effort_notes import effort_notes
 from trajopt.model.description.from_pinocchio import check_joints, described, group_elements
 from trajopt.model.description.groups import Group
 from trajopt.model.description.mimics import resolve_mimics
+from trajopt.model.description.mjcf import read_mjcf
 from trajopt.model.description.pinocchio_model import (
     adjacent_links,
     described_limits,
@@ -87,12 +88,32 @@ def parts_of_urdf(
 ) -> RobotParts:
     """Return the parts of a robot that files describe; as `Robot.from_urdf`."""
     written = read_urdf(urdf, [Path(folder) for folder in package_dirs], xacro)
-    based = with_base(written, beside.semantics(), base)
+    return _parts_of_description(written, beside.semantics(), base, beside)
+
+
+def parts_of_mjcf(file: Path, base: MovingBase | None, beside: Beside) -> RobotParts:
+    """Return the parts of a robot of MuJoCo's; as `Robot.from_mjcf`."""
+    written, stated = read_mjcf(file)
+    semantics = beside.semantics()
+    semantics = replace(
+        semantics,
+        states={**semantics.states, **({} if semantics.groups else stated.states)},
+        disabled_pairs=semantics.disabled_pairs | stated.disabled_pairs,
+        passive_joints=semantics.passive_joints | stated.passive_joints,
+    )
+    return _parts_of_description(written, semantics, base, beside)
+
+
+def _parts_of_description(
+    written: Urdf, semantics: Srdf, base: MovingBase | None, beside: Beside
+) -> RobotParts:
+    """Return the parts of a robot that a URDF and an SRDF describe, files or not."""
+    based = with_base(written, semantics, base)
     try:
         model = pin.buildModelFromXML(based.urdf.xml)
     except ValueError as error:
         reason = f"{error} (what is wrong is told above, on standard error)"
-        raise FileFormatError(str(urdf), reason) from error
+        raise FileFormatError(str(written.path), reason) from error
     fixed = fixed_joint_names(model)
     mimics, said = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)
     description = replace(based.urdf, mimics=mimics, notes=(*based.urdf.notes, *said))

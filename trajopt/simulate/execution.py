@@ -20,7 +20,7 @@ from trajopt.simulate.options import Friction, SimulationOptions
 from trajopt.simulate.rollout import Phase, Rollout, SequenceLog, TrackingError
 
 if TYPE_CHECKING:
-    from trajopt.simulate.engine import mujoco
+    from trajopt.io.engine import mujoco
     from trajopt.simulate.plant import Plant
 
 BLOWN_UP = 1e4

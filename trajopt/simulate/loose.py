@@ -3,10 +3,10 @@
 import numpy as np
 
 from trajopt.errors import ModelError, shown
+from trajopt.io.engine import mujoco
 from trajopt.model.placement import Placement
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Shape, bounding_box
-from trajopt.simulate.engine import mujoco
 from trajopt.simulate.options import Friction
 from trajopt.simulate.pieces import pieces
 from trajopt.simulate.spec import SpecReport, add_piece, scalar_first

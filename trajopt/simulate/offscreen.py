@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.errors import RenderingUnavailable
-from trajopt.simulate.engine import mujoco
+from trajopt.io.engine import mujoco
 
 Image = NDArray[np.uint8]
 

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints, readonly
+from trajopt.io.engine import mujoco
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
-from trajopt.simulate.engine import mujoco
 
 CONE_TOLERANCE = 5e-6
 """How far the pyramid that stands for a cone may protrude from it [m]."""

@@ -6,10 +6,10 @@ import numpy as np
 
 from trajopt.arrays import Floats, readonly
 from trajopt.errors import ModelError, shown
+from trajopt.io.engine import mujoco
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.rotations import from_quaternion
-from trajopt.simulate.engine import mujoco
 from trajopt.simulate.spec import SpecReport, describe
 
 SMALLEST_MOVED_INERTIA = 1e-9

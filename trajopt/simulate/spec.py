@@ -6,10 +6,10 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly
+from trajopt.io.engine import mujoco
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
-from trajopt.simulate.engine import mujoco
 from trajopt.simulate.pieces import Piece, pieces
 
 STIFF = (0.004, 1.0)

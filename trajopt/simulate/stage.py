@@ -6,13 +6,13 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
+from trajopt.io.engine import mujoco
 from trajopt.model.description.urdf import LinkGeometry, MeshReference
 from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.shapes import Plane, Shape
-from trajopt.simulate.engine import mujoco
 from trajopt.simulate.pieces import Piece, pieces, surface
 from trajopt.simulate.spec import add_joints, add_piece
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ShapeError
+from trajopt.io.engine import mujoco
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, tool_frame, tool_point
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.camera import FIELD_OF_VIEW, CameraView, automatic_view, visible_points
 from trajopt.simulate.controller import in_group_order
-from trajopt.simulate.engine import mujoco
 from trajopt.simulate.film import labelled
 from trajopt.simulate.offscreen import Image, Offscreen
 from trajopt.simulate.rollout import Rollout, SequenceLog

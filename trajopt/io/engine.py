@@ -2,7 +2,7 @@
 
 MuJoCo loads the backend that MUJOCO_GL names when it is imported, and fails there with an AttributeError.
 Physics needs no OpenGL; rendering raises an error of its own that says what is missing. All other modules
-of this package take `mujoco` from here, and `trajopt.simulate` imports it only when it is used.
+take `mujoco` from here, and import it only when it is used.
 """
 
 import os
