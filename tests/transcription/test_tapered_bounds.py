@@ -9,9 +9,8 @@ import trajopt as to
 from trajopt.nlp import Rows
 from trajopt.query import Query
 from trajopt.terms import Constraint
-from trajopt.terms.requirement import INSET
 from trajopt.terms.residual import WHOLE
-from trajopt.transcription.tapered_bounds import TaperedConstraint, tapered
+from trajopt.transcription.tapered_bounds import MOST_KEPT, TaperedConstraint, tapered
 
 WIDE, HAIR = 1.0, 1e-6
 LAST = 12
@@ -58,7 +57,7 @@ def test_bounds_go_to_what_a_stop_has(planar_arm: to.Robot) -> None:
     def upper(place: float) -> float:
         return float(item.bounds(rows(0.0, place))[1][0])
 
-    kept = WIDE * (1.0 - INSET)
+    kept = WIDE - MOST_KEPT["rad"]
     assert upper(0.0) == pytest.approx(0.98)
     assert kept < upper(1.5) < 0.98
     assert upper(3.0) == upper(12.0) == pytest.approx(kept)
@@ -69,6 +68,19 @@ def test_nothing_is_given_away_where_it_is_not_needed(planar_arm: to.Robot) -> N
     assert not isinstance(written(planar_arm, at_0=0.5, at_12=-0.8), TaperedConstraint)
     beyond = written(planar_arm, at_0=1.2, at_12=0.5)
     assert not isinstance(beyond, TaperedConstraint), "what is broken is no stop to go by"
+
+
+def test_of_a_wide_tolerance_no_more_is_kept_than_retiming_needs(planar_arm: to.Robot) -> None:
+    """A straight line that holds a wide cone by 0.06 rad all the way is the motion."""
+    wide = to.axis_alignment("hand", axis=(1, 0, 0), direction=(1, 0, 0), tolerance=2.5)
+    problem = to.Problem(
+        scene=to.Scene(planar_arm), group="arm", start={"shoulder": 2.44, "elbow": 0.0},
+        goal=to.joint_positions({"shoulder": 1.44, "elbow": 1.0}), constraints=[wide],
+    )  # fmt: skip
+    result = to.plan(problem)
+    path = result.require().path
+    assert result.counts["attempts"] == 1
+    assert np.abs(path.knots.sum(axis=1) - 2.44).max() < 0.02
 
 
 CASES: dict[str, tuple[Callable[[], to.Requirement], tuple[float, float], tuple[float, float]]] = {

@@ -5,7 +5,7 @@ holds what is asked, and no path could hold more there: near it the bounds go to
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,11 @@ USABLE = 0.5
 retiming adds."""
 LEAST = 1e-7
 """No tolerance is less: linear programs are solved to a few digits more than that."""
+
+
+MOST_KEPT = {"m": 0.01, "rad": 0.05}
+"""No more is kept in hand, by unit: retiming leaves a path by 5 mm at first, which at a lever of a decimetre
+turns a frame by so much, and by less where that breaks something. Of a wide cone a tenth is far more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +88,21 @@ def tapered(
         if window.first * last - ROUNDING <= place <= window.last * last + ROUNDING
     ]
     asked = constrain(required, reduced, window, inset=0.0)
-    return tuple(_tapered(item, whole, inside) for item, whole in zip(kept, asked, strict=True))
+    most = max((MOST_KEPT.get(unit, np.inf) for unit in required.units), default=np.inf)
+    both = zip(kept, asked, strict=True)
+    return tuple(_tapered(_no_more_kept(item, whole, most), whole, inside) for item, whole in both)
+
+
+def _no_more_kept(item: Constraint, whole: Constraint, most: float) -> Constraint:
+    """Return a constraint that keeps no more in hand than `most` of what is asked."""
+    with np.errstate(invalid="ignore"):  # infinite bounds keep nothing
+        low, high = np.maximum(item.lower - whole.lower, 0.0), np.maximum(whole.upper - item.upper, 0.0)
+    wide = np.nanmax(np.concatenate((low, high)), initial=0.0)
+    if wide <= most:
+        return item
+    lower = np.where(low > most, whole.lower + most, item.lower)
+    upper = np.where(high > most, whole.upper - most, item.upper)
+    return replace(item, lower=lower, upper=upper, tolerance=min(item.tolerance, USABLE * most))
 
 
 def _tapered(item: Constraint, whole: Constraint, stops: Sequence[tuple[int, Motion]]) -> Constraint:
