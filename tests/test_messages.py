@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.cartesian import follows_curve, polyline
+from tests.requirements.kind import kinds
+from trajopt.cartesian import polyline
 from trajopt.errors import end_of, listed, shown
 
 LONGEST = 400
@@ -47,32 +48,14 @@ def calls() -> Iterator[Call]:
     }  # fmt: skip
     made = to.Problem(**problem)  # type: ignore[arg-type]
     zeros = np.zeros(len(robot.joint_names))
-    curve = polyline((AT, to.placement((0.5, 0.0, 0.4))))
     yield to.load, {"robot": "planar2"}
     yield to.Problem, problem
-    yield (
-        to.joint_positions,
-        {"positions": {joint: 1.0}, "tolerance": 0.1, "below": {joint: 0.1}, "above": {}},
-    )
-    yield (
-        to.frame_placement,
-        {"frame": tip, "placement": AT, "position_tolerance": 0.1, "rotation_tolerance": 1},
-    )
-    yield to.axis_alignment, {"frame": tip, "axis": (0, 0, 1), "direction": (0, 0, 1), "tolerance": 0.1}
-    yield to.coupled_joints, {"weights": {joint: 1, "b": -1}, "value": 0.0, "tolerance": 0.1}
-    yield to.distance_between, {"first": tip, "second": "box", "lower": 0.1, "upper": 0.5}
-    yield to.gaze, {"frame": tip, "target": (1, 0, 0), "angle": 0.3, "nearest": 0.1, "farthest": 2.0}
-    yield to.gravity_torque, {"share": 0.5}
-    yield to.line_of_sight, {"frame": tip, "target": (1, 0, 0), "margin": 0.1, "ignore": ()}
-    yield to.point_on_arc, {"frame": tip, "centre": AT, "radius": 0.2, "sweep": 1.0, "tolerance": 0.01}
-    yield to.point_on_line, {"frame": tip, "through": (0, 0, 0), "direction": (0, 0, 1), "tolerance": 0.01}
-    yield to.point_on_plane, {"frame": tip, "through": (0, 0, 0), "normal": (0, 0, 1), "tolerance": 0.01}
-    yield to.position_in_region, {"frame": tip, "region": to.Sphere(0.1), "placement": AT}
-    yield to.singularity_distance, {"frame": tip, "smallest": 0.1, "length": 0.2}
+    for kind in kinds():
+        for name, arguments in kind.calls.items():
+            yield getattr(to, name), dict(arguments)
     yield to.any_of, {"goals": {"a": goal}}
     yield to.during, {"required": goal, "after": "via", "until": None}
     yield to.tool_speed, {"frame": tip, "linear": 0.1, "angular": 0.1, "steady": 0.1}
-    yield follows_curve, {"frame": tip, "curve": curve, "position_tolerance": 0.1, "until": 0.05}
     yield polyline, {"poses": (AT, to.placement((0.5, 0.0, 0.4))), "blend": 0.01}
     yield to.placement, {"xyz": (0, 0, 0), "rpy": (0, 0, 0)}
     yield to.Box, {"x": 0.1, "y": 0.1, "z": 0.1}

@@ -138,6 +138,7 @@ KIND = Kind(
             "angle": 0.3,
             "axis": (0.0, 0.0, 1.0),
             "origin": POINT,
+            "nearest": 0.1,
             "farthest": 2.0,
         }
     },

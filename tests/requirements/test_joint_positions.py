@@ -77,5 +77,12 @@ KIND = Kind(
     ],
     relaxed=[to.joint_positions({"elbow": 0.2}, tolerance=0.1)],
     residuals={JointPosition: [lambda _: JointPosition(np.array([2, 0]))]},
-    calls={"joint_positions": {"positions": {"panda_joint1": 0.1}, "tolerance": 0.1}},
+    calls={
+        "joint_positions": {
+            "positions": {"panda_joint1": 0.1},
+            "tolerance": 0.1,
+            "below": {"panda_joint1": 0.1},
+            "above": {},
+        }
+    },
 )

@@ -115,6 +115,7 @@ KIND = Kind(
             "target": (0.1, 0.0, 0.2),
             "origin": (0.1, 0.0, 0.2),
             "ignore": ["box"],
+            "margin": 0.1,
         }
     },
     measured=frozenset({SightClearance}),
