@@ -19,12 +19,11 @@ from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.terms.residual import Constraint, Cost, check_path_constraint
+from trajopt.terms.rolling import default_knots
 from trajopt.terms.smoothness import Acceleration, Velocity
 
 PathConstraint = Requirement | Constraint
 """What must hold on the way: a requirement, which is plain data, or a residual with bounds."""
-DEFAULT_KNOTS = 24
-"""Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
 MOST_KNOTS = 2000
 """Time and memory grow with the square of the knots: this many take some seconds and 0.3 GB."""
 
@@ -51,7 +50,7 @@ class Problem(Value):
             The timed motion rounds the corners of the path, so tolerances of a millimetre or more are
             kept best.
         costs: What to minimise; squared velocity and acceleration by default.
-        knots: Number of knots of the path, from 3 to 2000.
+        knots: Number of knots of the path, from 3 to 2000; when 0: 24, or 48 where a base's wheels roll.
         velocity_scaling: Factor in (0, 1] on the velocity limits.
         acceleration_scaling: Factor in (0, 1] on the acceleration limits.
         tool_speed: Largest speeds of tools: one limit or several.
@@ -69,7 +68,7 @@ class Problem(Value):
         Sequence[Requirement | Sequence[Requirement]] | Mapping[str, Requirement | Sequence[Requirement]]
     ) = ()
     costs: Sequence[Cost] | None = None
-    knots: int = DEFAULT_KNOTS
+    knots: int = 0
     velocity_scaling: float = 1.0
     acceleration_scaling: float = 1.0
     tool_speed: ToolSpeed | Sequence[ToolSpeed] = ()
@@ -84,6 +83,7 @@ class Problem(Value):
         """Keep each field in one form, its exact type under an underscore, and check names and numbers."""
         robot = one_of("scene", self.scene, Scene).robot
         object.__setattr__(self, "group", one_of("group", self.group, str) or _only_group(robot))
+        object.__setattr__(self, "knots", default_knots(robot, self.group, self.knots))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
         if isinstance(self.start, str | Mapping):

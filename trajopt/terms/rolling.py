@@ -6,12 +6,26 @@ import numpy as np
 
 from trajopt.arrays import Value
 from trajopt.model.reduced import ReducedModel
+from trajopt.model.robot import Robot
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import Constraint, constraint
 
 SHARE = 0.1
 """Share of the drift that is accepted which the program's own tolerances may add up to."""
+DEFAULT_KNOTS = 24
+"""Knots of a path; 20 to 32 make no difference, 16 lose a few problems."""
+ROLLING_KNOTS = 48
+"""The same where wheels roll: how far they stray falls with the square of a step; with 24 knots it is 10 to
+30 mm on a journey of ten metres."""
+
+
+def default_knots(robot: Robot, group: str, stated: int) -> int:
+    """Return the number of knots of a path of a group: what a problem states, unless that is 0."""
+    if not isinstance(stated, int) or stated:  # pyright: ignore[reportUnnecessaryIsInstance]
+        return stated
+    rolls = robot.base.rolling(robot.group(group).joints)
+    return DEFAULT_KNOTS if rolls is None else ROLLING_KNOTS
 
 
 @dataclass(frozen=True, eq=False)
