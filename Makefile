@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-poses bench-peers bench-solvers clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -65,6 +65,9 @@ bench-scaling: $(STAMP)
 
 bench-poses: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.pose_goals $(DATA) --page benchmarks/README.md
+
+bench-loading: $(STAMP)
+	$(BIN)/python -m benchmarks.loading --page benchmarks/README.md
 
 bench-micro: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.micro --page benchmarks/README.md

@@ -21,13 +21,11 @@ THICKNESS = covers.THICKNESS
 """Least thickness of a piece [m]: to a flatter one as much is added, half on either side."""
 FARTHEST = covers.FARTHEST
 """Tolerances by which pieces stand out of a mesh at most, where the work suffices that they may cost."""
-VERSION = 3
+VERSION = 4
 """Of the algorithm: part of the key of what is kept on disk."""
 
 _SAMPLES = 40_000  # points in the hull of a mesh at which its distance is looked at
-_MOST_WORK = (
-    3 * 10**8
-)  # points times planes that cutting may cost, about half a second; merging as much again
+_MOST_WORK = 3 * 10**8  # points times planes that cutting may cost, half a second; merging as much again
 
 
 class CoverMethod(Enum):
@@ -68,13 +66,14 @@ def convex_pieces(
     """Cover the surface of a mesh by convex pieces.
 
     The mesh becomes its hull where that stands out of it no farther than `tolerance`, or adds at most
-    `hull_excess` of volume and stands out no farther than twice the tolerance. Otherwise no piece stands
-    out farther than `tolerance` at the points looked at in the hull, nor by a quarter more anywhere between
-    them, unless `max_pieces` do not suffice, or the work does not that cutting and merging may cost: it is
-    counted (no clock is asked), and takes about a second of one processor. Then pieces stay that stand out
-    farther. `reach` says by how much at most. So a distance to the pieces is the true one or smaller, by at
-    most that. Pieces may fill what a ball of radius `tolerance` cannot enter from outside: narrow holes,
-    shut hollows. An open mesh is a thin sheet, no solid.
+    `hull_excess` of volume and stands out no farther than twice the tolerance. Otherwise it is cut until
+    no piece stands out farther than `tolerance`, a fifth more at most, at the points looked at in the
+    hull, nor by half as much again anywhere between them, unless `max_pieces` do not suffice, or the work
+    does not that cutting and merging may cost: it is counted (no clock is asked), and takes about a second
+    of one processor. Then pieces stay that stand out farther. `reach` says by how much at most. So a
+    distance to the pieces is the true one or smaller, by at most that. Pieces may fill what a ball of
+    radius `tolerance` cannot enter from outside: narrow holes, shut hollows. An open mesh is a thin sheet,
+    no solid.
 
     Covers are kept on disk, in the folder $TRAJOPT_CACHE_DIR or else the user's cache folder.
 

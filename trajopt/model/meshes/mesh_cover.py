@@ -27,9 +27,9 @@ class MeshPolicy:
             hollows whose faces point into them are not solid, and open parts have no inside.
         hull_excess: A mesh becomes its convex hull where that adds at most this share of volume
             and stands out of the mesh nowhere by more than twice the tolerance.
-        tolerance: Convex pieces stand out of the mesh by no more than this at thousands of points that
-            are looked at [m], and by a quarter more anywhere between them; where the work does not
-            suffice that a cover may cost, they may, and the note says by how much.
+        tolerance: A mesh is cut until its pieces stand out of it by no more than this [m], a fifth more at
+            most, at thousands of points looked at, and by half as much again anywhere between them; where
+            the work does not suffice that a cover may cost, the note says by how much they do.
     """
 
     exact: bool = False

@@ -24,6 +24,8 @@ constexpr double kGood = 0.4;         // What a good side with all of the surfac
 constexpr double kSnap = 1e-6;        // Corners this near a plane count as in it: share of the mesh's size.
 constexpr double kRough = 2e-2;       // Accuracy of the hulls that choose cuts: share of the tolerance;
 constexpr double kTrue = 1e-3;        // of those that tell what a piece holds.
+constexpr double kNearly = 0.2;       // Points that stand out by so little more than the tolerance call for no further
+                                      // cut: share of it. To be rid of the last few costs many slivers.
 constexpr double kInward = 0.02;      // Points found on faces are moved inward by so much of the tolerance.
 constexpr int kMostLooks = 20000;     // Places looked at on a hull's faces.
 constexpr size_t kWanted = 100;       // Places too far out that are worth knowing.
@@ -69,7 +71,10 @@ class Cutter {
       divide_worst();
     for (Piece& piece : bad_) good_.push_back(std::move(piece));
     bad_.clear();
-    for (Piece& piece : good_) piece.hull = hull_of(all_corners(piece.fine));
+    for (Piece& piece : good_) {
+      piece.hull = hull_of(all_corners(piece.fine));
+      leave(piece.hull);
+    }
     merge();
   }
 
@@ -156,9 +161,17 @@ class Cutter {
       work_ += 50.0 * part.fine.size();
       part.hull = hull_of(all_corners(part.fine), kTrue * options_.tolerance);
       part.wrong = held(part.hull, piece.wrong);
-      if (part.wrong.points.empty()) look_at_faces(part);
+      if (part.wrong.deepest() <= (1.0 + kNearly) * options_.tolerance) look_at_faces(part);
       (both && !part.wrong.points.empty() ? bad_ : good_).push_back(std::move(part));
     }
+  }
+
+  // What a piece holds in spite of all is no reason against a merger.
+  void leave(const Hull& hull) {
+    Samples left;
+    for (size_t index = 0; index < wrong_.points.size(); ++index)
+      if (!hull.holds(wrong_.points[index])) left.add(wrong_.points[index], wrong_.depth[index]);
+    wrong_ = std::move(left);
   }
 
   Question question() const {

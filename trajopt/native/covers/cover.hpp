@@ -7,9 +7,9 @@
 
 namespace covers {
 
-// Pieces may stand out so much more than the tolerance between the points looked at: share of it. Less would cut curved
-// faces where nothing was found wrong.
-constexpr double kBetween = 0.2;
+// Pieces may stand out so much more than the tolerance between the points looked at: share of it. Less costs large
+// meshes of few faces twice as many pieces.
+constexpr double kBetween = 0.5;
 
 // How far pieces stand out is known to such a share of the tolerance.
 constexpr double kSettled = 0.05;

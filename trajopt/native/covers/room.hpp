@@ -24,6 +24,11 @@ struct Samples {
   std::vector<double> depth;
 
   void add(const Vec& point, double deep) { points.push_back(point), depth.push_back(deep); }
+  double deepest() const {
+    double most = 0.0;
+    for (const double deep : depth) most = std::max(most, deep);
+    return most;
+  }
   double sum() const {
     double sum = 0.0;
     for (const double deep : depth) sum += deep;
