@@ -1,5 +1,7 @@
 """Kinematics of all samples and rows of close pairs; see `trajopt.query`."""
 
+from collections.abc import Callable
+
 import coal
 import pinocchio as pin
 
@@ -50,3 +52,19 @@ class Query:
     def bounds(self) -> int: ...
     @property
     def distances(self) -> int: ...
+
+def route(
+    cell: Cell,
+    start: Floats,
+    goals: Floats,
+    lower: Floats,
+    upper: Floats,
+    unit: Floats,
+    reach: Floats,
+    step: float,
+    looks: int,
+    shortening: int,
+    seed: int,
+    check: Callable[[int], None],
+) -> tuple[Floats, int, int, int]:
+    """Corners of a path that is clear, configurations looked at, bounds compared, calls of Coal."""

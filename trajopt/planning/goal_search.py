@@ -7,7 +7,6 @@ from itertools import chain, islice, zip_longest
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.errors import MissingExtra
 from trajopt.methods import Method
 from trajopt.planning.attempt import plan_once
 from trajopt.planning.branch import GoalBranch, branches
@@ -49,7 +48,7 @@ class Candidate:
 
     Attributes:
         workspace: Of its problem.
-        branch: Where it leads.
+        branches: Where it may lead: the end of the seed says which it is.
         kind: Its kind.
         make_seed: Makes it.
         brief: Whether it is only solved briefly: a few steps show how promising it is.
@@ -57,11 +56,15 @@ class Candidate:
     """
 
     workspace: Workspace
-    branch: GoalBranch
+    branches: tuple[GoalBranch, ...]
     kind: SeedKind
     make_seed: MakeSeed
     brief: bool = False
     goal_name: str = ""
+
+    def branch_of(self, seed: Floats) -> GoalBranch:
+        """Return the branch whose goal configuration a seed ends at, or nearest to."""
+        return min(self.branches, key=lambda each: float(np.abs(each.line.knots[-1] - seed[-1]).max()))
 
 
 def attempt(candidate: Candidate) -> Result:
@@ -74,11 +77,11 @@ def attempt(candidate: Candidate) -> Result:
     try:
         with work.tracker.stage("seed"):
             seed = candidate.make_seed(counts, lambda: work.tracker.check(counts))
-    except (NoSeed, MissingExtra) as reason:
+    except NoSeed as reason:
         return work.result(Status.NO_SEED, str(reason))
     finally:
         work.tracker.count_work(counts)
-    program = candidate.branch.program
+    program = candidate.branch_of(seed).program
     result = plan_once(work.problem, seed, program=program, workspace=work, brief=candidate.brief)
     if work.tracker.budget.improve:
         plain = work.judged_as_it_is(seed)
@@ -150,8 +153,8 @@ class GoalSearch:
 
     def learn(self, candidate: Candidate, result: Result) -> None:
         """Note what became of a candidate."""
-        if candidate.kind is candidate.branch.kind:
-            candidate.branch.blocked = _blocked(result)
+        if candidate.kind is candidate.branches[0].kind:
+            candidate.branches[0].blocked = _blocked(result)
         if result.verified:
             return
         if candidate.brief and result.path is not None:
@@ -172,9 +175,11 @@ class GoalSearch:
         if row.bends_best and incumbent is not None and incumbent.path is not None:
             return self._close_to(incumbent.path.knots, row)
         if row.source not in self._running:
-            self._running[row.source] = self._in_turn(
-                SOURCES[row.source], self._branches[slice(*row.branches)]
-            )
+            to = self._branches[slice(*row.branches)]
+            source = SOURCES[row.source]
+            # With waypoints each branch has knots of its own for them.
+            any_will_do = row.to_any and not self.workspace.problem.waypoints
+            self._running[row.source] = self._to_any(source, to) if any_will_do else self._in_turn(source, to)
         return [replace(item, brief=row.brief) for item in islice(self._running[row.source], row.count)]
 
     def _promising(self, row: Row) -> list[Candidate]:
@@ -190,7 +195,7 @@ class GoalSearch:
         branch = [*ending_there, *free, *self._branches][0]
         context = replace(branch.context, line=replace(branch.line, knots=knots))
         seeds = Bumps(CLOSE_BEND).seeds(context, (), self.rng)
-        return [self._candidate(branch, SeedKind.BUMP, make) for make in islice(seeds, row.count)]
+        return [self._candidate((branch,), SeedKind.BUMP, make) for make in islice(seeds, row.count)]
 
     def _in_turn(self, source: Source, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
         """Yield candidates of one source to several branches in turn, until none has more."""
@@ -198,12 +203,20 @@ class GoalSearch:
         for one_of_each in zip_longest(*running):
             yield from (item for item in one_of_each if item is not None)
 
+    def _to_any(self, source: Source, to: Sequence[GoalBranch]) -> Iterator[Candidate]:
+        """Yield candidates of one source that lead to any of several branches."""
+        first, *others = to
+        ends = tuple(each.line.knots[-1] for each in others if each.kind is not SeedKind.FREE_END)
+        context = replace(first.context, other_ends=ends)
+        for make in source.seeds(context, first.blocked, self.rng):
+            yield self._candidate(to, source.kind, make)
+
     def _from(self, source: Source, branch: GoalBranch) -> Iterator[Candidate]:
         for make in source.seeds(branch.context, branch.blocked, self.rng):
-            yield self._candidate(branch, source.kind, make)
+            yield self._candidate((branch,), source.kind, make)
 
-    def _candidate(self, branch: GoalBranch, kind: SeedKind, make: MakeSeed) -> Candidate:
-        return Candidate(self.workspace, branch, kind, make, goal_name=self.goal_name)
+    def _candidate(self, branches: Sequence[GoalBranch], kind: SeedKind, make: MakeSeed) -> Candidate:
+        return Candidate(self.workspace, tuple(branches), kind, make, goal_name=self.goal_name)
 
 
 def _rank(result: Result) -> float:

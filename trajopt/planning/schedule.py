@@ -21,6 +21,7 @@ class Row:
             last; None for all there are.
         count: Seeds of this row; None for all there are.
         brief: Whether they are only looked at: a few steps show how promising a seed is.
+        to_any: Whether each seed leads to whichever of the goal configurations it reaches first.
         bends_best: Whether the best motion so far is bent instead, once there is one.
     """
 
@@ -28,6 +29,7 @@ class Row:
     branches: tuple[int, int | None] = (0, None)
     count: int | None = None
     brief: bool = False
+    to_any: bool = False
     bends_best: bool = False
 
 
@@ -40,6 +42,7 @@ the nearest once more, with the freedom to choose another."""
 
 OPENING: tuple[Round, ...] = (
     (Row(SeedKind.STRAIGHT, (0, 1)),),
+    (Row(SeedKind.SAMPLED, count=1, to_any=True),),
     (Row(SeedKind.STRAIGHT, (1, NEAREST + 1)),),
     (
         Row(SeedKind.AROUND, (0, NEAREST), count=6, brief=True),
@@ -53,7 +56,7 @@ OPENING: tuple[Round, ...] = (
 CYCLE: tuple[Round, ...] = (
     (Row(SeedKind.BUMP, (0, NEAREST + 1), count=12, brief=True, bends_best=True),),
     (Row(None, count=3),),
-    (Row(SeedKind.SAMPLED, (0, NEAREST), count=2),),
+    (Row(SeedKind.SAMPLED, count=2, to_any=True),),
 )
 """What is tried then, over and over."""
 

@@ -88,7 +88,7 @@ def _start(candidates: Sequence[Candidate], share: int, shares: int, tracker: Bu
     answers, send = context.Pipe(duplex=False)
     mine = [candidates[number] for number in numbers]
     pieces = [
-        _Piece(item.workspace.problem, item.branch, item.kind, item.make_seed, item.brief) for item in mine
+        _Piece(item.workspace.problem, item.branches, item.kind, item.make_seed, item.brief) for item in mine
     ]
     work = (pieces, replace(tracker.budget, processes=None), tracker.so_far, send)
     process = context.Process(target=_work, args=work, daemon=True)
@@ -127,7 +127,7 @@ class _Piece:
     """What a worker is sent of a candidate: data that any process can read."""
 
     problem: Problem
-    branch: GoalBranch
+    branches: tuple[GoalBranch, ...]
     kind: SeedKind
     make_seed: MakeSeed
     brief: bool
@@ -155,7 +155,7 @@ def _work(
         answer: Answer
         try:
             work = Workspace(piece.problem, tracker)
-            result = attempt(Candidate(work, piece.branch, piece.kind, piece.make_seed, piece.brief))
+            result = attempt(Candidate(work, piece.branches, piece.kind, piece.make_seed, piece.brief))
             answer = replace(result, problem=cast(Problem, None))
         except Stopped as stopped:
             answer = stopped.stop

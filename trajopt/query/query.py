@@ -111,7 +111,7 @@ class Query:
         self.reduced = reduced
         self.counts = Counts() if counts is None else counts
         self._supports = reduced.derived(_supports)
-        self._core = proximity.Query(reduced.derived(_cell))
+        self._core = proximity.Query(cell(reduced))
 
     @cached_property
     def dynamics(self) -> DynamicsQuery:
@@ -193,6 +193,11 @@ def _supports(reduced: ReducedModel) -> Floats:
         for ancestor in list(model.supports[joint])[1:]:
             supports[joint, model.joints[ancestor].idx_v] = 1.0
     return supports
+
+
+def cell(reduced: ReducedModel) -> proximity.Cell:
+    """Return a reduced model as the core needs it; made once for each."""
+    return reduced.derived(_cell)
 
 
 def _cell(reduced: ReducedModel) -> proximity.Cell:

@@ -1,6 +1,7 @@
 // A robot among its obstacles as the loops need it: built from what Python made, never changed.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "bodies.hpp"
@@ -16,6 +17,11 @@ struct Pair {
 // The tolerances that Coal works with: of GJK, and of EPA in penetration, the second where the first fails.
 struct Accuracy {
   double gjk, epa, epa_again;
+};
+
+// What was done: bounds of distance that were compared, and calls of Coal.
+struct Work {
+  std::int64_t bounds = 0, distances = 0;
 };
 
 struct Cell {

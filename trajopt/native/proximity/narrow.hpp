@@ -43,6 +43,16 @@ class NarrowPhase {
     return found;
   }
 
+  // Whether two bodies keep at least a distance: cheaper than how far they are apart.
+  bool keeps(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b, double reach) {
+    // How deep they touch is asked only where touching is not too near already.
+    if (!(reach > 0.0) || a.is_mesh() || b.is_mesh()) return (*this)(a, at_a, b, at_b, reach).distance >= reach;
+    request_.enable_signed_distance = false;
+    const double distance = measure(a, at_a, b, at_b, reach, accuracy_.epa, false).distance;
+    request_.enable_signed_distance = true;
+    return distance >= reach;
+  }
+
  private:
   static constexpr double kMeshBeyond = 0.05;
   // Coal's expanding polytope reports the largest float as depth where it fails.

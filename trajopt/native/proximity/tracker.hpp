@@ -25,10 +25,6 @@ struct ClosePairs {
   void clear();
 };
 
-struct Work {
-  std::int64_t bounds = 0, distances = 0;
-};
-
 class Tracker {
  public:
   explicit Tracker(const Cell& cell);

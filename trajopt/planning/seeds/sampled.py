@@ -1,33 +1,46 @@
-"""Paths of a sampling planner as seeds: RRT-Connect of OMPL, shortened.
+"""Paths of a sampling planner as seeds: RRT-Connect to all goal configurations at once, shortened.
 
 It sees the clearance of all pairs and the joint limits. Path constraints it does not see: its path is
 moved onto them knot by knot, and the optimiser does the rest.
-Source: Kuffner and LaValle, ICRA 2000; Sucan, Moll and Kavraki, OMPL, IEEE RAM 2012.
+Source: Kuffner and LaValle, ICRA 2000.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from itertools import count, pairwise
 
 import numpy as np
 
 from trajopt.arrays import Floats, Value
-from trajopt.errors import MissingExtra
 from trajopt.kinematics.projection import Projection
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
-from trajopt.query import Counts, Query
+from trajopt.query import Counts, Query, SearchSpace, search_route
 
 CHECKED = 20_000
 """Configurations that one leg is searched with before starting anew: most searches that end end soon."""
 PATIENCE = 2
 """After so many searches they get twice as many, after twice as many three times, ..."""
+SHORTENED = 20_000
+"""Configurations that each pass of shortening may look at."""
+STEP = 0.03
+"""Between two configurations that are looked at no body moves farther [m]."""
+BRANCH = 10 * STEP
+"""Branches of the trees are so long that a joint alone moves bodies so far: ten looks, whatever it is [m]."""
+NUDGE = 0.1
+"""How far joints are moved to see how far that moves bodies, in ordinary steps."""
+KEPT = (0.5, -1.0)
+"""Part of each pair's margin that is kept, above what is required, by the searches in turn: ends in narrow
+places are left more easily if bodies may overlap by as much as their margin, which the optimiser undoes."""
+TURN = np.pi
+"""No joint is searched farther beyond its start and goals, whatever its limits [rad | m]."""
+SURE = 1e-8
+"""Bodies may come so much nearer than at the start and goals: no place is measured twice the same [m]."""
 
 
 @dataclass(frozen=True)
 class SampledPaths:
-    """The `Source` of paths of RRT-Connect, without end; every one is searched longer."""
+    """The `Source` of paths of RRT-Connect, without end; they are searched longer and longer."""
 
     kind = SeedKind.SAMPLED
 
@@ -37,7 +50,8 @@ class SampledPaths:
         """Yield paths; see `Source.seeds`."""
         del blocked
         for index in count():
-            yield _Sampled(context, rng.spawn(1)[0], CHECKED * (1 + index // PATIENCE))
+            looks = CHECKED * (1 + index // PATIENCE)
+            yield _Sampled(context, rng.spawn(1)[0], looks, KEPT[index % len(KEPT)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,43 +59,80 @@ class _Sampled(Value):
     context: SeedContext
     rng: np.random.Generator
     checked: int
+    kept: float
 
     def __call__(self, counts: Counts, check: Check) -> Floats:
-        return sampled(self.context, rng=self.rng, counts=counts, check=check, checked=self.checked)
+        return sampled(
+            self.context, rng=self.rng, counts=counts, check=check, checked=self.checked, kept=self.kept
+        )
 
 
 def sampled(
-    context: SeedContext, *, rng: np.random.Generator, counts: Counts, check: Check, checked: int = CHECKED
+    context: SeedContext,
+    *,
+    rng: np.random.Generator,
+    counts: Counts,
+    check: Check,
+    checked: int = CHECKED,
+    kept: float = KEPT[0],
 ) -> Floats:
     """Return a path that is clear of everything between the knots' stops.
 
     Args:
-        context: Where it leads.
-        rng: Seeds OMPL, whose generator is one for the whole process.
+        context: Where it leads; of its goals the one that is reached first.
+        rng: Draws the seed of the search's own generator.
         counts: Takes the work done.
         check: Called while it searches; may raise to stop.
         checked: Configurations that each leg is searched with at most.
+        kept: Part of each pair's margin that is kept, above what is required.
 
     Returns:
         Knots, shape (N, n), evenly spaced on each leg; stops where the context's line has them.
 
     Raises:
-        MissingExtra: If OMPL is not installed.
         NoSeed: If a leg was not found, or a path constraint could not be held.
     """
-    if find_spec("ompl") is None:
-        raise MissingExtra("ompl", "ompl")
-    from trajopt.planning.seeds.rrt_connect import search
-
     query, knots = Query(context.reduced, counts), context.line.knots
     places = (0, *context.line.places, len(knots) - 1)
     legs = [knots[:1]]
     for first, last in pairwise(places):
-        corners = search(
-            query, knots[first], knots[last], scale=context.scale, rng=rng, check=check, checked=checked
+        goals = context.ends if last == places[-1] else knots[last][None]
+        space = _space(query, np.vstack((knots[first], goals)), context.scale, kept)
+        corners = search_route(
+            query,
+            knots[first],
+            goals,
+            space,
+            looks=checked,
+            shortening=SHORTENED,
+            seed=int(rng.integers(2**63)),
+            check=check,
         )
+        if corners is None:
+            raise NoSeed(f"the sampling planner found no path among {checked} configurations")
         legs.append(_even(corners, last - first, context.reduced.limits.velocity)[1:])
     return _held(np.concatenate(legs), context, query)
+
+
+def _space(query: Query, ends: Floats, scale: Floats, kept: float) -> SearchSpace:
+    """Return where a leg is searched: about its ends; nothing is kept farther from anything than it is there."""
+    reduced = query.reduced
+    pairs, limits = reduced.pairs, reduced.limits
+    reach = pairs.required + kept * (pairs.margin - pairs.required)
+    contacts = query.close_pairs(ends, reach)
+    np.minimum.at(reach, contacts.pair, contacts.distance - SURE)
+    lower = np.maximum(ends.min(axis=0) - TURN, limits.lower)
+    upper = np.minimum(ends.max(axis=0) + TURN, limits.upper)
+    unit = np.minimum(BRANCH / _rates(query, ends, scale), np.maximum(upper - lower, scale))
+    return SearchSpace(lower, upper, unit, reach, STEP)
+
+
+def _rates(query: Query, ends: Floats, scale: Floats) -> Floats:
+    """Return how far each joint moves bodies, the most at any of the ends, shape (n,) [m/rad | 1]."""
+    nudge = np.diag(NUDGE * scale)
+    first = np.repeat(ends, len(scale), axis=0)
+    moved = query.displacement(first, first + np.tile(nudge, (len(ends), 1)))
+    return np.maximum(moved.reshape(len(ends), -1).max(axis=0) / (NUDGE * scale), np.finfo(float).tiny)
 
 
 def _held(path: Floats, context: SeedContext, query: Query) -> Floats:

@@ -34,12 +34,19 @@ class SeedContext(Value):
         line: Straight legs from the start through the waypoints to a goal configuration.
         scale: A step of ordinary size in each joint, shape (n,) [rad | m].
         requirements: What must hold all the way.
+        other_ends: Goal configurations that a seed may lead to instead of the line's, each of shape (n,).
     """
 
     reduced: ReducedModel
     line: WaypointLine
     scale: Floats
     requirements: tuple[Requirement, ...] = ()
+    other_ends: tuple[Floats, ...] = ()
+
+    @property
+    def ends(self) -> Floats:
+        """Goal configurations that a seed may lead to, the line's first, shape (g, n)."""
+        return np.stack((self.line.knots[-1], *self.other_ends))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,110 @@
+#include "clear.hpp"
+
+namespace proximity {
+
+Clear::Clear(const Cell& cell, std::vector<double> reach)
+    : cell_(cell), reach_(std::move(reach)), kinematics_(cell.robot), narrow_(cell.accuracy) {
+  for (double each : reach_) longest_reach_ = std::max(longest_reach_, each);
+  places_.resize(cell.movers.size());
+  for (const auto& pairs : cell.pair_with) {
+    with_still_.emplace_back();
+    for (int pair : pairs) {
+      if (pair >= 0) with_still_.back().push_back(pair);
+    }
+    many_.push_back(with_still_.back().size() > kFew);
+  }
+}
+
+void Clear::place_at(const double* positions) {
+  placed_ = &kinematics_(positions);
+  for (size_t mover = 0; mover < places_.size(); ++mover) {
+    const Body& body = cell_.bodies[cell_.movers[mover]];
+    places_[mover] = place(body, (*placed_)[body.joint]);
+  }
+}
+
+bool Clear::operator()(const double* positions) {
+  ++looked;
+  place_at(positions);
+  for (int pair : remembered_) {
+    if (!bounds_keep(pair) && !keeps(pair)) {
+      remember(pair);
+      return false;
+    }
+  }
+  collect();
+  for (int pair : doubtful_) {
+    if (!keeps(pair)) {
+      remember(pair);
+      return false;
+    }
+  }
+  return true;
+}
+
+double Clear::motion_between(const Places& from, const Places& to) const {
+  double largest = 0.0;
+  for (size_t mover = 0; mover < places_.size(); ++mover) {
+    const Body& body = cell_.bodies[cell_.movers[mover]];
+    if (body.radius < Obstacles::kUnbounded) largest = std::max(largest, motion(body, from[mover], to[mover]));
+  }
+  return largest;
+}
+
+const Place& Clear::at(int body) const {
+  const int mover = cell_.mover_of[body];
+  return mover < 0 ? cell_.still[body] : places_[mover];
+}
+
+bool Clear::bounds_keep(int pair) {
+  const auto [first, second] = cell_.pairs[pair];
+  const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
+  const Place &at_a = at(first), &at_b = at(second);
+  ++work.bounds;
+  const double spheres = a.radius + b.radius + reach_[pair];
+  if ((at_a.centre - at_b.centre).squaredNorm() > spheres * spheres) return true;
+  return lower_bound(a, at_a, b, at_b, reach_[pair]) > reach_[pair];
+}
+
+bool Clear::keeps(int pair) {
+  const auto [first, second] = cell_.pairs[pair];
+  const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
+  ++work.distances;
+  return narrow_.keeps(a, transform(a, (*placed_)[a.joint]), b, transform(b, (*placed_)[b.joint]), reach_[pair]);
+}
+
+void Clear::remember(int pair) {
+  auto found = std::find(remembered_.begin(), remembered_.end(), pair);
+  if (found == remembered_.end()) {
+    if (remembered_.size() < kRemembered) remembered_.push_back(pair);
+    found = remembered_.end() - 1;
+    *found = pair;
+  }
+  std::rotate(remembered_.begin(), found, found + 1);
+}
+
+void Clear::collect() {
+  doubtful_.clear();
+  const auto ask = [&](int pair) {
+    if (!bounds_keep(pair)) doubtful_.push_back(pair);
+  };
+  for (size_t mover = 0; mover < places_.size(); ++mover) {
+    if (many_[mover]) {
+      collect_near(static_cast<int>(mover));
+    } else {
+      for (int pair : with_still_[mover]) ask(pair);
+    }
+  }
+  for (int pair : cell_.between_movers) ask(pair);
+}
+
+void Clear::collect_near(int mover) {
+  near_.clear();
+  cell_.obstacles.near(places_[mover].centre, cell_.bodies[cell_.movers[mover]].radius + longest_reach_, near_);
+  for (int other : near_) {
+    const int pair = cell_.pair_with[mover][other];
+    if (pair >= 0 && !bounds_keep(pair)) doubtful_.push_back(pair);
+  }
+}
+
+}  // namespace proximity

@@ -1,0 +1,61 @@
+// Whether every pair keeps at least its reach at a configuration: yes or no, the cheapest test first.
+//
+// What undercut its reach lately is asked first: neighbouring configurations mostly touch the same thing. Then come
+// spheres and boxes of all pairs, and Coal for those that these leave within reach.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "cell.hpp"
+#include "narrow.hpp"
+
+namespace proximity {
+
+using Places = std::vector<Place, Eigen::aligned_allocator<Place>>;
+
+class Clear {
+ public:
+  Clear(const Cell& cell, std::vector<double> reach);
+
+  bool operator()(const double* positions);
+
+  // Place the moving bodies, and ask nothing.
+  void place_at(const double* positions);
+
+  // Where the moving bodies were at the configuration that was asked or placed last.
+  const Places& places() const { return places_; }
+
+  // The largest motion bound of any moving body between two of these.
+  double motion_between(const Places& from, const Places& to) const;
+
+  std::int64_t looked = 0;  // configurations
+  Work work;
+
+ private:
+  // Bodies that stand still are looked up in their tree where there are more; below, asking each is cheaper.
+  static constexpr int kFew = 32;
+  static constexpr size_t kRemembered = 6;
+
+  bool bounds_keep(int pair);
+  bool keeps(int pair);
+  void remember(int pair);
+  void collect();
+  void collect_near(int mover);
+  const Place& at(int body) const;
+
+  const Cell& cell_;
+  std::vector<double> reach_;
+  double longest_reach_ = 0.0;
+  Kinematics kinematics_;
+  NarrowPhase narrow_;
+  const pinocchio::container::aligned_vector<pinocchio::SE3>* placed_ = nullptr;
+  Places places_;                             // by mover
+  std::vector<std::vector<int>> with_still_;  // mover -> pairs with bodies that stand still
+  std::vector<char> many_;                    // mover -> whether these are looked up in the tree
+  std::vector<int> remembered_;               // pairs that undercut their reach, the last one first
+  std::vector<int> doubtful_;                 // pairs that spheres and boxes leave within reach
+  std::vector<int> near_;
+};
+
+}  // namespace proximity
