@@ -320,7 +320,7 @@ RAISED = [
     errors.SizeError("x", "y"),
     errors.MeshFileError("p", "r"), errors.GripperError("r", "w"), errors.FileFormatError("p", "r"),
     errors.UnsupportedJoint("j", "planar"), errors.SolverNotFound("solver", "a", ["b"]),
-    errors.MissingExtra("ompl", "ompl"), errors.PlanningFailed("why", "result"), errors.DuplicateObject("a"),
+    errors.MissingExtra("viser", "view"), errors.PlanningFailed("why", "result"), errors.DuplicateObject("a"),
     errors.ProblemError("message"), errors.BackendFailed("message"),
     RenderingUnavailable(["egl: none"]),
 ]  # fmt: skip

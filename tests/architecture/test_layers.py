@@ -43,7 +43,7 @@ ONLY_IN = {
     "typer": {"cli"},
     "rich": {"cli"},
     "casadi": {"terms", "methods"},
-    "ompl": {"planning"},
+    "ompl": set(),
     "placo": {"kinematics"},
     "toppra": set(),
 }

@@ -9,7 +9,7 @@ from tests.model.test_robot import tetrahedron
 from tests.robots_for_tests import ODD_ARM
 
 SLOW = {
-    *("casadi", "clarabel", "imageio", "matplotlib", "mujoco", "ompl", "osqp", "piqp", "placo", "proxsuite"),
+    *("casadi", "clarabel", "imageio", "matplotlib", "mujoco", "osqp", "piqp", "placo", "proxsuite"),
     *("qpsolvers", "rich", "scipy", "toppra", "typer", "viser", "yaml"),
 }
 

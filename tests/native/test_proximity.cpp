@@ -1,5 +1,6 @@
 // The query's bounds, obstacles and enclosure, as far as they need no robot.
 #include "check.hpp"
+#include "proximity/generator.hpp"
 #include "proximity/obstacles.hpp"
 
 using namespace proximity;
@@ -80,4 +81,24 @@ TEST(a_closed_surface_encloses_the_points_inside_it) {
     CHECK(tetrahedron.encloses(point, Matrix3::Identity(), at) == (at.minCoeff() > 0.0 && at.sum() < 1.0));
     CHECK(!point.encloses(tetrahedron, Matrix3::Identity(), at));
   }
+}
+
+// The first numbers of the authors' reference programs, for two seeds.
+TEST(random_numbers_are_those_of_the_reference_on_every_platform) {
+  Generator zero(0), other(42);
+  for (const std::uint64_t expected : {0x53175d61490b23dfull, 0x61da6f3dc380d507ull, 0x5c0fdf91ec9a7bfcull}) {
+    CHECK(zero.next() == expected);
+  }
+  for (const std::uint64_t expected : {0xd0764d4f4476689full, 0x519e4174576f3791ull, 0xfbe07cfb0c24ed8cull}) {
+    CHECK(other.next() == expected);
+  }
+  double sum = 0.0, least = 1.0, most = 0.0;
+  for (int count = 0; count < 20000; ++count) {
+    const double value = other.uniform();
+    sum += value;
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  CHECK(least >= 0.0 && least < 0.001 && most < 1.0 && most > 0.999);
+  CHECK_NEAR(sum / 20000, 0.5, 0.01);
 }

@@ -52,13 +52,13 @@ def test_every_step_of_the_solver_looks_at_the_clock(arm: to.Robot) -> None:
         if step is not None:
             steps.append(clock.looks)
 
-    to.plan(walled_in(arm), budget=to.Budget(seconds=80.5, clock=clock), progress=progress)
+    to.plan(walled_in(arm), budget=to.Budget(seconds=300.5, clock=clock), progress=progress)
     assert len(steps) > 40 and len(set(steps)) == len(steps)
 
 
 def test_work_is_an_exact_bound_and_repeats(arm: to.Robot) -> None:
     whole = to.plan(wall(arm))
-    assert whole.verified and len(whole.attempts) > 2 and whole.stopped is None
+    assert whole.verified and len(whole.attempts) > 1 and whole.stopped is None
     enough = to.plan(wall(arm), budget=to.Budget(work=whole.counts[WORK]))
     assert enough.verified and np.array_equal(enough.path.knots, whole.path.knots)
     short = [to.plan(wall(arm), budget=to.Budget(work=whole.counts[WORK] - 1)) for _ in range(2)]
@@ -70,8 +70,7 @@ def test_work_is_an_exact_bound_and_repeats(arm: to.Robot) -> None:
 
 
 @pytest.mark.usefixtures("unproven")
-def test_attempts_are_an_exact_bound(arm: to.Robot, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("trajopt.planning.seeds.sampled.find_spec", lambda name: None)  # searches are slow
+def test_attempts_are_an_exact_bound(arm: to.Robot) -> None:
     alone = to.plan(wall(arm), budget=to.Budget(attempts=1))
     assert alone.status is Status.STUCK and len(alone.attempts) == 1
     assert to.plan(wall(arm), budget=to.Budget(attempts=30)).verified

@@ -36,7 +36,7 @@ def test_the_answer_is_the_same_with_any_number_of_workers(arm: to.Robot, inner_
     alone = to.plan(wall(arm, inner_edge), rng=np.random.default_rng(3))
     several = to.plan(wall(arm, inner_edge), rng=np.random.default_rng(3), budget=to.Budget(workers=3))
     _same(alone, several)
-    assert len(alone.attempts) > 2
+    assert len(alone.attempts) > 1, "from the second on they are made in processes"
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
 
 
@@ -45,7 +45,7 @@ def test_the_answer_is_the_same_from_spawned_workers(arm: to.Robot) -> None:
     budget = to.Budget(workers=2, processes=get_context("spawn"))
     several = to.plan(wall(arm), rng=np.random.default_rng(3), budget=budget)
     _same(alone, several)
-    assert len(alone.attempts) > 2
+    assert len(alone.attempts) > 1, "from the second on they are made in processes"
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
 
 
@@ -142,7 +142,7 @@ def fail() -> None:
 
 @pytest.mark.usefixtures("unproven")
 def test_a_worker_that_dies_is_told(arm: to.Robot) -> None:
-    result = to.plan(walled_in(arm), method=Elsewhere(die), budget=to.Budget(attempts=6, workers=2))
+    result = to.plan(wall(arm), method=Elsewhere(die), budget=to.Budget(attempts=6, workers=2))
     assert result.status is Status.STUCK
     died = [item for item in result.attempts if item.status is Status.WORKER_DIED]
     assert len(died) == 5 and all("-9" in item.message for item in died)

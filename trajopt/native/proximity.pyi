@@ -53,7 +53,7 @@ class Query:
     @property
     def distances(self) -> int: ...
 
-def route(
+def search_path(
     cell: Cell,
     start: Floats,
     goals: Floats,

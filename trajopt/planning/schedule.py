@@ -42,11 +42,11 @@ the nearest once more, with the freedom to choose another."""
 
 OPENING: tuple[Round, ...] = (
     (Row(SeedKind.STRAIGHT, (0, 1)),),
-    (Row(SeedKind.SAMPLED, count=1, to_any=True),),
+    (Row(SeedKind.SAMPLED, count=3, to_any=True),),
     (Row(SeedKind.STRAIGHT, (1, NEAREST + 1)),),
     (
         Row(SeedKind.AROUND, (0, NEAREST), count=6, brief=True),
-        Row(SeedKind.BUMP, (0, NEAREST + 1), count=6, brief=True),
+        Row(SeedKind.BUMP, (0, NEAREST + 1), count=6, brief=True, bends_best=True),
     ),
     (Row(None, count=3),),
     (Row(SeedKind.STRAIGHT, (NEAREST + 1, None)),),
@@ -54,9 +54,9 @@ OPENING: tuple[Round, ...] = (
 """What is tried first."""
 
 CYCLE: tuple[Round, ...] = (
+    (Row(SeedKind.SAMPLED, count=3, to_any=True),),
     (Row(SeedKind.BUMP, (0, NEAREST + 1), count=12, brief=True, bends_best=True),),
     (Row(None, count=3),),
-    (Row(SeedKind.SAMPLED, count=2, to_any=True),),
 )
 """What is tried then, over and over."""
 

@@ -9,7 +9,7 @@
 #include "../arrays.hpp"
 #include "../coal_boxes.hpp"
 #include "dynamics.hpp"
-#include "route_search.hpp"
+#include "path_search.hpp"
 #include "tracker.hpp"
 
 namespace nb = nanobind;
@@ -174,7 +174,7 @@ Numpy<double> displacement(Query& query, const Matrix<double>& from, const Matri
 }
 
 // Corners of a path that is clear, and what was looked at: configurations, bounds, distances.
-auto route(const Cell& cell, const Vector<double>& start, const Matrix<double>& goals, const Vector<double>& lower,
+auto search_path(const Cell& cell, const Vector<double>& start, const Matrix<double>& goals, const Vector<double>& lower,
            const Vector<double>& upper, const Vector<double>& unit, const Vector<double>& reach, double step,
            std::int64_t looks, std::int64_t shortening, std::uint64_t seed, const nb::callable& check) {
   const auto copied = [](const auto& values) { return std::vector<double>(values.data(), values.data() + values.size()); };
@@ -182,16 +182,16 @@ auto route(const Cell& cell, const Vector<double>& start, const Matrix<double>& 
   for (const auto* each : {&start, &lower, &upper, &unit}) expect(each->shape(0) == dofs, "one number for each joint of the group");
   expect(goals.shape(1) == dofs, "one position for each joint of the group");
   expect(reach.shape(0) == cell.pairs.size(), "one reach for each pair");
-  const RouteRequest asked{copied(start), copied(goals), copied(lower), copied(upper), copied(unit),
+  const PathRequest asked{copied(start), copied(goals), copied(lower), copied(upper), copied(unit),
                            copied(reach), step,          looks,         shortening,    seed};
   const auto ask = [&](std::int64_t looked) {
     nb::gil_scoped_acquire acquire;
     check(looked);
   };
-  Route found;
+  FoundPath found;
   {
     nb::gil_scoped_release release;
-    found = RouteSearch(cell, asked, ask)();
+    found = PathSearch(cell, asked, ask)();
   }
   const size_t corners = found.corners.size() / dofs;
   return std::make_tuple(hand_over(std::move(found.corners), {corners, dofs}), found.looked, found.work.bounds,
@@ -236,7 +236,7 @@ NB_MODULE(proximity, m) {
   nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
                                   "accuracy"_a, nb::keep_alive<1, 2>());
-  m.def("route", &route, "cell"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "unit"_a, "reach"_a, "step"_a, "looks"_a,
+  m.def("search_path", &search_path, "cell"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "unit"_a, "reach"_a, "step"_a, "looks"_a,
         "shortening"_a, "seed"_a, "check"_a);
   nb::class_<Dynamics>(m, "Dynamics")
       .def(nb::new_(&make_dynamics), "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())

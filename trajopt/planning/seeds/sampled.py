@@ -15,7 +15,7 @@ from trajopt.arrays import Floats, Value
 from trajopt.kinematics.projection import Projection
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, SeedContext
-from trajopt.query import Counts, Query, SearchSpace, search_route
+from trajopt.query import Counts, Query, SearchSpace, search_path
 
 CHECKED = 20_000
 """Configurations that one leg is searched with before starting anew: most searches that end end soon."""
@@ -98,14 +98,14 @@ def sampled(
     for first, last in pairwise(places):
         goals = context.ends if last == places[-1] else knots[last][None]
         space = _space(query, np.vstack((knots[first], goals)), context.scale, kept)
-        corners = search_route(
+        corners = search_path(
             query,
             knots[first],
             goals,
             space,
             looks=checked,
             shortening=SHORTENED,
-            seed=int(rng.integers(2**63)),
+            seed=int(rng.random() * 2**53),
             check=check,
         )
         if corners is None:
@@ -115,7 +115,7 @@ def sampled(
 
 
 def _space(query: Query, ends: Floats, scale: Floats, kept: float) -> SearchSpace:
-    """Return where a leg is searched: about its ends; nothing is kept farther from anything than it is there."""
+    """Return where a leg is searched: about its ends, no pair farther apart than it is at one of them."""
     reduced = query.reduced
     pairs, limits = reduced.pairs, reduced.limits
     reach = pairs.required + kept * (pairs.margin - pairs.required)

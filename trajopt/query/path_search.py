@@ -1,4 +1,4 @@
-"""Route search: a path that is clear of everything, from one configuration to one of several others.
+"""Path search: a path that is clear of everything, from one configuration to one of several others.
 
 RRT-Connect, its path shortened; compiled, with a generator of its own.
 Sources: Kuffner and LaValle, ICRA 2000; Geraerts and Overmars, IJRR 2007 (shortening).
@@ -16,7 +16,7 @@ from trajopt.query.query import Query, cell
 
 @dataclass(frozen=True, eq=False)
 class SearchSpace(Value):
-    """Where a route is searched.
+    """Where a path is searched.
 
     Attributes:
         lower: Of the joints searched, shape (n,) [rad | m].
@@ -33,7 +33,7 @@ class SearchSpace(Value):
     step: float
 
 
-def search_route(
+def search_path(
     query: Query,
     start: Floats,
     goals: Floats,
@@ -44,7 +44,7 @@ def search_route(
     seed: int,
     check: Callable[[], None],
 ) -> Floats | None:
-    """Search a route; the interpreter's lock is released meanwhile.
+    """Search a path; the interpreter's lock is released meanwhile.
 
     Args:
         query: Of the robot and its surroundings; its counts take the work done.
@@ -66,7 +66,7 @@ def search_route(
         counts.forward_kinematics = before + looked
         check()
 
-    corners, looked, bounds, distances = proximity.route(
+    corners, looked, bounds, distances = proximity.search_path(
         cell=cell(query.reduced),
         start=np.ascontiguousarray(start),
         goals=np.ascontiguousarray(goals),

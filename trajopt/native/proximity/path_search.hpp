@@ -11,7 +11,7 @@
 
 namespace proximity {
 
-struct RouteRequest {
+struct PathRequest {
   std::vector<double> start, goals;  // n numbers, n numbers each
   std::vector<double> lower, upper;  // of the joints; start and goals lie within
   std::vector<double> unit;          // of length in each joint
@@ -21,18 +21,18 @@ struct RouteRequest {
   std::uint64_t seed;
 };
 
-struct Route {
+struct FoundPath {
   std::vector<double> corners;  // n numbers each; none where no path was found
   std::int64_t looked = 0;
   Work work;
 };
 
-class RouteSearch {
+class PathSearch {
  public:
   // `check` is called every so often with the configurations looked at so far; it may throw to stop.
-  RouteSearch(const Cell& cell, const RouteRequest& asked, std::function<void(std::int64_t)> check);
+  PathSearch(const Cell& cell, const PathRequest& asked, std::function<void(std::int64_t)> check);
 
-  Route operator()();
+  FoundPath operator()();
 
  private:
   // Longest branch [units].
@@ -71,7 +71,7 @@ class RouteSearch {
   void cut_corners(std::vector<Node>& path);
   double length(const double* from, const double* to) const;
 
-  const RouteRequest& asked_;
+  const PathRequest& asked_;
   std::function<void(std::int64_t)> check_;
   Lines lines_;
   Generator random_;

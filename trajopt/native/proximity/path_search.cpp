@@ -1,10 +1,10 @@
-#include "route_search.hpp"
+#include "path_search.hpp"
 
 #include <limits>
 
 namespace proximity {
 
-RouteSearch::RouteSearch(const Cell& cell, const RouteRequest& asked, std::function<void(std::int64_t)> check)
+PathSearch::PathSearch(const Cell& cell, const PathRequest& asked, std::function<void(std::int64_t)> check)
     : asked_(asked),
       check_(std::move(check)),
       lines_(cell, asked.reach, asked.step),
@@ -13,24 +13,24 @@ RouteSearch::RouteSearch(const Cell& cell, const RouteRequest& asked, std::funct
       from_(dofs_),
       to_(dofs_) {}
 
-Route RouteSearch::operator()() {
+FoundPath PathSearch::operator()() {
   std::vector<Node> path = searched();
   if (!path.empty()) {
     drop_corners(path);
     cut_corners(path);
     drop_corners(path);
   }
-  Route route;
+  FoundPath result;
   for (const Node& node : path) {
-    for (int joint = 0; joint < dofs_; ++joint) route.corners.push_back(node[joint] * asked_.unit[joint]);
+    for (int joint = 0; joint < dofs_; ++joint) result.corners.push_back(node[joint] * asked_.unit[joint]);
   }
-  route.looked = lines_.clear.looked;
-  route.work = lines_.clear.work;
-  return route;
+  result.looked = lines_.clear.looked;
+  result.work = lines_.clear.work;
+  return result;
 }
 
 // Whether a line is free; its ends are in units, as everything here is.
-bool RouteSearch::free(const double* from, const double* to) {
+bool PathSearch::free(const double* from, const double* to) {
   if (lines_.clear.looked - checked_ >= kPatience) {
     checked_ = lines_.clear.looked;
     check_(checked_);
@@ -42,13 +42,13 @@ bool RouteSearch::free(const double* from, const double* to) {
   return lines_.free(from_.data(), to_.data());
 }
 
-int RouteSearch::add(Tree& tree, const double* node, int parent) {
+int PathSearch::add(Tree& tree, const double* node, int parent) {
   tree.nodes.insert(tree.nodes.end(), node, node + dofs_);
   tree.parent.push_back(parent);
   return tree.count() - 1;
 }
 
-RouteSearch::Nearest RouteSearch::nearest(const Tree& tree, const double* node) const {
+PathSearch::Nearest PathSearch::nearest(const Tree& tree, const double* node) const {
   Nearest best{-1, std::numeric_limits<double>::infinity()};
   const double* at = tree.nodes.data();
   for (int index = 0; index < tree.count(); ++index, at += dofs_) {
@@ -60,7 +60,7 @@ RouteSearch::Nearest RouteSearch::nearest(const Tree& tree, const double* node) 
   return best;
 }
 
-RouteSearch::Node RouteSearch::between(const double* from, const double* to, double share) const {
+PathSearch::Node PathSearch::between(const double* from, const double* to, double share) const {
   Node node(to, to + dofs_);
   if (share < 1.0) {
     for (int joint = 0; joint < dofs_; ++joint) node[joint] = from[joint] + share * (to[joint] - from[joint]);
@@ -69,14 +69,14 @@ RouteSearch::Node RouteSearch::between(const double* from, const double* to, dou
 }
 
 // Grow a branch from a node; -1 where something is in its way.
-int RouteSearch::extend(Tree& tree, const Nearest& from, const double* towards) {
+int PathSearch::extend(Tree& tree, const Nearest& from, const double* towards) {
   const double* root = tree.nodes.data() + static_cast<size_t>(from.node) * dofs_;
   const Node tip = between(root, towards, kBranch / std::max(from.distance, kBranch));
   return free(root, tip.data()) ? add(tree, tip.data(), from.node) : -1;
 }
 
 // Grow branches towards a configuration until it is reached, or something is in the way: -1.
-int RouteSearch::connect(Tree& tree, const double* towards) {
+int PathSearch::connect(Tree& tree, const double* towards) {
   Nearest from = nearest(tree, towards);
   while (from.distance > 0.0) {
     const int tip = extend(tree, from, towards);
@@ -87,7 +87,7 @@ int RouteSearch::connect(Tree& tree, const double* towards) {
 }
 
 // Draw a configuration: anywhere, or around a node of the tree that is to grow, which finds the way out of narrow places.
-void RouteSearch::draw(const Tree& tree, Node& sample) {
+void PathSearch::draw(const Tree& tree, Node& sample) {
   ++drawn_;
   const bool local = random_.uniform() < kLocal;
   const int node = static_cast<int>(random_.uniform() * tree.count());
@@ -100,7 +100,7 @@ void RouteSearch::draw(const Tree& tree, Node& sample) {
   }
 }
 
-std::vector<RouteSearch::Node> RouteSearch::searched() {
+std::vector<PathSearch::Node> PathSearch::searched() {
   Tree trees[2];
   Node sample(dofs_);
   const auto root = [&](Tree& tree, const double* positions) {
@@ -130,7 +130,7 @@ std::vector<RouteSearch::Node> RouteSearch::searched() {
 }
 
 // The path from the first tree's root to the second's; where they meet they hold the same configuration.
-std::vector<RouteSearch::Node> RouteSearch::joined(const Tree& first, int at_first, const Tree& second,
+std::vector<PathSearch::Node> PathSearch::joined(const Tree& first, int at_first, const Tree& second,
                                                    int at_second) const {
   std::vector<Node> path;
   const auto take = [&](const Tree& tree, int node) {
@@ -147,7 +147,7 @@ std::vector<RouteSearch::Node> RouteSearch::joined(const Tree& first, int at_fir
 }
 
 // From each corner go straight to the last one that can be reached so.
-void RouteSearch::drop_corners(std::vector<Node>& path) {
+void PathSearch::drop_corners(std::vector<Node>& path) {
   const std::int64_t allowed = lines_.clear.looked + asked_.shortening;
   for (size_t corner = 0; corner + 2 < path.size(); ++corner) {
     for (size_t last = path.size() - 1; last > corner + 1; --last) {
@@ -160,7 +160,7 @@ void RouteSearch::drop_corners(std::vector<Node>& path) {
 }
 
 // Between two places drawn anywhere along the path go straight, where that is free.
-void RouteSearch::cut_corners(std::vector<Node>& path) {
+void PathSearch::cut_corners(std::vector<Node>& path) {
   const std::int64_t allowed = lines_.clear.looked + asked_.shortening;
   for (int futile = 0; futile < kFutile && path.size() > 2 && lines_.clear.looked < allowed;) {
     std::vector<double> along(1, 0.0);
@@ -184,7 +184,7 @@ void RouteSearch::cut_corners(std::vector<Node>& path) {
   }
 }
 
-double RouteSearch::length(const double* from, const double* to) const {
+double PathSearch::length(const double* from, const double* to) const {
   double square = 0.0;
   for (int joint = 0; joint < dofs_; ++joint) square += (from[joint] - to[joint]) * (from[joint] - to[joint]);
   return std::sqrt(square);
