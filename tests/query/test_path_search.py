@@ -37,7 +37,7 @@ def space(reduced: ReducedModel, reach: Floats) -> SearchSpace:
 
 
 def searched(
-    reduced: ReducedModel, start: Floats, goals: Floats, seed: int, looks: int = 20_000
+    reduced: ReducedModel, start: Floats, goals: Floats, seed: int, checked: int = 20_000
 ) -> tuple[Floats | None, Counts]:
     query = Query(reduced)
     found = search_path(
@@ -45,7 +45,7 @@ def searched(
         start,
         goals,
         space(reduced, reduced.pairs.margin),
-        looks=looks,
+        checked=checked,
         shortening=2000,
         seed=seed,
         check=lambda: None,
@@ -84,7 +84,7 @@ def test_what_is_found_is_clear_in_small_worlds(number: int) -> None:
     free = [row for count, row in enumerate(drawn) if count not in near]
     if len(free) < 4:
         return
-    corners, _ = searched(reduced, free[0], np.array(free[1:4]), seed=number, looks=3000)
+    corners, _ = searched(reduced, free[0], np.array(free[1:4]), seed=number, checked=3000)
     if corners is None:
         return
     assert np.array_equal(corners[0], free[0])
@@ -92,7 +92,7 @@ def test_what_is_found_is_clear_in_small_worlds(number: int) -> None:
     lower, upper = ends_of(reduced)
     assert (corners >= lower - 1e-12).all() and (corners <= upper + 1e-12).all()
     assert not len(plain.close_pairs(corners, reach).pair), "corners keep the whole reach"
-    # Between two looks nothing moves farther than a step, so nothing comes nearer by more than half of it.
+    # Between two checks nothing moves farther than a step, so nothing comes nearer by more than half of it.
     assert not len(plain.close_pairs(dense(corners), reach - 0.5 * STEP).pair)
 
 
@@ -105,7 +105,7 @@ def test_a_window_is_found_and_gone_through(arm: to.Robot) -> None:
 
 
 def test_without_a_window_it_ends_at_its_count(arm: to.Robot) -> None:
-    found, counts = searched(wall(arm, 0.0), START, GOAL[None], seed=1, looks=700)
+    found, counts = searched(wall(arm, 0.0), START, GOAL[None], seed=1, checked=700)
     assert found is None and 700 <= counts.forward_kinematics < 1500
 
 
@@ -114,7 +114,7 @@ def test_an_occupied_end_is_not_reached(arm: to.Robot) -> None:
     reduced = wall(arm, 0.1)
     assert len(PlainQuery(reduced).close_pairs(inside[None], reduced.pairs.required).pair)
     for start, goal in ((START, inside), (inside, GOAL)):
-        found, _ = searched(reduced, start, goal[None], seed=3, looks=500)
+        found, _ = searched(reduced, start, goal[None], seed=3, checked=500)
         assert found is None
 
 
@@ -169,7 +169,7 @@ def test_what_is_raised_meanwhile_ends_it(arm: to.Robot) -> None:
             START,
             GOAL[None],
             space(query.reduced, query.reduced.pairs.margin),
-            looks=10**12,
+            checked=10**12,
             shortening=0,
             seed=0,
             check=check,
@@ -189,7 +189,7 @@ def test_bodies_may_overlap_by_as_much_as_the_reach_allows(arm: to.Robot) -> Non
                 GOAL,
                 goal[None],
                 space(reduced, reach),
-                looks=1,
+                checked=1,
                 shortening=0,
                 seed=0,
                 check=lambda: None,

@@ -23,7 +23,7 @@ class SearchSpace(Value):
         upper: Shape (n,).
         unit: Of length in each joint, shape (n,): no branch of the trees is longer than one in all.
         reach: Distance that each pair keeps, shape (p,) [m].
-        step: No body moves farther between two configurations that are looked at [m].
+        step: No body moves farther between two configurations that are checked [m].
     """
 
     lower: Floats
@@ -39,7 +39,7 @@ def search_path(
     goals: Floats,
     space: SearchSpace,
     *,
-    looks: int,
+    checked: int,
     shortening: int,
     seed: int,
     check: Callable[[], None],
@@ -51,8 +51,8 @@ def search_path(
         start: Where it begins, shape (n,) [rad | m].
         goals: Where it may end, shape (g, n).
         space: Where it is searched; start and goals are added to it where they lie outside.
-        looks: Configurations that the search looks at before it gives up.
-        shortening: Configurations that shortening may look at, for each of its three passes.
+        checked: Configurations that are checked before the search gives up.
+        shortening: Configurations that shortening may check, in each of its three passes.
         seed: Of the random numbers, at least 0: the same on every platform.
         check: Called every few milliseconds; may raise to stop.
 
@@ -75,7 +75,7 @@ def search_path(
         unit=space.unit,
         reach=space.reach,
         step=space.step,
-        looks=looks,
+        looks=checked,
         shortening=shortening,
         seed=seed,
         check=going_on,

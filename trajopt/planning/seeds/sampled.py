@@ -18,15 +18,15 @@ from trajopt.planning.seeds.source import Blocked, Check, MakeSeed, NoSeed, Seed
 from trajopt.query import Counts, Query, SearchSpace, search_path
 
 CHECKED = 20_000
-"""Configurations that one leg is searched with before starting anew: most searches that end end soon."""
+"""Configurations that are checked on one leg before a restart: most searches that end end soon."""
 PATIENCE = 2
 """After so many searches they get twice as many, after twice as many three times, ..."""
 SHORTENED = 20_000
-"""Configurations that each pass of shortening may look at."""
+"""Configurations that each pass of shortening may check."""
 STEP = 0.03
-"""Between two configurations that are looked at no body moves farther [m]."""
+"""Between two configurations that are checked no body moves farther [m]."""
 BRANCH = 10 * STEP
-"""Branches of the trees are so long that a joint alone moves bodies so far: ten looks, whatever it is [m]."""
+"""Branches of the trees are so long that a joint alone moves bodies so far: ten checks, whatever it is [m]."""
 NUDGE = 0.1
 """How far joints are moved to see how far that moves bodies, in ordinary steps."""
 KEPT = (0.5, -1.0)
@@ -103,7 +103,7 @@ def sampled(
             knots[first],
             goals,
             space,
-            looks=checked,
+            checked=checked,
             shortening=SHORTENED,
             seed=int(rng.random() * 2**53),
             check=check,
