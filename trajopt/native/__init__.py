@@ -2,7 +2,7 @@
 
 | core | room that calls it | what it does |
 |---|---|---|
-| `proximity` | `query` | kinematics of all samples, the rows of all pairs that come near, and paths searched |
+| `proximity` | `query` | kinematics of all samples, rows of all pairs that come near, and paths searched |
 | `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
 | `reachability` | `retime` | the passes that give the fastest profile, and the extremes of quintics |
 | `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |

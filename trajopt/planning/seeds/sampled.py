@@ -26,7 +26,7 @@ SHORTENED = 20_000
 STEP = 0.03
 """Between two configurations that are checked no body moves farther [m]."""
 BRANCH = 10 * STEP
-"""Branches of the trees are so long that a joint alone moves bodies so far: ten checks, whatever it is [m]."""
+"""Branches of the trees are as long as a joint alone moves bodies so far: ten checks, whatever it is [m]."""
 NUDGE = 0.1
 """How far joints are moved to see how far that moves bodies, in ordinary steps."""
 KEPT = (0.5, -1.0)
