@@ -16,7 +16,7 @@ ORDER = (
     ("terms",),
     ("problem",),
     ("transcription", "kinematics", "moveit"),
-    ("methods", "infeasibility", "srdf_assistant"),
+    ("methods", "infeasibility", "srdf_assistant", "export"),
     ("planning",),
     ("explanation", "cartesian", "grasping", "benchmark", "seeds"),
     ("view", "commander"),

@@ -96,6 +96,32 @@ def test_check_accepts_the_plan_and_refuses_it_changed(folder: Path, plan_file: 
     assert "velocity" in failed
 
 
+def test_export_writes_the_plan_for_a_controller(folder: Path, plan_file: Path) -> None:
+    points = json.loads(plan_file.read_text())["points"]
+    done = trajopt("export", plan_file, "--to", "ros2", "--out", folder / "goal.json")
+    assert done.returncode == 0 and "the plan's own points" in done.stdout, done.stderr
+    message = json.loads((folder / "goal.json").read_text())["trajectory"]
+    assert message["joint_names"] == ["pan", "reach", "elbow", "wrist"]
+    assert [point["positions"] for point in message["points"]] == [point["positions"] for point in points]
+    table = folder / "plan.csv"
+    said = json.loads(
+        trajopt("export", plan_file, "--to", "csv", "--hz", 50, "--out", table, "--json").stdout
+    )
+    assert said["file"] == str(table) and said["points"] == len(table.read_text().splitlines()) - 1
+
+
+@pytest.mark.parametrize(
+    ("to", "says"),
+    [("csw", "no format to export to named 'csw'; did you mean 'csv'"), ("csv", "no verified")],
+)
+def test_export_refuses_in_one_line(folder: Path, plan_file: Path, to: str, says: str) -> None:
+    failed = {**json.loads(plan_file.read_text()), "verified": False, "message": "it collides"}
+    (folder / "failed.json").write_text(json.dumps(failed))
+    done = trajopt("export", folder / "failed.json", "--to", to, "--out", folder / "none.csv")
+    assert done.returncode == 2 and says in done.stderr and len(done.stderr.splitlines()) == 1
+    assert not (folder / "none.csv").exists()
+
+
 def test_check_shows_the_required_clearance_as_the_bound(folder: Path, plan_file: Path) -> None:
     padded = folder / "padded.yaml"
     padded.write_text(

@@ -11,6 +11,7 @@ from trajopt.cli.bench import bench
 from trajopt.cli.check import check
 from trajopt.cli.compare import compare
 from trajopt.cli.demo import demo
+from trajopt.cli.export import export
 from trajopt.cli.plan import plan
 from trajopt.cli.reach import reach
 from trajopt.cli.sample import sample
@@ -29,7 +30,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for command in (demo, plan, check, bench, suite, compare, view, sample, reach, srdf):
+for command in (demo, plan, check, export, bench, suite, compare, view, sample, reach, srdf):
     app.command()(command)
 
 

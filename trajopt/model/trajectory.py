@@ -1,5 +1,6 @@
 """Path q(s), without time, and Trajectory q(t), timed."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
@@ -7,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Value, floats, readonly, sequence
+from trajopt.arrays import Floats, Value, floats, number, readonly, sequence
 from trajopt.errors import JointNotFound, ShapeError, listed
 from trajopt.model.printed import in_number
 
@@ -49,6 +50,10 @@ _LARGEST = 1e100
 """Coefficients that are larger overflow where their polynomials are differentiated and multiplied."""
 LONGEST = 1e9
 """No trajectory takes longer: thirty years [s]."""
+_MOST_SAMPLES = 1_000_000
+"""Of more samples the rate is a mistake: a quarter of an hour at the fastest controllers' 1 kHz."""
+_ROUNDING = 1e-6
+"""Of a step: a last step shorter than this comes from rounding and is none."""
 
 
 class Interpolation(Enum):
@@ -141,6 +146,35 @@ class Trajectory(Value):
         # A polynomial's restriction has its own values at its own ends.
         values = [self(times, order) for order in range((self.interpolation.value + 1) // 2)]
         return Trajectory(self.joint_names, times - begin, *values)
+
+    def sampled(self, hz: float) -> "Trajectory":
+        """Return the motion at a fixed rate, as a controller reads it.
+
+        The times are 0, 1/hz, 2/hz, ... and last the duration itself, so the last step may be shorter than
+        the others; positions, velocities and accelerations are arrays of shape (k, n), and the last row is
+        exactly the end. They are the motion's own at these times; between them the result is quintic, which
+        comes as near to the motion as the rate is high. (`judge` tells whether it still holds everything.)
+
+        Args:
+            hz: Samples per second [1/s].
+
+        Raises:
+            ShapeError: If the rate is not positive, or so high that there are more than a million samples.
+        """
+        rate = number("hz", hz)
+        if rate <= 0.0 or self.duration * rate > _MOST_SAMPLES:
+            raise ShapeError(
+                "hz",
+                f"must be positive and give at most {_MOST_SAMPLES} samples; {rate:g} Hz over "
+                f"{self.duration:g} s do not",
+            )
+        steps = max(1, math.ceil(self.duration * rate - _ROUNDING))
+        times = np.append(np.arange(steps) / rate, self.duration)
+        rows = [self(times, order) for order in range(3)]
+        for row, given in zip(rows, (self.positions, self.velocities, self.accelerations), strict=True):
+            if given is not None:
+                row[-1] = given[-1]  # evaluated, it may differ in the last bit
+        return Trajectory(self.joint_names, times, *rows)
 
     def as_dict(self) -> dict[str, object]:
         """Return `joint_names` and `points` as plain data: what `store.read_trajectory` reads back.

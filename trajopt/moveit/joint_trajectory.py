@@ -1,16 +1,38 @@
 """Joint trajectory messages: joint names and points, as in `trajectory_msgs/JointTrajectory`."""
 
+import json
 from itertools import pairwise
 from math import inf
+from pathlib import Path
 
 import numpy as np
+import yaml
 
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
-from trajopt.io.document import Node
+from trajopt.io.document import Node, write_text
 from trajopt.model.trajectory import Trajectory
 
 NANOSECONDS = 10**9
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
+
+def write_message(path: Path | str, document: dict[str, object]) -> None:
+    """Write a message: JSON where the file's name ends so, YAML otherwise, as `read_document` reads.
+
+    Raises:
+        FileFormatError: If the file cannot be written.
+    """
+    if Path(path).suffix == ".json":
+        text = json.dumps(document, indent=1, allow_nan=False) + "\n"
+    else:
+        text = yaml.dump_all([document], Dumper=_DUMPER, sort_keys=False, default_flow_style=None, width=110)
+    write_text(path, text)
+
+
+def header() -> dict[str, object]:
+    """Return a header that means: now, in no frame."""
+    return {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
 
 
 def read_points(node: Node) -> Trajectory:

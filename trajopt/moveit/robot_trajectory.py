@@ -2,18 +2,14 @@
 
 from pathlib import Path
 
-import yaml
-
-from trajopt.io.document import Node, read_document, write_text
+from trajopt.io.document import Node, read_document
 from trajopt.model.trajectory import Trajectory
-from trajopt.moveit.joint_trajectory import points_document, read_points
+from trajopt.moveit.joint_trajectory import header, points_document, read_points, write_message
 from trajopt.moveit.planar_joints import joined, multi_dof_points, planar_joints, read_multi_dof, split
-
-_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
-    """Write a trajectory as `moveit_msgs/RobotTrajectory` in YAML.
+    """Write a trajectory as `moveit_msgs/RobotTrajectory`: JSON where the file's name ends so, else YAML.
 
     Numbers are written exactly, times to the nanosecond. A base that moves in the plane (joints `NAME/x`,
     `NAME/y` and `NAME/theta`) is written as MoveIt does: as a joint of several degrees of freedom, by its
@@ -31,15 +27,10 @@ def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
         else {"joint_names": list(planar_joints(several.joint_names)), "points": multi_dof_points(several)}
     )
     document: dict[str, object] = {
-        "joint_trajectory": {"header": _header(), **(nothing if single is None else points_document(single))},
-        "multi_dof_joint_trajectory": {"header": _header(), **nothing, **planar},
+        "joint_trajectory": {"header": header(), **(nothing if single is None else points_document(single))},
+        "multi_dof_joint_trajectory": {"header": header(), **nothing, **planar},
     }
-    text = yaml.dump_all([document], Dumper=_DUMPER, sort_keys=False, default_flow_style=None, width=110)
-    write_text(path, text)
-
-
-def _header() -> dict[str, object]:
-    return {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    write_message(path, document)
 
 
 def read_trajectory(path: Path | str) -> Trajectory:

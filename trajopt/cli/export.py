@@ -1,0 +1,46 @@
+"""`trajopt export`: a plan in the format of a controller."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli.options import JsonOption
+from trajopt.errors import FileFormatError
+from trajopt.export import EXPORTERS, exporter_named
+from trajopt.export import export as write
+from trajopt.io.document import read_document
+from trajopt.model.trajectory import Trajectory
+from trajopt.moveit.trajectory_files import read_trajectory
+
+PlanArgument = Annotated[Path, typer.Argument(help="A plan's JSON, or any trajectory that trajopt reads.")]
+ToOption = Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTERS)}.")]
+OutOption = Annotated[
+    Path, typer.Option("--out", help="File to write; messages are JSON in a .json, YAML otherwise.")
+]
+RateOption = Annotated[
+    float | None,
+    typer.Option("--hz", metavar="N", help="Samples per second; without, what suits the format."),
+]
+
+
+def export(
+    plan: PlanArgument,
+    to: ToOption,
+    out: OutOption,
+    hz: RateOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a plan as CSV, ROS 2 message, MoveIt message or URScript. Exit status 0 or 2."""
+    exporter = exporter_named(to)
+    exported = write(_verified(plan), out, to=exporter, hz=hz)
+    typer.echo(json.dumps(exported.as_dict()) if as_json else str(exported))
+
+
+def _verified(plan: Path) -> Trajectory:
+    """Read a motion; of a file that says how planning ended, only one that was verified."""
+    document = read_document(plan)
+    if document.has("status") and not document["verified"].flag():
+        raise FileFormatError(str(plan), f"holds no verified motion: {document['message'].text('')}")
+    return read_trajectory(plan)

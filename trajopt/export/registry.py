@@ -1,0 +1,70 @@
+"""Exporters by name, and the one call that exports."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from trajopt import arrays
+from trajopt.errors import NameNotFound, ProblemError, shown
+from trajopt.export.exporter import Exported, Exporter
+from trajopt.export.messages import FollowJointTrajectory, JointTrajectory, RobotTrajectory
+from trajopt.export.table import Csv
+from trajopt.model.reduced import Planned
+from trajopt.model.trajectory import Trajectory
+
+EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
+    "csv": Csv,
+    "ros2": FollowJointTrajectory,
+    "ros2-topic": JointTrajectory,
+    "moveit": RobotTrajectory,
+}
+"""Name of each format -> what makes its exporter with default options."""
+
+
+def exporter_named(name: str) -> Exporter:
+    """Return an exporter with its default options.
+
+    Raises:
+        NameNotFound: If there is none of that name.
+    """
+    if name not in EXPORTERS:
+        raise NameNotFound("format to export to", name, EXPORTERS)
+    return EXPORTERS[name]()
+
+
+def export(
+    motion: Trajectory | Planned, path: Path | str, *, to: Exporter | str, hz: float | None = None
+) -> Exported:
+    """Write a motion in the format of a controller.
+
+    Args:
+        motion: A plan, a result that has one, or a trajectory.
+        path: The file; messages are JSON where its name ends so, YAML otherwise.
+        to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
+            "moveit"; or an exporter with options of your own.
+        hz: Samples per second. Without it messages have the motion's own points, which lose nothing, and
+            tables 100 samples per second.
+
+    Returns:
+        What was written and what it loses: print it.
+
+    Raises:
+        NameNotFound: If there is no format of that name.
+        PlanningFailed: If the result has no plan.
+        ProblemError: If the motion or the exporter is none.
+        FileFormatError: If the file cannot be written.
+        ShapeError: If the format has no place for the motion's joints, or the rate cannot be kept.
+    """
+    exporter = exporter_named(to) if isinstance(to, str) else to
+    if not isinstance(exporter, Exporter):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(f"to is an Exporter or the name of one, is {shown(to)}")
+    return exporter.write(_trajectory_of(motion), arrays.path("path", path), hz)
+
+
+def _trajectory_of(motion: Trajectory | Planned) -> Trajectory:
+    if isinstance(motion, Trajectory):
+        return motion
+    if not hasattr(motion, "require"):
+        raise ProblemError(
+            f"export: give a plan, a result that has one, or a trajectory, not {shown(motion)}"
+        )
+    return motion.require().trajectory
