@@ -9,3 +9,5 @@ from trajopt.export.registry import EXPORTERS as EXPORTERS
 from trajopt.export.registry import export as export
 from trajopt.export.registry import exporter_named as exporter_named
 from trajopt.export.table import Csv as Csv
+from trajopt.export.urscript import Movej as Movej
+from trajopt.export.urscript import Servoj as Servoj

@@ -8,6 +8,7 @@ from trajopt.errors import NameNotFound, ProblemError, shown
 from trajopt.export.exporter import Exported, Exporter
 from trajopt.export.messages import FollowJointTrajectory, JointTrajectory, RobotTrajectory
 from trajopt.export.table import Csv
+from trajopt.export.urscript import Movej, Servoj
 from trajopt.model.reduced import Planned
 from trajopt.model.trajectory import Trajectory
 
@@ -16,6 +17,8 @@ EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
     "ros2": FollowJointTrajectory,
     "ros2-topic": JointTrajectory,
     "moveit": RobotTrajectory,
+    "urscript": Servoj,
+    "urscript-movej": Movej,
 }
 """Name of each format -> what makes its exporter with default options."""
 
@@ -40,9 +43,10 @@ def export(
         motion: A plan, a result that has one, or a trajectory.
         path: The file; messages are JSON where its name ends so, YAML otherwise.
         to: "csv"; "ros2" (the goal of FollowJointTrajectory) or "ros2-topic" (a JointTrajectory);
-            "moveit"; or an exporter with options of your own.
-        hz: Samples per second. Without it messages have the motion's own points, which lose nothing, and
-            tables 100 samples per second.
+            "moveit"; "urscript" (a stream of servoj) or "urscript-movej" (movej with blends); or an
+            exporter with options of your own.
+        hz: Samples per second. Without it messages have the motion's own points, which lose nothing,
+            tables 100 samples per second and URScript 125.
 
     Returns:
         What was written and what it loses: print it.
