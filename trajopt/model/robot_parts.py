@@ -150,7 +150,7 @@ def _assembled(
     links = link_names(model)
     named = semantics_of(model, semantics, description.mimics)
     motorless = frozenset((*description.mimics, *semantics.passive_joints, *base.joints))
-    bodies, mesh_notes = robot_bodies(description.collisions, beside.meshes or MeshPolicy())
+    solid = robot_bodies(description.collisions, beside.meshes or MeshPolicy())
     return RobotParts(
         name=beside.name or description.name,
         model=model,
@@ -163,10 +163,10 @@ def _assembled(
         disabled_pairs=named.disabled_pairs | adjacent_links(model, links),
         mimics=description.mimics,
         frames=tool_frames(beside.frames or {}, links),
-        bodies=bodies,
+        bodies=solid.bodies,
         visuals=description.visuals,
-        mesh_notes=mesh_notes,
-        notes=(*description.notes, *named.notes, *effort_notes(model, limits, motorless)),
+        mesh_notes=solid.mesh_notes,
+        notes=(*description.notes, *named.notes, *effort_notes(model, limits, motorless), *solid.notes),
         left_out=named.left_out,
         base=base,
         urdf_path=description.path,

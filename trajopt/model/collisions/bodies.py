@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
 from trajopt.model.description.urdf import LinkGeometry, MeshReference
+from trajopt.model.meshes.cover_progress import CoverProgress
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_file, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement
@@ -48,13 +49,23 @@ class CollisionBody(Value):
         return replace(self, shape=scaled(self.shape, scale / self.scale, self.centre), scale=scale)
 
 
-def robot_bodies(
-    collisions: Sequence[LinkGeometry], policy: MeshPolicy
-) -> tuple[tuple[CollisionBody, ...], tuple[str, ...]]:
-    """Make the collision bodies of a robot's links.
+@dataclass(frozen=True, eq=False)
+class RobotBodies:
+    """The collision bodies of a robot's links.
 
-    Returns:
-        The bodies, and sentences that say which links' meshes became what.
+    Attributes:
+        bodies: The bodies, in the order of the links' shapes.
+        mesh_notes: What the mesh of each link became.
+        notes: Of those that stand out of the mesh farther than asked, the same.
+    """
+
+    bodies: tuple[CollisionBody, ...]
+    mesh_notes: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def robot_bodies(collisions: Sequence[LinkGeometry], policy: MeshPolicy) -> RobotBodies:
+    """Make the collision bodies of a robot's links.
 
     Raises:
         MeshFileError: If a mesh is missing, empty or unreadable.
@@ -62,6 +73,8 @@ def robot_bodies(
     bodies: list[CollisionBody] = []
     counts: Counter[str] = Counter()
     links_by_note: dict[str, list[str]] = {}
+    coarse: dict[str, None] = {}
+    progress = CoverProgress(sum(isinstance(item.geometry, MeshReference | Mesh) for item in collisions))
     for element in collisions:
         shapes: tuple[Shape, ...]
         centre = ORIGIN
@@ -71,16 +84,20 @@ def robot_bodies(
                 if isinstance(element.geometry, Mesh)
                 else cover_file(element.geometry.path, element.geometry.scale, policy)
             )
+            progress.step(element.link)
             shapes, centre = cover.shapes, cover.centre
             links_by_note.setdefault(cover.note, []).append(element.link)
+            coarse.update({cover.note: None} if cover.coarse else {})
         else:
             shapes = (element.geometry,)
         for shape in shapes:
             name = f"{element.link}/{counts[element.link]}"
             counts[element.link] += 1
             bodies.append(CollisionBody(name, element.link, element.link, element.placement, shape, centre))
-    notes = tuple(f"{', '.join(links)}: {note}" for note, links in links_by_note.items())
-    return tuple(bodies), notes
+    said = {note: f"{', '.join(links)}: {note}" for note, links in links_by_note.items()}
+    return RobotBodies(
+        tuple(bodies), tuple(said.values()), tuple(f"collision mesh of {said[note]}" for note in coarse)
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,8 @@ from trajopt.model.meshes.convex import FARTHEST, VERSION, CoverMethod, convex_p
 from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.shapes import Convex, Shape, convex
 
-_VERSION = 3  # of what is kept: part of the key of the cache
+_VERSION = 4  # of what is kept: part of the key of the cache
+_KEPT = ("vertices", "faces", "ends", "note", "centre", "coarse")
 _ALONE = (".stl", ".dae", ".obj", ".ply")  # files that hold all of their geometry themselves
 
 
@@ -45,11 +46,13 @@ class Cover:
         shapes: One convex hull, several convex pieces, or the mesh itself.
         note: What they are, in words.
         centre: Mean of the mesh's vertices, shape (3,) [m].
+        coarse: Whether the shapes stand out farther than the policy asks, as the note says.
     """
 
     shapes: tuple[Shape, ...]
     note: str
     centre: Floats
+    coarse: bool = False
 
 
 def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
@@ -64,13 +67,14 @@ def cover_mesh(mesh: Mesh, policy: MeshPolicy) -> Cover:
     if cover.method is CoverMethod.HULL:
         return Cover(shapes, "convex hull", centre)
     note = f"{len(shapes)} convex pieces"
-    if cover.reach > FARTHEST * policy.tolerance:
+    coarse = cover.reach > FARTHEST * policy.tolerance
+    if coarse:
         far, asked = 1000.0 * cover.reach, 1000.0 * policy.tolerance
         note += (
             f", which stand out of it by up to {far:.0f} mm: cutting came to its bound before "
             f"{asked:g} mm; MeshPolicy(exact=True) keeps the triangles"
         )
-    return Cover(shapes, note, centre)
+    return Cover(shapes, note, centre, coarse)
 
 
 def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy) -> Cover:
@@ -98,11 +102,12 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
             "ends": np.cumsum([(len(shape.vertices), len(shape.faces)) for shape in shapes], axis=0),
             "note": np.array(cover.note),
             "centre": cover.centre,
+            "coarse": np.array(cover.coarse),
         }
 
     options = np.array([VERSION, _VERSION, *scale, policy.hull_excess, policy.tolerance])
     key = (path.suffix.lower().encode(), options.tobytes(), path.read_bytes())
-    kept = cached_arrays("cover", key, ("vertices", "faces", "ends", "note", "centre"), make)
+    kept = cached_arrays("cover", key, _KEPT, make)
     vertices, faces = kept["vertices"], kept["faces"]
     for array in (vertices, faces):
         array.flags.writeable = False
@@ -110,4 +115,4 @@ def cover_file(path: Path, scale: tuple[float, float, float], policy: MeshPolicy
         Convex(vertices[a:b], faces[c:d])
         for (a, c), (b, d) in pairwise(np.concatenate([[(0, 0)], kept["ends"]]).tolist())
     )
-    return Cover(shapes, str(kept["note"]), kept["centre"])
+    return Cover(shapes, str(kept["note"]), kept["centre"], bool(kept["coarse"]))
