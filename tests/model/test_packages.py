@@ -44,6 +44,12 @@ def test_a_package_is_found_by_the_name_that_it_states_and_not_by_its_folder(tmp
     assert to.load(urdf).mesh_notes
 
 
+def test_a_name_with_three_slashes_is_looked_for_below_the_folders_above(tmp_path: Path) -> None:
+    package(tmp_path / "share" / "arm_data", "arm_data")
+    urdf = robot_with(tmp_path / "share" / "arm_data" / "robots", "package:///share/arm_data/meshes/a.stl")
+    assert to.load(urdf).mesh_notes
+
+
 def test_a_package_beside_that_of_the_description_is_found(tmp_path: Path) -> None:
     package(tmp_path / "src" / "panda_description", "moveit_resources_panda_description")
     folder = package(tmp_path / "src" / "panda_config", "moveit_resources_panda_config", "config/b.stl")

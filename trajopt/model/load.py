@@ -91,7 +91,7 @@ def _root(file: Path) -> str:
     try:
         with file.open("rb") as opened:
             tag = str(next(ElementTree.iterparse(opened, events=("start",)))[1].tag)
-    except (ElementTree.ParseError, OSError, StopIteration, ValueError):
+    except (ElementTree.ParseError, LookupError, OSError, StopIteration, ValueError):
         return ""
     if tag == "sdf":
         raise FileFormatError(str(file), f"is SDF, which is not read; {_FROM_SDF}")

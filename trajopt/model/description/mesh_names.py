@@ -52,7 +52,8 @@ class MeshNames:
             raise MeshFileError(shown(filename), f"is no name of a file ({self.file.name})")
         name = filename.removeprefix("file://")
         scheme = next((scheme for scheme in _SCHEMES if name.startswith(scheme)), "")
-        relative = name.removeprefix(scheme)
+        # Some write three slashes, no package: the name is meant below a folder all the same.
+        relative = name.removeprefix(scheme).lstrip("/") if scheme else name
         package, _, inner = relative.partition("/")
         packages = self._packages(package) if scheme and package and inner else ()
         tried = [(root, root / relative) for root in self._roots]
