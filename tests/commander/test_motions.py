@@ -39,6 +39,27 @@ def test_a_line_is_followed(arm: MoveGroupCommander, jumping: World) -> None:
     assert arm.execute(trajectory)
 
 
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [((0.0,), {}), ((5.0, True), {}), ((0, True, None), {}), ((), {"jump_threshold": 0.0}), ((True,), {})],
+)
+def test_a_jump_threshold_is_accepted(
+    arm: MoveGroupCommander, words: tuple[object, ...], named: dict[str, float]
+) -> None:
+    """Scripts of before 2023 have it as the third argument, where later ones have avoid_collisions."""
+    assert arm.compute_cartesian_path(line(arm, 0.1), 0.01, *words, **named)[1] == 1.0
+
+
+@pytest.mark.parametrize(("words", "reached"), [((0.0, False), True), ((0.0,), False), ((False,), True)])
+def test_after_a_jump_threshold_comes_whether_to_avoid(
+    arm: MoveGroupCommander, jumping: World, words: tuple[object, ...], reached: bool
+) -> None:
+    scene = PlanningSceneInterface(world=jumping)
+    x, y = arm.get_current_pose().pose.position.x, arm.get_current_pose().pose.position.y
+    scene.add_box("wall", stamped(placement((x, y + 0.3, 0.1)), "base"), (0.4, 0.05, 0.3))
+    assert (arm.compute_cartesian_path(line(arm, 0.35), 0.01, *words)[1] == 1.0) is reached
+
+
 def test_a_line_that_is_blocked_says_by_what(arm: MoveGroupCommander, jumping: World) -> None:
     scene = PlanningSceneInterface(world=jumping)
     x, y = arm.get_current_pose().pose.position.x, arm.get_current_pose().pose.position.y
@@ -53,7 +74,7 @@ def test_a_line_that_is_blocked_says_by_what(arm: MoveGroupCommander, jumping: W
 @pytest.mark.parametrize(
     ("misuse", "said"),
     [
-        (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.01, 0.0), "jump_threshold is gone"),
+        (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.01, "no"), "is True or False, not 'no'"),
         (lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.0), "eef_step must be positive"),
         (lambda arm: arm.compute_cartesian_path(line(arm, 0.0), 0.01), "no waypoint is elsewhere"),
         (lambda arm: arm.compute_cartesian_path([], 0.01), "no waypoint is elsewhere"),

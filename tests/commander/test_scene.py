@@ -91,6 +91,15 @@ def test_where_things_are(scene: PlanningSceneInterface) -> None:
         scene.get_object_poses(["fra"])
 
 
+def test_asking_whether_something_is_there(scene: PlanningSceneInterface) -> None:
+    """As in MoveIt: scripts wait in a loop until what they ask for is there, or gone."""
+    scene.add_box("near", stamped(placement((0.0, 0.6, 0.1)), ""), (0.1,) * 3)
+    assert scene.get_attached_objects(["near"]) == {}
+    assert scene.get_attached_objects([""]) == {}
+    assert list(scene.get_objects(["far", "near"])) == ["near"]
+    assert list(scene.get_objects()) == ["near"]
+
+
 def test_operations(scene: PlanningSceneInterface, jumping: World) -> None:
     scene.add_box("it", AT, (0.1,) * 3)
     moved = CollisionObject(id="it", operation=CollisionObject.MOVE)

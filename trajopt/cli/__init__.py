@@ -1,3 +1,3 @@
-"""The command line: `trajopt demo`, `plan`, `check`, `bench`, `suite`, `view`, `sample`, `reach`, `srdf`."""
+"""The command line: `trajopt demo`, `plan`, `check`, `bench`, `suite`, `view`, `moveit` and others."""
 
 from trajopt.cli.app import main as main

@@ -12,6 +12,7 @@ from trajopt.cli.check import check
 from trajopt.cli.compare import compare
 from trajopt.cli.demo import demo
 from trajopt.cli.export import export
+from trajopt.cli.moveit import moveit
 from trajopt.cli.plan import plan
 from trajopt.cli.reach import reach
 from trajopt.cli.sample import sample
@@ -32,6 +33,7 @@ app = typer.Typer(
 )
 for command in (demo, plan, check, export, bench, suite, compare, view, sample, reach, srdf):
     app.command()(command)
+app.command(context_settings={"allow_interspersed_args": False})(moveit)
 
 
 def main() -> None:

@@ -16,6 +16,10 @@ class MoveItCommanderException(TrajoptError):
     """Something was asked that cannot be asked; the message names the offender."""
 
 
+class NoStandIn(MoveItCommanderException, AttributeError):
+    """A name of ROS or MoveIt that a script uses cannot be stood in for."""
+
+
 def full_message(error: TrajoptError) -> str:
     """Return the sentence of an error; of an unknown name, with all names that exist."""
     if not isinstance(error, NameNotFound):

@@ -42,7 +42,7 @@ class GroupBase:
             MoveItCommanderException: If there is no such group, or no world.
         """
         self._world = world_or_current(world)
-        self._group = self._world.robot.group(name)
+        self._group = self._world.group(name)
         self._tip = self._group.tip or ""
         self._reference = self._planning_frame
         self._settings = Settings()

@@ -1,8 +1,10 @@
 """Following lines, picking and placing: motions that are more than one plan."""
 
-from collections.abc import Sequence
+import logging
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from functools import wraps
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -29,6 +31,12 @@ from trajopt.model.placement import Placement
 from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
 from trajopt.moveit.constraints import read_constraints
+
+R = TypeVar("R")
+_LOG = logging.getLogger("trajopt.commander")
+
+THIRD = 3
+"""Place of the third argument, after `self`."""
 
 SAME = 1e-6
 """Poses nearer to each other than this are one [m | rad]: scripts begin with the pose that they are at."""
@@ -76,9 +84,28 @@ def without_collisions(scene: Scene) -> Scene:
     return replace(scene, allowed=AllowedCollisions({}, everything))
 
 
+def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
+    """Return `compute_cartesian_path` called as MoveIt's years ask for: with a `jump_threshold`, or without.
+
+    Until 2023 the third argument was a number, the largest jump of joints, and those after it came one
+    later. What is followed here never jumps, so that any threshold is kept.
+    """
+
+    @wraps(function)
+    def call(*args: Any, **kwargs: Any) -> R:
+        kwargs.pop("jump_threshold", None)
+        number = len(args) > THIRD and isinstance(args[THIRD], int | float)
+        if number and not isinstance(args[THIRD], bool):
+            args = (*args[:THIRD], *args[THIRD + 1 :])
+        return function(*args, **kwargs)
+
+    return call
+
+
 class GroupMotions(GroupBase):
     """Following lines, picking and placing."""
 
+    @without_jump_threshold
     def compute_cartesian_path(
         self,
         waypoints: Sequence[Any],
@@ -91,7 +118,8 @@ class GroupMotions(GroupBase):
         Args:
             waypoints: Poses, in the pose reference frame or stamped.
             eef_step: As in MoveIt, > 0 [m]; the lines are followed and judged at all places, not at steps.
-            avoid_collisions: Whether to stop where something comes too near.
+            avoid_collisions: Whether to stop where something comes too near. A number before it, the
+                `jump_threshold` that scripts of before 2023 have, is accepted: nothing jumps.
             path_constraints: What else must hold; none is supported yet.
 
         Returns:
@@ -102,8 +130,7 @@ class GroupMotions(GroupBase):
         """
         if not isinstance(avoid_collisions, bool):
             raise MoveItCommanderException(
-                "compute_cartesian_path: the third argument is avoid_collisions, True or False, not "
-                f"{shown(avoid_collisions)}; jump_threshold is gone, as in MoveIt: nothing jumps"
+                f"compute_cartesian_path: avoid_collisions is True or False, not {shown(avoid_collisions)}"
             )
         if path_constraints is not None:
             raise MoveItCommanderException("compute_cartesian_path: path constraints are not supported yet")
@@ -121,6 +148,7 @@ class GroupMotions(GroupBase):
             settings=self._settings,
         )
         self._followed = followed
+        _LOG.info("compute_cartesian_path: %s", followed.reason)
         if not followed.verified:
             return RobotTrajectory(), 0.0
         return trajectory_message(followed.trajectory, self._planning_frame), followed.fraction

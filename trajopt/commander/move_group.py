@@ -1,5 +1,6 @@
 """MoveGroupCommander: plans and executes motions of one group, in MoveIt's words."""
 
+import logging
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,6 +30,8 @@ from trajopt.model.reduced import reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.result import Result
+
+_LOG = logging.getLogger("trajopt.commander")
 
 
 @speaks_moveit
@@ -63,6 +66,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         """
         self._take(joints)
         result = self._solved(self._world.scene)
+        _LOG.info("plan: %s", result.reason)
         message = trajectory_message(result.trajectory if result.verified else None, self._planning_frame)
         return result.verified, message, sum(result.cpu_seconds.values()), code_of(result)
 

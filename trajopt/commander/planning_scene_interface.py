@@ -201,16 +201,19 @@ class PlanningSceneInterface:
 
     def get_object_poses(self, object_ids: Sequence[str]) -> dict[str, Pose]:
         """Return the poses of objects, in the planning frame."""
-        objects = self.get_objects(object_ids)
+        objects = self.get_objects()
+        for name in object_ids:
+            if name not in objects:
+                raise ObjectNotFound("object", name, objects)
         return {name: objects[name].pose for name in object_ids}
 
     def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, CollisionObject]:
-        """Return objects of the world by name; all if none is named."""
-        return _chosen("object", world_messages(self._world.scene, self._world.robot.links[0]), object_ids)
+        """Return objects of the world by name, those of them that are there; all if none is named."""
+        return _chosen(world_messages(self._world.scene, self._world.robot.links[0]), object_ids)
 
     def get_attached_objects(self, object_ids: Sequence[str] = ()) -> dict[str, AttachedCollisionObject]:
-        """Return what the robot carries by name; all if none is named."""
-        return _chosen("attached object", attached_messages(self._world.scene), object_ids)
+        """Return what the robot carries by name, those that it does carry; all if none is named."""
+        return _chosen(attached_messages(self._world.scene), object_ids)
 
     def get_planning_scene(self, components: int) -> PlanningScene:
         """Return the scene, as much of it as a sum of constants of PlanningSceneComponents asks for."""
@@ -292,11 +295,8 @@ def _primitive(name: str, pose: Any, kind: int, dimensions: Three) -> CollisionO
     return message
 
 
-def _chosen(kind: str, objects: Mapping[str, T], names: Sequence[str]) -> dict[str, T]:
-    for name in names:
-        if name not in objects:
-            raise ObjectNotFound(kind, name, objects)
-    return {name: objects[name] for name in names or objects}
+def _chosen(objects: Mapping[str, T], names: Sequence[str]) -> dict[str, T]:
+    return {name: message for name, message in objects.items() if name in names or not names}
 
 
 def _emptied(scene: Scene) -> Scene:

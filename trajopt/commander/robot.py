@@ -14,7 +14,7 @@ from trajopt.commander.robot_states import joint_names, link_names, state_messag
 from trajopt.commander.std_msgs.msg import ColorRGBA, Header
 from trajopt.commander.visualization_msgs.msg import Marker, MarkerArray
 from trajopt.commander.world import World, world_or_current
-from trajopt.errors import FrameNotFound, JointNotFound, shown
+from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, shown
 from trajopt.model.description.urdf import MeshReference
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cylinder, Sphere
@@ -184,18 +184,18 @@ class RobotCommander:
         """Return the names of the joints that are driven: of a group, or of the robot."""
         robot = self.world.robot
         if group is not None:
-            return list(robot.group(group).joints)
+            return list(self.world.group(group).joints)
         return [joint for joint in robot.joint_names if joint not in robot.mimics]
 
     def get_joint_names(self, group: str | None = None) -> list[str]:
         """Return the names of all joints, fixed and mimicking ones included: of a group, or of the robot."""
         robot = self.world.robot
-        return joint_names(robot, None if group is None else robot.group(group))
+        return joint_names(robot, None if group is None else self.world.group(group))
 
     def get_link_names(self, group: str | None = None) -> list[str]:
         """Return the names of the links: of a group, or of the robot."""
         robot = self.world.robot
-        return link_names(robot, None if group is None else robot.group(group))
+        return link_names(robot, None if group is None else self.world.group(group))
 
     def get_group_names(self) -> list[str]:
         """Return the names of the groups."""
@@ -228,8 +228,12 @@ class RobotCommander:
         return self._groups[name]
 
     def has_group(self, name: str) -> bool:
-        """Say whether there is a group of that name."""
-        return name in self.world.robot.groups
+        """Say whether there is a group of that name, with or without the robot's name in front."""
+        try:
+            self.world.group(name)
+        except GroupNotFound:
+            return False
+        return True
 
     def get_default_owner_group(self, joint_name: str) -> str | None:
         """Return the group of fewest links that has a joint; None if none has it."""
@@ -240,7 +244,7 @@ class RobotCommander:
         """Return the group, joint or link of that name."""
         if name.startswith("_") or name == "world":  # Not there before the constructor has run.
             raise AttributeError(name)
-        if self.has_group(name):
+        if name in self.world.robot.groups:
             return self.get_group(name)
         if name in self.get_joint_names():
             return Joint(self, name)

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
+from trajopt.commander.clock import Duration
 from trajopt.commander.documents import document_of, is_message, message_of
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.moveit_msgs.msg import RobotTrajectory
-from trajopt.commander.rospy import Duration
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.trajectory_msgs.msg import (
     JointTrajectory,

@@ -1,5 +1,6 @@
 """World: the robot, the scene and what moves it, that the names of a script belong to."""
 
+import logging
 from collections.abc import Callable, Mapping
 from contextvars import ContextVar, Token
 from threading import RLock
@@ -7,17 +8,20 @@ from types import TracebackType
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, one_of
 from trajopt.commander.exception import MoveItCommanderException, as_moveit
 from trajopt.commander.execution import Execution, Executor
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
+from trajopt.commander.node import Node
 from trajopt.commander.outcome import Outcome
 from trajopt.commander.simulated_executor import SimulatedExecutor
 from trajopt.errors import ModelError, shown
+from trajopt.model.description.groups import Group
 from trajopt.model.load import load
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 
+_LOG = logging.getLogger("trajopt.commander")
 _CURRENT: ContextVar["World"] = ContextVar("world")
 
 
@@ -26,6 +30,12 @@ class World:
 
     `with World("panda"):` around a script says what `MoveGroupCommander("panda_arm")` and the others in
     it are about; `world=` says the same to one of them.
+
+    Attributes:
+        robot: The robot.
+        executor: What moves it.
+        rng: Draws random targets.
+        node: What a script has set that is neither robot nor scene.
     """
 
     @as_moveit
@@ -62,6 +72,7 @@ class World:
             raise ModelError("give a start or an executor: an executor knows where its robot stands")
         self.executor: Executor = executor or SimulatedExecutor(_standing(self.robot, start))
         self.rng = np.random.default_rng(seed)
+        self.node = Node()
         self._outcome: Outcome | None = None
         self._execution: Execution | None = None
         self._lock = RLock()
@@ -80,6 +91,18 @@ class World:
         """
         with self._lock:
             self._scene = change(self._scene)
+
+    def group(self, name: str) -> Group:
+        """Return a group by its name, which may have the robot's name in front or leave it out.
+
+        MoveIt's own Panda has called its hand `hand` and `panda_hand`, and scripts are of either time.
+
+        Raises:
+            GroupNotFound: If there is no such group.
+        """
+        groups, prefix = self.robot.groups, f"{self.robot.name}_"
+        alike = (one_of("group", name, str), f"{prefix}{name}", name.removeprefix(prefix))
+        return self.robot.group(next((each for each in alike if each in groups), name))
 
     @property
     def positions(self) -> Floats:
@@ -100,7 +123,7 @@ class World:
         """
         refusal = execution.refusal()
         if refusal is not None:
-            self._execution, self._outcome = None, refusal
+            self.report(refusal)
             return refusal
         self.executor.start(execution.reduced, execution.trajectory)
         self._execution = execution
@@ -109,8 +132,9 @@ class World:
             self._outcome = Outcome(code)
             return self._outcome
         remark = self.executor.wait()
-        self._execution, self._outcome = None, execution.measured(remark)
-        return self._outcome
+        outcome = execution.measured(remark)
+        self.report(outcome)
+        return outcome
 
     def stop(self) -> None:
         """Bring the robot to rest where it is."""
@@ -121,8 +145,9 @@ class World:
             self._execution = None
 
     def report(self, outcome: Outcome) -> None:
-        """Keep how an attempt ended that led to no execution."""
+        """Keep how an attempt to move ended, and log it: scripts may not ask."""
         self._execution, self._outcome = None, outcome
+        _LOG.info("%s: %s", outcome.error_code.source, outcome.error_code.message)
 
     @property
     def outcome(self) -> Outcome | None:
@@ -142,9 +167,17 @@ class World:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Stop a motion under way, and give the names back to the world around, if any."""
-        self.stop()
-        _CURRENT.reset(self._entered.pop())
+        """Do what is left for the end, stop a motion, and give the names back to the world around, if any."""
+        try:
+            self.node.end()
+        finally:
+            self.stop()
+            _CURRENT.reset(self._entered.pop())
+
+
+def current_world() -> World | None:
+    """Return the world of the block around; None outside of one."""
+    return _CURRENT.get(None)
 
 
 def world_or_current(world: World | None) -> World:
@@ -153,7 +186,7 @@ def world_or_current(world: World | None) -> World:
     Raises:
         MoveItCommanderException: If there is neither.
     """
-    found = world or _CURRENT.get(None)
+    found = world or current_world()
     if found is None:
         raise MoveItCommanderException(
             'which robot? Put the script into a block `with World("panda"):`, or give `world=`'

@@ -83,3 +83,51 @@ class Twist:
 
     linear: Vector3 = field(default_factory=Vector3)
     angular: Vector3 = field(default_factory=Vector3)
+
+
+@dataclass(slots=True)
+class PointStamped:
+    """A point in a frame."""
+
+    header: Header = field(default_factory=Header)
+    point: Point = field(default_factory=Point)
+
+
+@dataclass(slots=True)
+class QuaternionStamped:
+    """An orientation in a frame."""
+
+    header: Header = field(default_factory=Header)
+    quaternion: Quaternion = field(default_factory=Quaternion)
+
+
+@dataclass(slots=True)
+class PoseArray:
+    """Poses in a frame."""
+
+    header: Header = field(default_factory=Header)
+    poses: list[Pose] = field(default_factory=list[Pose])
+
+
+@dataclass(slots=True)
+class TwistStamped:
+    """Velocities in a frame."""
+
+    header: Header = field(default_factory=Header)
+    twist: Twist = field(default_factory=Twist)
+
+
+@dataclass(slots=True)
+class Wrench:
+    """Force [N] and torque [N m]."""
+
+    force: Vector3 = field(default_factory=Vector3)
+    torque: Vector3 = field(default_factory=Vector3)
+
+
+@dataclass(slots=True)
+class WrenchStamped:
+    """Force and torque in a frame."""
+
+    header: Header = field(default_factory=Header)
+    wrench: Wrench = field(default_factory=Wrench)

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
+from trajopt.commander.clock import Duration
 from trajopt.commander.geometry_msgs.msg import Transform, Twist
-from trajopt.commander.rospy import Duration
 from trajopt.commander.std_msgs.msg import Header
 
 

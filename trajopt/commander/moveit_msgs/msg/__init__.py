@@ -8,6 +8,8 @@ from trajopt.commander.moveit_msgs.msg.constraints import PositionConstraint as 
 from trajopt.commander.moveit_msgs.msg.constraints import TrajectoryConstraints as TrajectoryConstraints
 from trajopt.commander.moveit_msgs.msg.constraints import VisibilityConstraint as VisibilityConstraint
 from trajopt.commander.moveit_msgs.msg.error_codes import MoveItErrorCodes as MoveItErrorCodes
+from trajopt.commander.moveit_msgs.msg.planning import DisplayRobotState as DisplayRobotState
+from trajopt.commander.moveit_msgs.msg.planning import DisplayTrajectory as DisplayTrajectory
 from trajopt.commander.moveit_msgs.msg.planning import Grasp as Grasp
 from trajopt.commander.moveit_msgs.msg.planning import GripperTranslation as GripperTranslation
 from trajopt.commander.moveit_msgs.msg.planning import MotionPlanRequest as MotionPlanRequest

@@ -18,6 +18,24 @@ class RobotTrajectory:
 
 
 @dataclass(slots=True)
+class DisplayTrajectory:
+    """Trajectories one after the other, to be looked at."""
+
+    model_id: str = ""
+    trajectory: list[RobotTrajectory] = field(default_factory=list[RobotTrajectory])
+    trajectory_start: RobotState = field(default_factory=RobotState)
+
+
+@dataclass(slots=True)
+class DisplayRobotState:
+    """A state, to be looked at."""
+
+    state: RobotState = field(default_factory=RobotState)
+    highlight_links: list[object] = field(default_factory=list[object])
+    hide: bool = False
+
+
+@dataclass(slots=True)
 class WorkspaceParameters:
     """A box around the robot [m]."""
 

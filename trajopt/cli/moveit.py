@@ -1,0 +1,80 @@
+"""`trajopt moveit`: run a MoveIt script as it stands, in a simulated world."""
+
+import logging
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli.options import LimitsOption, PackageOption, RobotOption, RobotSource, SrdfOption
+from trajopt.commander import World
+from trajopt.commander.prompts import Answering
+from trajopt.commander.scripts import run_script
+from trajopt.moveit import read_scene
+
+ScriptArgument = Annotated[
+    Path, typer.Argument(help="Python script that imports moveit_commander, rospy, ...")
+]
+WordsArgument = Annotated[
+    list[str] | None, typer.Argument(help="Arguments of the script.", metavar="[ARGS]...")
+]
+SceneOption = Annotated[
+    Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML, around the robot at the start.")
+]
+StateOption = Annotated[str | None, typer.Option("--state", help="Named state that the robot starts in.")]
+YesOption = Annotated[
+    bool,
+    typer.Option(
+        "--yes", help="Answer Enter whenever the script waits for it, as where nobody is at a terminal."
+    ),
+]
+
+
+def moveit(
+    robot: RobotOption,
+    script: ScriptArgument,
+    words: WordsArgument = None,
+    scene: SceneOption = None,
+    state: StateOption = None,
+    yes: YesOption = False,
+    srdf: SrdfOption = None,
+    limits: LimitsOption = None,
+    package_dir: PackageOption = None,
+) -> None:
+    """Run a MoveIt script as it stands, in a simulated world. Exit status: the script's, 2 bad input.
+
+    Options come before the script; what follows it are its own arguments.
+    """
+    loaded = RobotSource(robot, srdf, limits, tuple(package_dir or ())).load()
+    if scene is None:
+        world = World(loaded, start=state)
+    else:
+        around = read_scene(scene, loaded)
+        start = state if state is not None else around.state or None
+        world = World(loaded, scene=around.scene, start=start)
+    alone = yes or not sys.stdin.isatty()
+    with _log_shown():
+        run_script(
+            script,
+            words or (),
+            world=world,
+            stdin=Answering(None if yes else sys.stdin) if alone else None,  # type: ignore[arg-type]
+        )
+
+
+@contextmanager
+def _log_shown() -> Generator[None]:
+    """Show what the script logs and publishes on standard error."""
+    log, handler = logging.getLogger("trajopt.commander"), logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
+    level = log.level
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.setLevel(level)
