@@ -58,7 +58,7 @@ def load(urdf: Path) -> Loading:
     try:
         robot = to.load(urdf)
     except to.TrajoptError as error:
-        return Loading(time.process_time() - begin, _spent(), refused=str(error))
+        return Loading(time.process_time() - begin, _spent(), refused=str(error).replace(f"{folder()}/", ""))
     seconds = time.process_time() - begin
     covers = [note.partition(": ") for note in robot.mesh_notes]
     words = [said.partition("up to ")[2].partition(" mm")[0] for _, _, said in covers]
