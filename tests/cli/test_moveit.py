@@ -28,7 +28,7 @@ world:
     - id: pillar
       primitives: [{type: cylinder, dimensions: [0.5, 0.05]}]
       primitive_poses: [{position: [-0.6, 0.0, 0.3], orientation: [0, 0, 0, 1]}]
-robot_state: {joint_state: {name: [elbow], position: [0.5]}}
+robot_state: {joint_state: {name: [elbow, finger_joint], position: [0.5, 0.1]}}
 """
 
 
@@ -52,6 +52,7 @@ def test_a_script_with_arguments_of_its_own(folder: Path) -> None:
     assert done.returncode == 4, done.stderr
     assert "Enter?\nknown: ['pillar'] ['word', '--robot', 'other']" in done.stdout
     assert "at: [0.0, 0.5, 0.0]" in done.stdout
+    assert "finger_joint" in done.stderr, "what was left out of the scene's file is said"
     assert "[INFO] hello" in done.stderr and "[INFO] /words: String(data='spoken')" in done.stderr
 
 

@@ -136,6 +136,41 @@ def test_the_same_as_rpy_by_default() -> None:
         tf.transformations.quaternion_from_euler(0, 0, 0, axes="xyz")
 
 
+def test_quaternions_and_matrices() -> None:
+    turn = tf.transformations
+    first, second = turn.quaternion_from_euler(0.1, 0.2, 0.3), turn.quaternion_about_axis(0.5, (0, 0, 2))
+    assert second == pytest.approx(turn.quaternion_from_euler(0, 0, 0.5))
+    both = turn.quaternion_matrix(turn.quaternion_multiply(first, second))
+    assert np.allclose(both, turn.quaternion_matrix(first) @ turn.quaternion_matrix(second))
+    back = turn.quaternion_multiply(first, turn.quaternion_inverse(first))
+    assert np.abs(back) == pytest.approx([0, 0, 0, 1])
+    matrix = turn.translation_matrix((1, 2, 3)) @ turn.euler_matrix(0.1, 0.2, 0.3)
+    assert turn.euler_from_matrix(matrix) == pytest.approx((0.1, 0.2, 0.3))
+    assert turn.quaternion_from_matrix(matrix) == pytest.approx(first)
+    assert turn.translation_from_matrix(matrix).tolist() == [1, 2, 3]
+
+
+def test_moments_and_spans(monkeypatch: pytest.MonkeyPatch) -> None:
+    moment, span = rospy.Time(10.5), rospy.Duration(0.75)
+    assert moment + span == rospy.Time(11, 250_000_000)
+    assert moment - rospy.Time.from_sec(9.75) == span and moment - span == rospy.Time(9.75)
+    assert span + span == rospy.Duration(1.5) and span - rospy.Duration(1) == rospy.Duration(-0.25)
+    assert rospy.Duration(1) > span and moment < rospy.Time(11)
+    now = [100.0]
+    monkeypatch.setattr("trajopt.commander.clock.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("trajopt.commander.clock.time.sleep", lambda seconds: now.append(now.pop() + seconds))
+    rate = rospy.Rate(10)
+    now[0] += 0.04
+    assert rate.remaining().to_sec() == pytest.approx(0.06)
+    rate.sleep()
+    assert now[0] == pytest.approx(100.1)
+    now[0] += 5.0  # A round that took too long: the next begins now, and is whole.
+    rate.sleep()
+    assert now[0] == pytest.approx(105.1)
+    rate.sleep()
+    assert now[0] == pytest.approx(105.2)
+
+
 def test_what_scripts_call_of_rospy(monkeypatch: pytest.MonkeyPatch) -> None:
     slept: list[float] = []
     monkeypatch.setattr(rospy.time, "sleep", slept.append)

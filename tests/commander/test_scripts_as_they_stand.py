@@ -107,6 +107,29 @@ def test_scripts_may_look_what_there_is(world: World, tmp_path: Path) -> None:
         run_script(tmp_path / "other.py", world=world)
 
 
+def test_words_of_older_scripts(
+    world: World, tmp_path: Path, caplog: pytest.LogCaptureFixture, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (
+        "import moveit_commander, rospy\nfrom moveit_msgs.msg import DisplayTrajectory\n"
+        "robot = moveit_commander.RobotCommander()\ngroup = robot.get_group('arm')\n"
+        "group.set_planner_id('RRTstar')\ngroup.set_planning_pipeline_id('ompl')\n"
+        "plan = robot.arm.plan([0.1, 0.2, 0.3])\n"
+        "rospy.Publisher('/shown', DisplayTrajectory).publish('', [plan])\n"
+        "print('executed', group.execute(plan))\n"
+        "print(type(robot.lab_arm) if hasattr(robot, 'lab_arm') else 'no such attribute')\n"
+        "scene = moveit_commander.PlanningSceneInterface()\nscene.remove_attached_object('hand', 'cup')\n"
+        "moveit_commander.os._exit(0)\n"
+    )
+    with pytest.raises(SystemExit) as ended:
+        run_script(written(tmp_path, text), world=world)
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == "executed True\nno such attribute\n"
+    assert world.named_positions == pytest.approx({"shoulder": 0.1, "elbow": 0.2, "wrist": 0.3})
+    warned = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
+    assert [line.split("'")[1] for line in warned] == ["RRTstar", "ompl", "cup"]
+
+
 def test_what_is_published_about_the_scene_changes_it(world: World, tmp_path: Path) -> None:
     text = (
         "import rospy, moveit_commander, moveit_msgs.msg as m, geometry_msgs.msg as g\n"

@@ -10,17 +10,12 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import LimitsOption, PackageOption, RobotOption, RobotSource, SrdfOption
-from trajopt.commander import World
-from trajopt.commander.prompts import Answering
-from trajopt.commander.scripts import run_script
 from trajopt.moveit import read_scene
 
 ScriptArgument = Annotated[
     Path, typer.Argument(help="Python script that imports moveit_commander, rospy, ...")
 ]
-WordsArgument = Annotated[
-    list[str] | None, typer.Argument(help="Arguments of the script.", metavar="[ARGS]...")
-]
+WordsArgument = Annotated[list[str] | None, typer.Argument(help="Arguments of the script.")]
 SceneOption = Annotated[
     Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML, around the robot at the start.")
 ]
@@ -48,15 +43,22 @@ def moveit(
 
     Options come before the script; what follows it are its own arguments.
     """
+    # The commander takes a while to import, which other commands need not wait for.
+    from trajopt.commander import World
+    from trajopt.commander.prompts import Answering
+    from trajopt.commander.scripts import run_script
+
     loaded = RobotSource(robot, srdf, limits, tuple(package_dir or ())).load()
     if scene is None:
-        world = World(loaded, start=state)
+        world, notes = World(loaded, start=state), loaded.notes
     else:
         around = read_scene(scene, loaded)
         start = state if state is not None else around.state or None
-        world = World(loaded, scene=around.scene, start=start)
+        world, notes = World(loaded, scene=around.scene, start=start), (*loaded.notes, *around.notes)
     alone = yes or not sys.stdin.isatty()
     with _log_shown():
+        for note in notes:
+            logging.getLogger("trajopt.commander").info("%s", note)
         run_script(
             script,
             words or (),

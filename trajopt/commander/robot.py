@@ -139,7 +139,10 @@ class RobotCommander:
 
     Attributes:
         world: The world that the robot is in.
+        group_kind: Class of the groups' commanders.
     """
+
+    group_kind: type[MoveGroupCommander] = MoveGroupCommander
 
     def __init__(
         self, robot_description: str = "robot_description", ns: str = "", *, world: World | None = None
@@ -224,7 +227,7 @@ class RobotCommander:
     def get_group(self, name: str) -> MoveGroupCommander:
         """Return the commander of a group: the same one every time."""
         if name not in self._groups:
-            self._groups[name] = MoveGroupCommander(name, world=self.world)
+            self._groups[name] = self.group_kind(name, world=self.world)
         return self._groups[name]
 
     def has_group(self, name: str) -> bool:

@@ -9,11 +9,11 @@ from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import TextIO
 
 from trajopt.commander.exception import MoveItCommanderException, NoStandIn
-from trajopt.commander.unchanged import UnchangedMoveGroup, UnchangedScene
+from trajopt.commander.unchanged import UnchangedMoveGroup, UnchangedRobot, UnchangedScene
 from trajopt.commander.world import World
 from trajopt.errors import FileFormatError, TrajoptError, shown
 
@@ -30,7 +30,11 @@ PACKAGES = {
 }
 """What is stood in for: packages of ROS and MoveIt, and their modules."""
 
-UNCHANGED = {"MoveGroupCommander": UnchangedMoveGroup, "PlanningSceneInterface": UnchangedScene}
+UNCHANGED = {
+    "MoveGroupCommander": UnchangedMoveGroup,
+    "PlanningSceneInterface": UnchangedScene,
+    "RobotCommander": UnchangedRobot,
+}
 """Classes that scripts as they stand get under MoveIt's names."""
 
 REASONS = {
@@ -101,14 +105,12 @@ def stand_ins() -> dict[str, ModuleType]:
             inner = StandIn(f"{package}.{module}", import_module(f"{source}.{module}"))
             found[inner.__name__] = inner
             setattr(found[package], module, inner)
-    for name in (
-        "moveit_commander",
-        "moveit_commander.move_group",
-        "moveit_commander.planning_scene_interface",
-    ):
+    for module in (found[name] for name in found if name.startswith("moveit_commander")):
         for key, kind in UNCHANGED.items():
-            if key in vars(found[name]):
-                setattr(found[name], key, kind)
+            if key in vars(module):
+                setattr(module, key, kind)
+    # Many scripts end with moveit_commander.os._exit(0), which must not end whatever runs them.
+    found["moveit_commander"].__dict__["os"] = SimpleNamespace(_exit=sys.exit)
     return found
 
 

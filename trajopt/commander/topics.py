@@ -3,7 +3,7 @@
 import logging
 from typing import Any
 
-from trajopt.commander.documents import field_names
+from trajopt.commander.documents import field_names, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.moveit_msgs.msg import (
     AttachedCollisionObject,
@@ -83,7 +83,9 @@ class Publisher:
 
 def _told(message: object) -> str:
     """Return what the log says of a message."""
-    if not isinstance(message, DisplayTrajectory):
+    if not isinstance(message, DisplayTrajectory) or not all(
+        is_message(each, "joint_trajectory") for each in message.trajectory
+    ):
         return shown(message)
     told: list[str] = []
     for each in message.trajectory:

@@ -2,10 +2,12 @@
 
 import logging
 from collections.abc import Callable
+from typing import Any
 
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.move_group import MoveGroupCommander
 from trajopt.commander.planning_scene_interface import PlanningSceneInterface
+from trajopt.commander.robot import RobotCommander
 
 _LOG = logging.getLogger("trajopt.commander")
 
@@ -29,6 +31,16 @@ class UnchangedMoveGroup(MoveGroupCommander):
         """Choose the pipeline; the one there is stays, with a warning, where another is named."""
         choose = super().set_planning_pipeline_id
         _or_warn(lambda: choose(planning_pipeline), "trajopt's own plans")
+
+    def execute(self, trajectory: Any, wait: bool = True) -> bool:
+        """Execute a motion, or all that `plan` returned: until 2020 that was the motion alone."""
+        return super().execute(trajectory[1] if isinstance(trajectory, tuple) else trajectory, wait)
+
+
+class UnchangedRobot(RobotCommander):
+    """A robot whose groups are those of scripts as they stand."""
+
+    group_kind = UnchangedMoveGroup
 
 
 class UnchangedScene(PlanningSceneInterface):
