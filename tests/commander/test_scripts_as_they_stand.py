@@ -24,7 +24,8 @@ def world(lab_arm: to.Robot) -> World:
 
 
 def state_of_the_process() -> tuple[object, ...]:
-    names = {name: id(module) for name, module in sys.modules.items() if name.split(".")[0] in PACKAGES}
+    roots = {*PACKAGES, "six"}
+    names = {name: id(module) for name, module in sys.modules.items() if name.split(".")[0] in roots}
     return names, list(sys.argv), list(sys.path), sys.stdin
 
 
