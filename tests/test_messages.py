@@ -11,6 +11,7 @@ import trajopt as to
 from tests.requirements.kind import kinds
 from trajopt.cartesian import polyline
 from trajopt.errors import end_of, listed, shown
+from trajopt.export import Movej, Servoj, exporter_named
 
 LONGEST = 400
 """Characters of a message, whatever was given."""
@@ -87,6 +88,11 @@ def calls() -> Iterator[Call]:
     yield to.goal_configurations, {"problem": made, "rng": None}
     yield to.Path, {"joint_names": ("a",), "knots": np.zeros((3, 1))}
     yield to.Trajectory, {"joint_names": ("a",), "times": np.arange(3.0), "positions": np.zeros((3, 1))}
+    moving = to.Trajectory(("a",), np.arange(3.0), np.zeros((3, 1)))
+    yield moving.sampled, {"hz": 2.0}
+    yield exporter_named, {"name": "csv"}
+    yield Servoj, {"lookahead_time": 0.1, "gain": 300.0}
+    yield Movej, {"tolerance": 0.01, "blend": 0.005}
     yield to.Cost, {"residual": None, "weight": 1.0}
 
 

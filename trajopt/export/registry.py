@@ -29,7 +29,7 @@ def exporter_named(name: str) -> Exporter:
     Raises:
         NameNotFound: If there is none of that name.
     """
-    if name not in EXPORTERS:
+    if not isinstance(name, str) or name not in EXPORTERS:  # pyright: ignore[reportUnnecessaryIsInstance]
         raise NameNotFound("format to export to", name, EXPORTERS)
     return EXPORTERS[name]()
 
@@ -67,8 +67,14 @@ def export(
 def _trajectory_of(motion: Trajectory | Planned) -> Trajectory:
     if isinstance(motion, Trajectory):
         return motion
-    if not hasattr(motion, "require"):
+    plan: object = motion.require() if hasattr(motion, "require") else motion
+    if isinstance(plan, tuple):
+        raise ProblemError(
+            "export: several motions need a file each: export(segment.result, ...) for each of its segments"
+        )
+    trajectory: object = getattr(plan, "trajectory", None)
+    if not isinstance(trajectory, Trajectory):
         raise ProblemError(
             f"export: give a plan, a result that has one, or a trajectory, not {shown(motion)}"
         )
-    return motion.require().trajectory
+    return trajectory
