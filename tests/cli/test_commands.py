@@ -99,7 +99,7 @@ def test_check_accepts_the_plan_and_refuses_it_changed(folder: Path, plan_file: 
 def test_export_writes_the_plan_for_a_controller(folder: Path, plan_file: Path) -> None:
     points = json.loads(plan_file.read_text())["points"]
     done = trajopt("export", plan_file, "--to", "ros2", "--out", folder / "goal.json")
-    assert done.returncode == 0 and "the plan's own points" in done.stdout, done.stderr
+    assert done.returncode == 0 and "the motion's own points" in done.stdout, done.stderr
     message = json.loads((folder / "goal.json").read_text())["trajectory"]
     assert message["joint_names"] == ["pan", "reach", "elbow", "wrist"]
     assert [point["positions"] for point in message["points"]] == [point["positions"] for point in points]

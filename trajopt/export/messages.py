@@ -15,7 +15,7 @@ BETWEEN = {
     Interpolation.CUBIC: "with velocities: controllers go along cubic polynomials between the points",
     Interpolation.QUINTIC: "with velocities and accelerations: controllers go along quintic polynomials",
 }
-AS_PLANNED = "the plan's own points: between them the controller goes along what was planned and judged"
+AS_PLANNED = "the motion's own points: between them the controller goes along the motion itself"
 
 
 @dataclass(frozen=True)
