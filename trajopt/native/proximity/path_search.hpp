@@ -42,8 +42,8 @@ class PathSearch {
   static constexpr double kLocal = 0.1, kWide = 2.0;
   // Configurations between two calls of `check`: a millisecond or two.
   static constexpr std::int64_t kPatience = 500;
-  // Shortening ends after so many lines in a row that were not free.
-  static constexpr int kFutile = 12;
+  // Shortening ends after so many lines in a row that were not free: long paths leave the optimiser too few knots.
+  static constexpr int kFutile = 20;
 
   using Node = std::vector<double>;
 

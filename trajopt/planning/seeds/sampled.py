@@ -21,7 +21,7 @@ CHECKED = 20_000
 """Configurations that are checked on one leg before a restart: most searches that end end soon."""
 PATIENCE = 2
 """After so many searches they get twice as many, after twice as many three times, ..."""
-SHORTENED = 20_000
+SHORTENED = 4_000
 """Configurations that each pass of shortening may check."""
 STEP = 0.03
 """Between two configurations that are checked no body moves farther [m]."""
