@@ -8,7 +8,7 @@ from threading import Thread
 import hypothesis.strategies as st
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 
 import trajopt as to
 from tests.oracles.query import PlainQuery
@@ -70,6 +70,7 @@ START, GOAL = np.array([-1.0, 0.1, 0.3, 0.0]), np.array([1.0, 0.1, 0.3, 0.0])
 
 
 @given(st.integers(0, 2**32))
+@example(7525)
 def test_what_is_found_is_clear_in_small_worlds(number: int) -> None:
     rng = np.random.default_rng(number)
     with TemporaryDirectory() as folder:

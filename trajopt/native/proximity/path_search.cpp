@@ -177,7 +177,9 @@ void PathSearch::cut_corners(std::vector<Node>& path) {
       ends[end] = between(path[leg - 1].data(), path[leg].data(), (places[end] - along[leg - 1]) / (along[leg] - along[leg - 1]));
     }
     ++futile;
-    if (legs[0] == legs[1] || !free(ends[0].data(), ends[1].data())) continue;
+    // Places between the corners were not checked themselves.
+    if (legs[0] == legs[1] || !free(ends[0].data(), ends[0].data())) continue;
+    if (!free(ends[0].data(), ends[1].data())) continue;
     futile = 0;
     path.erase(path.begin() + legs[0], path.begin() + legs[1]);
     path.insert(path.begin() + legs[0], ends, ends + 2);
