@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints
+from trajopt.arrays import Bools, Floats, Ints, Printed
 from trajopt.model.collisions.clearances import ROOM
 from trajopt.model.reduced import BodyPairs
 from trajopt.model.scene import DEFAULT_MARGIN
@@ -19,7 +19,7 @@ TAPER_KNOTS = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class TaperedMargins:
+class TaperedMargins(Printed):
     """A `MarginRule`.
 
     Attributes:
@@ -57,7 +57,7 @@ class TaperedMargins:
 
 
 @dataclass(frozen=True, eq=False)
-class ShrunkMargins:
+class ShrunkMargins(Printed):
     """A `MarginRule` that asks for a share of what another asks for beyond what is required.
 
     Margins that are larger than they are by themselves were asked for, and stay.
