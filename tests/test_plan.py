@@ -163,7 +163,7 @@ def test_progress_is_reported(pillar: to.Scene) -> None:
 
 def test_problem_says_what_it_is(pillar: to.Scene) -> None:
     text = str(problem(pillar, constraints=[to.axis_alignment("tip", tolerance=0.5)], velocity_scaling=0.5))
-    words = ("odd", "pillar", "tip", "0.5 of velocity", "clearance 0 mm required, margin 10 mm")
+    words = ("odd", "pillar", "tip", "0.5 of the velocity limits", "clearance 0 mm required, margin 10 mm")
     for word in (*words, "velocity", "acceleration"):
         assert word in text
 

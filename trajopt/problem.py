@@ -283,7 +283,7 @@ class Problem(Value):
                 for item in self.constraints
             ),
             *(f"  no faster    {tool}" for tool in self.tool_speeds),
-            "  at least     "
+            "  minimise     "
             + " + ".join(f"{cost.weight:g} x {cost.residual.name}" for cost in self.costs or ()),
             *((f"  no faster    {slower}",) if slower else ()),
         ]

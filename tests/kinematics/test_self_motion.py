@@ -69,5 +69,5 @@ def test_misuse_is_named(panda: ReducedModel, odd: ReducedModel) -> None:
     with pytest.raises(to.TrajoptError, match="step: must be positive"):
         self_motion(panda, goal, q, step=0.0)
     fixed = to.joint_positions(dict(zip(odd.joint_names, odd.start_positions.tolist(), strict=True)))
-    with pytest.raises(to.TrajoptError, match="no joint can move there while the goal holds"):
+    with pytest.raises(to.TrajoptError, match="no joint can move there while the goal is held"):
         self_motion(odd, fixed, odd.start_positions)

@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 import trajopt.model.robot_parts
 from trajopt.errors import FileFormatError
-from trajopt.model.collisions.bodies import CollisionBody
+from trajopt.model.collisions.bodies import RobotBodies
 
 NOT_A_ROBOT = {"ur_description/urdf/ur3.urdf": "has no <link>, so it describes no robot"}
 
@@ -31,8 +31,8 @@ URDFS = [str(file.relative_to(ROBOTS)) for file in sorted(ROBOTS.rglob("*.urdf")
 def bare(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what covers the meshes: it takes longer than all else, and is tested elsewhere."""
 
-    def no_bodies(*_: object) -> tuple[tuple[CollisionBody, ...], tuple[str, ...]]:
-        return (), ()
+    def no_bodies(*_: object) -> RobotBodies:
+        return RobotBodies((), (), ())
 
     monkeypatch.setattr(trajopt.model.robot_parts, "robot_bodies", no_bodies)
 

@@ -84,7 +84,7 @@ def test_every_form_is_taken(planar_arm: to.Robot, name: str, form: str) -> None
     np.testing.assert_allclose(take(scene, FORMS[form](WHERE)), take(scene, WHERE), atol=1e-12)
 
 
-FRAMES = {"Robot.from_urdf", "Robot.from_pinocchio"}
+FRAMES = {"Robot.from_urdf", "Robot.from_pinocchio", "Robot.from_mjcf"}
 """They take tool frames, as pairs of a link and a placement."""
 
 
