@@ -2,13 +2,14 @@
 
 import time
 from dataclasses import dataclass
+from typing import Self
 
 NANOSECONDS = 10**9
 
 
 @dataclass(slots=True, order=True)
-class Duration:
-    """A span of time in whole seconds and nanoseconds."""
+class Stamp:
+    """Whole seconds and nanoseconds, as in every message of ROS; compared within one kind."""
 
     secs: float = 0
     nsecs: int = 0
@@ -19,17 +20,23 @@ class Duration:
         self.secs, self.nsecs = divmod(total, NANOSECONDS)
 
     def to_sec(self) -> float:
-        """Return the seconds [s]."""
+        """Return the seconds, of a moment since the epoch [s]."""
         return self.secs + self.nsecs / NANOSECONDS
 
     def to_nsec(self) -> int:
-        """Return the nanoseconds [ns]."""
+        """Return the nanoseconds, of a moment since the epoch [ns]."""
         return int(self.secs) * NANOSECONDS + self.nsecs
 
     @classmethod
-    def from_sec(cls, seconds: float) -> "Duration":
-        """Return a span of so many seconds."""
+    def from_sec(cls, seconds: float) -> Self:
+        """Return a span of so many seconds, or the moment so many seconds after the epoch."""
         return cls(seconds)
+
+
+class Duration(Stamp):
+    """A span of time."""
+
+    __slots__ = ()
 
     def __add__(self, other: "Duration") -> "Duration":
         """Return both spans one after the other."""
@@ -40,35 +47,15 @@ class Duration:
         return Duration(0, self.to_nsec() - other.to_nsec())
 
 
-@dataclass(slots=True, order=True)
-class Time:
-    """A moment in whole seconds and nanoseconds."""
+class Time(Stamp):
+    """A moment."""
 
-    secs: float = 0
-    nsecs: int = 0
-
-    def __post_init__(self) -> None:
-        """Carry fractions of seconds over to nanoseconds, as in `Time(0.5)`."""
-        total = round(self.secs * NANOSECONDS) + self.nsecs
-        self.secs, self.nsecs = divmod(total, NANOSECONDS)
-
-    def to_sec(self) -> float:
-        """Return the seconds since the epoch [s]."""
-        return self.secs + self.nsecs / NANOSECONDS
-
-    def to_nsec(self) -> int:
-        """Return the nanoseconds since the epoch [ns]."""
-        return int(self.secs) * NANOSECONDS + self.nsecs
+    __slots__ = ()
 
     @classmethod
     def now(cls) -> "Time":
         """Return the present moment."""
         return cls(*divmod(time.time_ns(), NANOSECONDS))
-
-    @classmethod
-    def from_sec(cls, seconds: float) -> "Time":
-        """Return the moment so many seconds after the epoch."""
-        return cls(seconds)
 
     def __add__(self, span: Duration) -> "Time":
         """Return the moment a span later."""

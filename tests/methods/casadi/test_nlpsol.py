@@ -66,17 +66,7 @@ def test_infeasible_is_no_success(name: str) -> None:
 @pytest.mark.parametrize("name", ["ipopt", "sqpmethod"])
 def test_elastic_bounds_give_way_where_nothing_holds_them(name: str) -> None:
     """x^2 + y^2 <= -1 is exceeded least at the origin; the log says by how much, without the slack."""
-    given = disc(-1.0)
-    program = CasadiProgram(
-        given.x,
-        given.objective,
-        given.functions,
-        given.lower,
-        given.upper,
-        given.least,
-        given.most,
-        np.ones(1, dtype=np.bool_),
-    )
+    program = replace(disc(-1.0), elastic=np.ones(1, dtype=np.bool_))
     solver = replace(PLUGINS[name], penalty=1e4)
     result = solver.solve(program, np.array((0.3, 0.2)))
     assert result.x == pytest.approx([0.0, 0.0], abs=2e-3)
@@ -86,17 +76,7 @@ def test_elastic_bounds_give_way_where_nothing_holds_them(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["ipopt", "sqpmethod"])
 def test_elastic_bounds_hold_where_they_can(name: str) -> None:
-    given = disc(1.0)
-    program = CasadiProgram(
-        given.x,
-        given.objective,
-        given.functions,
-        given.lower,
-        given.upper,
-        given.least,
-        given.most,
-        np.ones(1, dtype=np.bool_),
-    )
+    program = replace(disc(1.0), elastic=np.ones(1, dtype=np.bool_))
     result = replace(PLUGINS[name], penalty=100.0).solve(program, np.array((0.5, 0.5)))
     assert result.x == pytest.approx([0.7864, 0.6177], abs=1e-3)
 
