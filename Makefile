@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-threads clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -68,6 +68,13 @@ bench-poses: $(STAMP)
 
 bench-loading: $(STAMP)
 	$(BIN)/python -m benchmarks.loading --page benchmarks/README.md
+
+# Side by side with an older version: OLD is the interpreter of an environment in which it is installed.
+bench-versions: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.versions $(DATA) --old $(OLD) --page benchmarks/README.md $(OPTIONS)
+
+bench-threads: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.threads $(DATA) --page benchmarks/README.md $(OPTIONS)
 
 bench-micro: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.micro --page benchmarks/README.md

@@ -1,4 +1,4 @@
-"""What single pieces cost: a linearisation, a QP, a retiming, a verification; and several threads at once.
+"""What single pieces cost: a linearisation, a QP, a retiming, a verification.
 
 python -m benchmarks.micro [--json FILE] [--page FILE]
 """
@@ -7,7 +7,6 @@ import argparse
 import json
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +23,6 @@ from trajopt.solvers.choice import step_solver
 from trajopt.terms.motion import Motion
 from trajopt.transcription import fixed_goal, transcribe
 from trajopt.verify import Judge
-
-THREADS = 4
 
 
 def least(work: Callable[[], object], runs: int = 40) -> float:
@@ -77,28 +74,6 @@ def pieces(problem: to.Problem) -> dict[str, float]:
     }
 
 
-def speed_up(problem: to.Problem) -> tuple[float, float]:
-    """Return how much faster several threads are than one: near pairs alone, and whole plans (wall time)."""
-    positions = np.linspace(*np.random.default_rng(0).uniform(-1.0, 1.0, (2, 7)), 2000)
-    reach = problem.reduced.pairs.margin + 0.03
-    work = (
-        lambda: [Query(problem.reduced).close_pairs(positions, reach) for _ in range(5)],
-        lambda: [to.plan(problem) for _ in range(10)],
-    )
-    ratios: list[float] = []
-    for each in work:
-        begin = time.perf_counter()
-        for _ in range(THREADS):
-            each()
-        alone = time.perf_counter() - begin
-        with ThreadPoolExecutor(THREADS) as pool:
-            begin = time.perf_counter()
-            for task in [pool.submit(each) for _ in range(THREADS)]:
-                task.result()
-            ratios.append(alone / (time.perf_counter() - begin))
-    return ratios[0], ratios[1]
-
-
 def main() -> None:
     """Measure and write the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -107,17 +82,10 @@ def main() -> None:
     given = parser.parse_args()
     problem = past_pillar(to.load("panda"), boxes=20)
     found = pieces(problem)
-    near, plans = speed_up(problem)
-    rows = [[name, f"{value:,.0f}"] for name, value in found.items()]
-    text = table(["piece", "CPU us"], rows) + (
-        f"\n\nWall time of one thread over that of {THREADS}, for {THREADS} times the work: "
-        f"{near:.1f} for near pairs, {plans:.1f} for whole plans."
-    )
+    text = table(["piece", "CPU us"], [[name, f"{value:,.0f}"] for name, value in found.items()])
     print(text)
     given.json.parent.mkdir(parents=True, exist_ok=True)
-    given.json.write_text(
-        json.dumps({"microseconds": found, "speed_up": {"near pairs": near, "plans": plans}}, indent=1) + "\n"
-    )
+    given.json.write_text(json.dumps({"microseconds": found}, indent=1) + "\n")
     if given.page is not None:
         write_section(given.page, "micro", text)
 

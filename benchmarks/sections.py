@@ -20,7 +20,7 @@ from trajopt.moveit.trajectory_files import write_json
 from trajopt.planning.status import Status
 
 TITLES = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter, both arms"}
-INSTEAD = {"hang": Status.OUT_OF_TIME, "crash": Status.WORKER_DIED, "refused": Status.METHOD_CANNOT}
+INSTEAD = {"hang": Status.OUT_OF_TIME, "crash": Status.METHOD_CANNOT, "refused": Status.METHOD_CANNOT}
 """The status that stands for what did not come back with one."""
 HEAD = (
     "robot", "problems", "askable", "verified of these", "share", "hangs", "attempts median / p90",

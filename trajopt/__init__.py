@@ -37,6 +37,7 @@ from trajopt.model.trajectory import Trajectory as Trajectory
 from trajopt.planning.attempt import plan_once as plan_once
 from trajopt.planning.budget import Budget as Budget
 from trajopt.planning.judgement import judge as judge
+from trajopt.planning.many import plan_many as plan_many
 from trajopt.planning.plan import plan as plan
 from trajopt.planning.result import Plan as Plan
 from trajopt.planning.result import Result as Result
@@ -47,6 +48,5 @@ from trajopt.simulate import render as render
 from trajopt.simulate import simulate as simulate
 from trajopt.terms import Constraint as Constraint
 from trajopt.terms import Cost as Cost
-from trajopt.verify import Moment as Moment
 from trajopt.verify import examine as examine
 from trajopt.view import view as view

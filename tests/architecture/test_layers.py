@@ -41,7 +41,7 @@ ONLY_IN = {
     "viser": {"view"},
     "matplotlib": {"view"},
     "typer": {"cli"},
-    "rich": {"cli"},
+    "rich": {"cli", "planning"},
     "casadi": {"terms", "methods"},
     "ompl": set(),
     "placo": {"kinematics"},

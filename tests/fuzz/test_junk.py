@@ -80,6 +80,9 @@ def calls(folder: Path) -> dict[str, Sound]:
         "named_problem": Sound(to.named_problem, {"name": "planar_fold"}),
         "placement": Sound(to.placement, {"xyz": point, "rpy": axis}),
         "plan": Sound(to.plan, {"problem": problem, "method": None, "budget": to.Budget(attempts=3)}),
+        "plan_many": Sound(
+            to.plan_many, {"problems": [problem], "workers": 2, "planner": to.plan, "bar": False}
+        ),
         "expected_status": Sound(to.expected_status, {"status": to.Status.STUCK}),
         "tool_speed": Sound(to.tool_speed, {"frame": TIP, "linear": 0.2, "angular": 1.0}),
         "Box": Sound(to.Box, {"x": 0.1, "y": 0.1, "z": 0.1}),
@@ -193,7 +196,6 @@ def silent(*_: object) -> None:
 TYPED = {"scene", "reduced", "problem", "trajectory", "joint_names"}
 """Arguments that are our own values, made by nothing that is not checked: types are for type checkers."""
 NOT_CALLED = {
-    "Moment": "an enumeration",
     "RotationCoordinates": "an enumeration",
     "Status": "an enumeration",
     "Plane": "takes nothing",

@@ -1,12 +1,9 @@
-"""Several processes: the same answer as one, and a death among them is told."""
+"""Several threads: the same answer as one."""
 
-import os
-import signal
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
-from pathlib import Path
-from threading import Event, Thread
+from threading import Event, current_thread, main_thread
+from threading import enumerate as enumerate_threads
 
 import numpy as np
 import pytest
@@ -16,14 +13,9 @@ from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
 from trajopt.methods import Decoded, Knots, Program
 from trajopt.planning.budget import Stop
-from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Status
-from trajopt.planning.workers import start_context
 from trajopt.query import Counts
 from trajopt.solvers import Iteration, SolveResult
-
-HERE = os.getpid()
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -36,36 +28,8 @@ def test_the_answer_is_the_same_with_any_number_of_workers(arm: to.Robot, inner_
     alone = to.plan(wall(arm, inner_edge), rng=np.random.default_rng(3))
     several = to.plan(wall(arm, inner_edge), rng=np.random.default_rng(3), budget=to.Budget(workers=3))
     _same(alone, several)
-    assert len(alone.attempts) > 1, "from the second on they are made in processes"
+    assert len(alone.attempts) > 1, "from the second on they are made in threads"
     assert alone.counts["qp_solves"] == several.counts["qp_solves"]
-
-
-def test_the_answer_is_the_same_from_spawned_workers(arm: to.Robot) -> None:
-    alone = to.plan(wall(arm), rng=np.random.default_rng(3))
-    budget = to.Budget(workers=2, processes=get_context("spawn"))
-    several = to.plan(wall(arm), rng=np.random.default_rng(3), budget=budget)
-    _same(alone, several)
-    assert len(alone.attempts) > 1, "from the second on they are made in processes"
-    assert alone.counts["qp_solves"] == several.counts["qp_solves"]
-
-
-def test_what_cannot_be_sent_is_refused(arm: to.Robot) -> None:
-    budget = to.Budget(workers=2, seconds=100.0, clock=lambda: 0.0, processes=get_context("spawn"))
-    with pytest.raises(to.TrajoptError, match="must be picklable"):
-        to.plan(wall(arm), budget=budget)
-
-
-def test_several_threads_are_not_forked() -> None:
-    chosen = get_context("spawn")
-    assert start_context(chosen) is chosen
-    done = Event()
-    other = Thread(target=done.wait)
-    other.start()
-    try:
-        assert start_context(None).get_start_method() != "fork"
-    finally:
-        done.set()
-        other.join()
 
 
 def test_so_is_an_improved_one(arm: to.Robot) -> None:
@@ -89,31 +53,29 @@ def _same(one: to.Result, other: to.Result) -> None:
     assert other.require().problem.goals
     for name in ("times", "positions", "velocities", "accelerations"):
         assert np.array_equal(getattr(one.trajectory, name), getattr(other.trajectory, name)), name
-    assert np.array_equal(one.path.knots, other.path.knots)
+    assert np.array_equal(one.require().path.knots, other.require().path.knots)
 
 
 @dataclass(frozen=True)
-class Elsewhere:
-    """A method that does something else in any process but the one of the test."""
+class Broken:
+    """A method with an error that shows from the second program on."""
 
-    deed: Callable[[], None]
-    home: int = HERE
-    name = "elsewhere"
+    fails: Callable[[], None]
+    name = "broken"
 
     def objection(self, problem: to.Problem) -> str:
         return Knots().objection(problem)
 
     def program(
         self, problem: to.Problem, seed: np.ndarray, waypoint_knots: Sequence[int] = ()
-    ) -> "ElsewhereProgram":
-        return ElsewhereProgram(Knots().program(problem, seed, waypoint_knots), self.deed, self.home)
+    ) -> "BrokenProgram":
+        return BrokenProgram(Knots().program(problem, seed, waypoint_knots), self.fails)
 
 
 @dataclass(frozen=True)
-class ElsewhereProgram:
+class BrokenProgram:
     inner: Program
-    deed: Callable[[], None]
-    home: int
+    fails: Callable[[], None]
 
     @property
     def scale(self) -> np.ndarray:
@@ -124,16 +86,12 @@ class ElsewhereProgram:
         return self.inner.counts
 
     def solve(self, seed: np.ndarray, *, progress: Callable[[Iteration], None] | None = None) -> SolveResult:
-        if os.getpid() != self.home:
-            self.deed()
+        if current_thread() is not main_thread():
+            self.fails()
         return self.inner.solve(seed, progress=progress)
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
         return self.inner.decode(solved)
-
-
-def die() -> None:
-    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def fail() -> None:
@@ -141,18 +99,9 @@ def fail() -> None:
 
 
 @pytest.mark.usefixtures("unproven")
-def test_a_worker_that_dies_is_told(arm: to.Robot) -> None:
-    result = to.plan(wall(arm), method=Elsewhere(die), budget=to.Budget(attempts=6, workers=2))
-    assert result.status is Status.STUCK
-    died = [item for item in result.attempts if item.status is Status.WORKER_DIED]
-    assert len(died) == 5 and all("-9" in item.message for item in died)
-    assert result.attempts[0].kind is SeedKind.STRAIGHT and result.attempts[0].status is Status.STUCK
-
-
-@pytest.mark.usefixtures("unproven")
 def test_an_error_in_a_worker_is_raised(arm: to.Robot) -> None:
     with pytest.raises(ZeroDivisionError, match="of the user's own code"):
-        to.plan(walled_in(arm), method=Elsewhere(fail), budget=to.Budget(workers=2))
+        to.plan(walled_in(arm), method=Broken(fail), budget=to.Budget(workers=2))
 
 
 def test_workers_are_cancelled(arm: to.Robot) -> None:
@@ -164,3 +113,14 @@ def test_workers_are_cancelled(arm: to.Robot) -> None:
         on_incumbent=lambda best: cancel.set(),
     )
     assert result.stopped is Stop.CANCEL and result.verified
+
+
+def test_no_worker_is_left_behind(arm: to.Robot) -> None:
+    to.plan(wall(arm), rng=np.random.default_rng(3), budget=to.Budget(workers=3))
+    assert not [thread for thread in enumerate_threads() if thread.name.startswith("trajopt")]
+
+
+def test_methods_and_clocks_that_cannot_be_pickled_will_do(arm: to.Robot) -> None:
+    alone = to.plan(wall(arm), rng=np.random.default_rng(3))
+    budget = to.Budget(workers=2, seconds=100.0, clock=lambda: 0.0)
+    _same(alone, to.plan(wall(arm), rng=np.random.default_rng(3), budget=budget))

@@ -37,7 +37,7 @@ ImproveOption = Annotated[
     typer.Option("--improve", help="Use the whole time budget for a shorter motion; Ctrl-C ends it early."),
 ]
 WorkersOption = Annotated[
-    int, typer.Option("--workers", min=1, help="Processes, once the straight line has been tried.")
+    int, typer.Option("--workers", min=1, help="Threads, once the straight line has been tried.")
 ]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the plan here as JSON.")]
 

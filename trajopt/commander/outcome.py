@@ -25,7 +25,6 @@ CODES = {
     Status.OUT_OF_TIME: MoveItErrorCodes.TIMED_OUT,
     Status.OUT_OF_WORK: MoveItErrorCodes.TIMED_OUT,
     Status.CANCELLED: MoveItErrorCodes.PREEMPTED,
-    Status.WORKER_DIED: MoveItErrorCodes.FAILURE,
     Status.COLLISION: MoveItErrorCodes.INVALID_MOTION_PLAN,
     Status.JOINT_LIMIT: MoveItErrorCodes.INVALID_MOTION_PLAN,
     Status.OUT_OF_REACH: MoveItErrorCodes.NO_IK_SOLUTION,

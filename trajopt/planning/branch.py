@@ -36,7 +36,7 @@ class GoalBranch(Value):
 
     @cached_property
     def program(self) -> Program:
-        """The transcribed problem; owns a query, so one in each process."""
+        """The transcribed problem; owns a query, so one in each thread."""
         return self.method.program(self.problem, self.line.knots, self.line.places)
 
     @cached_property

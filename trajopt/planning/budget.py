@@ -5,7 +5,6 @@ from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
-from multiprocessing.context import BaseContext
 from threading import Event
 from time import monotonic
 
@@ -39,16 +38,12 @@ class Budget:
         work: Configurations that goal search, optimiser and sampling planner may evaluate: an exact
             number, so that the same problem has the same answer everywhere.
         attempts: Seeds at most; 1 is the straight line to the nearest goal configuration alone.
-        workers: Processes that attempt seeds, from when the straight line has failed (with
+        workers: Threads that attempt seeds, from when the straight line has failed (with
             `improve`: has been attempted). The answer is the same for any number.
         improve: Whether to go on after the first motion, until the budget is used up, and return the
             shortest in time.
         clock: Returns the time [s]: wall time; `time.process_time` for benchmarks. With any other clock
             planning also ends after `wall_seconds`.
-        processes: Starts workers, such as `multiprocessing.get_context("spawn")`; when None, Python's
-            default, but no fork where there are several threads. Workers that are not forked
-            take a second to begin, are sent problem, method and clock by pickle, and in a script need
-            `if __name__ == "__main__":`.
     """
 
     seconds: float | None = None
@@ -57,7 +52,6 @@ class Budget:
     workers: int = 1
     improve: bool = False
     clock: Callable[[], float] = time.monotonic
-    processes: BaseContext | None = None
 
     def __repr__(self) -> str:
         """Show what differs from the default."""
@@ -83,8 +77,6 @@ class Budget:
             raise ProblemError(f"clock must be a function that returns the time [s], is {shown(self.clock)}")
         if self.improve and not self.bounded:
             raise ProblemError("a budget that improves needs seconds, work or attempts to end it")
-        if self.processes is not None:
-            one_of("processes", self.processes, BaseContext)
 
     @property
     def wall_seconds(self) -> float | None:
@@ -124,7 +116,7 @@ class BudgetTracker:
         cancel: Once set, from any thread, planning stops.
         progress: Called at every stage and step.
         counts: Exact numbers of the work.
-        seconds: Process time of each stage [s].
+        seconds: CPU time of the thread in each stage [s].
     """
 
     budget: Budget
@@ -225,7 +217,7 @@ class BudgetTracker:
         )
 
     def add(self, counts: Mapping[str, int], seconds: Mapping[str, float]) -> None:
-        """Add the work of another process."""
+        """Add the work of another thread."""
         for name, more in counts.items():
             self.counts[name] = self.counts.get(name, 0) + more
         for name, used in seconds.items():
@@ -237,26 +229,27 @@ class BudgetTracker:
         self.check()
         if self.progress is not None:
             self.progress(name, None)
-        begin = time.process_time()
+        begin = time.thread_time()
         try:
             yield
         finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.process_time() - begin
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.thread_time() - begin
 
     @property
     def so_far(self) -> tuple[int, float, float]:
-        """What another process has to know: the work done, the time used by budget's and wall's clock [s]."""
+        """What another thread has to know: the work done, the time used by budget's and wall's clock [s]."""
         return self.work, self.used, monotonic() - self._wall_begin
 
     @staticmethod
-    def elsewhere(budget: Budget, so_far: tuple[int, float, float]) -> "BudgetTracker":
-        """Return a tracker for another process: nothing counted yet, as much used up as there.
+    def elsewhere(budget: Budget, so_far: tuple[int, float, float], over: Event) -> "BudgetTracker":
+        """Return a tracker for another thread: nothing counted yet, as much used up as there.
 
         Args:
             budget: What may be used.
-            so_far: What was used when the process was sent for; its own clocks may begin anew.
+            so_far: What was used when the thread was asked for.
+            over: Set when its answer is no longer wanted.
         """
-        other = BudgetTracker(budget)
+        other = BudgetTracker(budget, over)
         other._before, used, wall = so_far
         other._begin, other._wall_begin = budget.clock() - used, monotonic() - wall
         return other

@@ -13,7 +13,7 @@ from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopp
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
-from trajopt.planning.workers import attempted_in_processes
+from trajopt.planning.workers import attempted_in_threads
 from trajopt.problem import Problem
 
 NO_BOUNDS = Budget()
@@ -60,8 +60,8 @@ def plan(
     stopped: Stop | None = None
     try:
         for candidates in search.rounds():
-            parallel = search.in_processes(candidates)
-            results = attempted_in_processes(candidates, tracker) if parallel else map(attempt, candidates)
+            parallel = search.in_threads(candidates)
+            results = attempted_in_threads(candidates, tracker) if parallel else map(attempt, candidates)
             for candidate, result in zip(candidates, results, strict=True):
                 search.learn(candidate, result)
                 if search.done:

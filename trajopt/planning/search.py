@@ -85,8 +85,8 @@ class Search:
             if self._rounds == BEFORE_PROOF and self.incumbent is None:
                 nearest_first = [goal for goal in nearest_first if not self._walled_in(goal)]
 
-    def in_processes(self, candidates: Sequence[Candidate]) -> bool:
-        """Whether a round is worth several processes: the first rarely fails."""
+    def in_threads(self, candidates: Sequence[Candidate]) -> bool:
+        """Whether a round is worth several threads: the first rarely fails."""
         return self._rounds > 1 and min(self.tracker.budget.workers, len(candidates)) > 1
 
     @property

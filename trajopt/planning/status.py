@@ -47,7 +47,6 @@ class Status(Enum):
     OUT_OF_TIME = "the time was used up before a motion was found: allow more, or try again"
     OUT_OF_WORK = "the counted work was used up before a motion was found: allow more"
     CANCELLED = "planning was cancelled before a motion was found"
-    WORKER_DIED = "a process that attempted a seed died: plan with one worker to see why"
     METHOD_CANNOT = "the method cannot do what is asked: choose another"
     COLLISION = (
         "the arm comes too near something along the curve: move it, free the spin, or allow a deviation"

@@ -16,9 +16,7 @@ from trajopt.query import Counts
 Check = Callable[[], None]
 """Called between pieces of work; raises when it is time to stop."""
 MakeSeed = Callable[[Counts, Check], Floats]
-"""Makes the knots of a seed, shape (N, n); counts its work. Raises `NoSeed` if it cannot.
-
-A dataclass rather than a function within another, so that it can be sent to another process."""
+"""Makes the knots of a seed, shape (N, n); counts its work. Raises `NoSeed` if it cannot."""
 
 
 class NoSeed(Exception):
