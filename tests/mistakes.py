@@ -61,6 +61,8 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
             'scene.attach("table", "panda_hand", placement=AT, touch_links="panda_hand")', "ProblemError"
         ),
         Mistake('scene.allow("table", "panda_link99")', "FrameNotFound"),
+        Mistake('scene.with_tool("tcp", on="panda_flange")', "FrameNotFound"),
+        Mistake('scene.with_tool("panda_hand", on="panda_link8")', "ModelError"),
         Mistake('to.plan(problem, method="chmop")', "SolverNotFound"),
         Mistake('planned(goal=to.joint_positions({"panda_joint0": 1.0}))', "JointNotFound"),
         Mistake('planned(goal=to.frame_placement("panda_tcp", AT))', "FrameNotFound"),

@@ -69,6 +69,7 @@ def calls() -> Iterator[Call]:
     yield scene.remove, {"name": "box"}
     yield scene.move, {"name": "box", "placement": AT, "frame": "world"}
     yield scene.attach, {"name": "box", "link": tip, "placement": AT, "touch_links": (), "mass": 0.1}
+    yield scene.with_tool, {"name": "tip of it", "on": link, "placement": AT}
     yield scene.allow, {"a": "box", "b": link}
     yield scene.with_clearance, {"value": 0.01, "a": "box", "b": link}
     yield scene.with_margin, {"margin": 0.01, "a": "box", "b": link}

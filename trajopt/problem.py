@@ -259,7 +259,6 @@ class Problem(Value):
 
     def __str__(self) -> str:
         """Say the problem in a few lines."""
-        objects = ", ".join(self.scene.objects) or "nothing"
         ends = (self.goal,) if isinstance(self.goal, GoalSet) else self.goals
         moving = ", ".join(
             f"{joint} at {in_unit(speed, joint_unit(self.scene.robot.model, joint, order=1))}"
@@ -270,7 +269,7 @@ class Problem(Value):
         lines = [
             f"Problem {shown(self.name)}: {self.scene.robot.name}, group {self.group}, {self.knots} knots",
             *((f"  from         {moving}",) if moving else ()),
-            f"  around it    {objects}; {self.scene.distances}",
+            *(f"  {what:<12} {words}" for what, words in self.scene.described),
             *(
                 f"  on the way   {name}: {' and '.join(map(str, item))}"
                 for name, item in zip(self.waypoint_names, self.waypoint_requirements, strict=True)

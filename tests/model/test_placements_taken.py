@@ -54,6 +54,9 @@ TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
         scene.add("new", BALL, at).object("new").placement.homogeneous,
         scene.add("new", [(BALL, at)]).object("new").parts[0][1].homogeneous,
     ],
+    "Scene.with_tool": lambda scene, at: (
+        scene.with_tool("tip", "fore", at).tools["tip"].placement.homogeneous
+    ),
     "Scene.move": lambda scene, at: scene.move("box", at).object("box").placement.homogeneous,
     "Scene.attach": attached,
     "frame_placement": lambda scene, at: to.frame_placement("arm", at).placement.homogeneous,

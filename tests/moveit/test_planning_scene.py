@@ -8,6 +8,7 @@ import pytest
 
 from tests.moveit.scenes import SPHERE, Read, same, where, with_objects
 from trajopt import Robot, placement
+from trajopt.errors import FileFormatError
 from trajopt.model.shapes import Box, Cone, Cylinder, Plane, Sphere, bounding_box
 from trajopt.moveit import read_scene
 
@@ -296,3 +297,25 @@ def test_joints_that_the_robot_lacks_or_has_fixed_are_left_out_and_noted(scene_o
         "camera_pan, sholder (did you mean 'shoulder'?)",
         f"robot_state.joint_state: left out, being fixed in {robot}: flange (at 0.05)",
     )
+
+
+def test_a_fixed_frame_on_the_robot_is_a_tool(scene_of: Read) -> None:
+    for header, child in (("hand", "tcp"), ("tcp", "hand")):
+        scene = scene_of(f"""
+            fixed_frame_transforms:
+              - {{header: {{frame_id: {header}}}, child_frame_id: {child},
+                 transform: {{translation: [0, 0, 0.1], rotation: [0, 0, 0, 1]}}}}
+            world:
+              collision_objects: [{{id: a, header: {{frame_id: tcp}}, {SPHERE}}}]
+        """).scene
+        assert scene.tools["tcp"].frame == "hand" and "tcp" not in scene.objects
+        assert scene.tools["tcp"].placement.translation == pytest.approx([0.0, 0.0, 0.1])
+        assert scene.object("a").placement.translation[2] == pytest.approx(0.2)
+
+
+def test_a_fixed_frame_on_the_robot_of_a_taken_name_is_refused(scene_of: Read) -> None:
+    twice = "{header: {frame_id: hand}, child_frame_id: tcp}"
+    with pytest.raises(FileFormatError, match="neither of hand, upper is the world"):
+        scene_of("fixed_frame_transforms: [{header: {frame_id: hand}, child_frame_id: upper}]")
+    with pytest.raises(FileFormatError, match="neither of hand, tcp is the world"):
+        scene_of(f"fixed_frame_transforms: [{twice}, {twice}]")

@@ -79,7 +79,7 @@ class GroupBase:
                 f"group {shown(self._group.name)} is no chain and has no end effector; "
                 "set_end_effector_link says which"
             )
-        known = (*scene.robot.frame_names, *(key for key in scene.objects if scene.holder(key).link != WORLD))
+        known = (*scene.frame_names, *(key for key in scene.objects if scene.holder(key).link != WORLD))
         if link not in known:
             raise FrameNotFound("link", link, known)
         return link

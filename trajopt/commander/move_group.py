@@ -181,8 +181,8 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         chosen: list[str] = []
 
         def detached(scene: Scene) -> Scene:
-            if name and name not in scene.objects and name not in scene.robot.frame_names:
-                known = (*_carried(scene), *scene.robot.frame_names)
+            if name and name not in scene.objects and name not in scene.frame_names:
+                known = (*_carried(scene), *scene.frame_names)
                 raise ObjectNotFound("attached object or link", name, known)
             links = [name] if name else link_names(self._world.robot, self._group)
             chosen.extend(

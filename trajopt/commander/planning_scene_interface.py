@@ -301,6 +301,7 @@ def _chosen(objects: Mapping[str, T], names: Sequence[str]) -> dict[str, T]:
 
 def _emptied(scene: Scene) -> Scene:
     """Return the scene without objects, and without anything said of them."""
+    scene = replace(scene, tools=scene.tools_on_links)
     while scene.objects:
         frames = {item.frame for item in scene.objects.values()}
         scene = scene.remove(next(name for name in scene.objects if name not in frames))
@@ -308,12 +309,12 @@ def _emptied(scene: Scene) -> Scene:
 
 
 def _empty(scene: Scene) -> Scene:
-    """Return a scene with the robot only, of its first size, and with what is to be kept from everything."""
+    """Return a scene with the robot of its first size, its tools, and what is to be kept from everything."""
     everywhere = Clearances(scene.clearances.everywhere)
     robot = scene.robot
     if any(body.scale != 1.0 for body in robot.bodies):
         robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
-    return Scene(robot, margin=scene.margin, clearances=everywhere)
+    return Scene(robot, margin=scene.margin, clearances=everywhere, tools=scene.tools_on_links)
 
 
 def _with_object(node: Node, scene: Scene, reading: Reading) -> Scene:

@@ -43,7 +43,7 @@ def attached_messages(scene: Scene) -> Mapping[str, AttachedCollisionObject]:
         holder = scene.holder(name)
         if item.parts and holder.link != WORLD:
             link, where = holder.link, holder.placement
-            if item.frame in scene.robot.frame_names:
+            if item.frame in scene.frame_names:
                 link, where = item.frame, item.placement
             message = object_message(item, where, link)
             found[name] = AttachedCollisionObject(link, message, sorted(item.touch_links))

@@ -171,15 +171,15 @@ def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
 def tool_frame(reduced: ReducedModel) -> str:
     """Return the name of the frame that represents the group's motion.
 
-    Tip link and hand move as one, so this is a tool frame fixed to the same joint, if the robot has
-    one; else the link there whose origin is farthest from the joint. A group without a tip link
-    counts as ending with what its last joint moves.
+    Tip link and hand move as one, so this is a tool frame fixed to the same joint, if there is one: the
+    last that the scene was given, else the robot's first; else the link there whose origin is farthest from
+    the joint. A group without a tip link counts as ending with what its last joint moves.
     """
     robot = reduced.scene.robot
     tip = robot.group(reduced.group).tip
     last = reduced.model.getJointId(reduced.joint_names[-1])
     carrier = last if tip is None else reduced.attachment(tip)[0]
-    for name in robot.frames:
+    for name in (*reversed(tuple(reduced.scene.tools)), *robot.frames):
         if reduced.attachment(name)[0] == carrier:
             return name
     reach: dict[str, float] = {}

@@ -1,33 +1,26 @@
 """Scene: a robot among objects, and what may touch what. A value: an edit gives a new one."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
-from trajopt.arrays import Floats, Value, floats, number, one_of, several
-from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, ObjectNotFound, ShapeError, shown
-from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
-from trajopt.model.collisions.bodies import CollisionBody
-from trajopt.model.collisions.clearances import ROOM, Clearances
-from trajopt.model.description.pinocchio_model import link_placement
-from trajopt.model.frame_attachment import FrameAttachment
+from trajopt.arrays import Floats, one_of
+from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, shown
+from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.placement import IDENTITY, Placement, PlacementLike
-from trajopt.model.printed import in_short
+from trajopt.model.placement import PlacementLike
 from trajopt.model.requirements import WORLD
-from trajopt.model.robot import Robot
 from trajopt.model.scene_object import SceneObject, checked_mass, covered_parts, object_placement
+from trajopt.model.scene_parts import SceneParts
 from trajopt.model.shapes import Shape
-
-DEFAULT_MARGIN = 0.01
-"""Default clearance that the optimiser aims at from everything [m]."""
-
-FROM_SRDF = AllowedCollisions()
-"""Stands for the pairs that the robot's description disables, unless another matrix is given."""
 
 
 @dataclass(frozen=True, eq=False)
-class Scene(Value):
+class Scene(SceneParts):
     """A robot among objects.
+
+    Wherever a frame is meant, a link, a tool frame or an object does: an object means its own frame. Where
+    a link or an object is meant (touch links, margins, clearances, what may touch), a frame does too: it
+    means what it is fixed on.
 
     Attributes:
         robot: The robot.
@@ -37,24 +30,8 @@ class Scene(Value):
         pair_margins: The same of single pairs of links and objects, where it differs [m].
         clearances: Clearance that is required: no motion is verified that undercuts it.
         allowances: Intended contacts, for a time.
+        tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
     """
-
-    robot: Robot
-    objects: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
-    allowed: AllowedCollisions = FROM_SRDF
-    margin: float = DEFAULT_MARGIN
-    pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
-    clearances: Clearances = field(default_factory=Clearances)
-    allowances: tuple[ContactAllowance, ...] = ()
-
-    def __post_init__(self) -> None:
-        """Check the margin; start from the robot's disabled pairs when no matrix was given."""
-        robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
-        if margin < 0.0:
-            raise ShapeError("margin", f"is negative: {margin:g} m")
-        object.__setattr__(self, "margin", margin)
-        if self.allowed is FROM_SRDF:
-            object.__setattr__(self, "allowed", AllowedCollisions(dict.fromkeys(robot.disabled_pairs, True)))
 
     def add(
         self,
@@ -75,7 +52,7 @@ class Scene(Value):
                 frame). A mesh is covered by convex pieces unless `meshes` asks for it exactly.
             placement: Of the object in `frame`; at its origin when None.
             frame: "world", a link or tool frame (it moves along then), or another object.
-            touch_links: Links that may touch it.
+            touch_links: Links that may touch it; objects too, and frames for what they are fixed on.
             meshes: How meshes become convex.
             mass: Its mass [kg]; 0 where it is not known. It counts where a joint carries the object.
 
@@ -86,29 +63,58 @@ class Scene(Value):
         """
         if one_of("the object's id", name, str) in self.objects:
             raise DuplicateObject(name)
-        if not name or name == WORLD or name in self.robot.frame_names:
+        if not name or name == WORLD or name in self.frame_names:
             raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
-        links = self._links(touch_links)
+        links = self._owners(touch_links)
         where = object_placement(name, placement)
         added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass))
         return replace(self, objects={**self.objects, name: added})
 
+    def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> "Scene":
+        """Give the robot a tool's frame: `scene.with_tool("tcp", on="tool0", placement=(...))`.
+
+        Its name will do wherever a frame is meant, from then on. It has no shape; what the tool looks like
+        is an object on the same link (`add`, `attach`), and `on` may be that object: the frame moves along.
+        `move` and `remove` take its name.
+
+        Args:
+            name: Not taken by a frame of the robot or an object.
+            on: A link, a tool frame or an object.
+            placement: Of the frame in that one; at its origin when None.
+
+        Raises:
+            ModelError: If the name is taken or empty, or `on` is the world.
+            FrameNotFound: If `on` is unknown.
+            ShapeError: If the placement is none.
+        """
+        if one_of("the tool's name", name, str) in (WORLD, "", *self.frame_names, *self.objects):
+            taken = "a frame of the robot" if name in self.frame_names else "an object"
+            why = f"is taken by {taken if name != WORLD else 'the world'}" if name else "is empty"
+            raise ModelError(f"tool frame {shown(name)} {why}: name it differently")
+        if one_of("on", on, str) == WORLD:
+            raise ModelError(f"{shown(name)} would stand in the world, not on the robot: add it as an object")
+        if on not in self.frame_names and on not in self.objects:
+            raise FrameNotFound("frame", on, (*self.frame_names, *self.objects))
+        return self._with_tool(SceneObject(name, (), object_placement(name, placement), on))
+
     def remove(self, name: str) -> "Scene":
-        """Remove an object.
+        """Remove an object, or the frame of a tool.
 
         Raises:
             ObjectNotFound: If there is none of that id.
-            ModelError: If another object is placed in its frame.
+            ModelError: If an object or a tool's frame is placed in its frame.
         """
-        self.object(name)
-        for other in self.objects.values():
+        if one_of("object", name, str) not in self.tools:
+            self.object(name)
+        for other in self.placed.values():
             if other.frame == name:
                 raise ModelError(f"{shown(other.name)} is placed in {shown(name)}; remove or move it first")
         return replace(
             self,
             objects={key: item for key, item in self.objects.items() if key != name},
+            tools={key: item for key, item in self.tools.items() if key != name},
             allowed=self.allowed.without(name),
             pair_margins={pair: m for pair, m in self.pair_margins.items() if name not in pair},
             clearances=self.clearances.without(name),
@@ -116,22 +122,23 @@ class Scene(Value):
         )
 
     def move(self, name: str, placement: PlacementLike, *, frame: str | None = None) -> "Scene":
-        """Place an object elsewhere, in its present frame or another.
+        """Place an object, or the frame of a tool, elsewhere, in its present frame or another.
 
         Raises:
             ObjectNotFound: If there is none of that id.
             FrameNotFound: If the frame is unknown.
-            ModelError: If the object would be placed in itself.
+            ModelError: If it would be placed in itself, or a tool's frame in the world.
         """
-        item = self.object(name)
+        item = self.tools[name] if one_of("object", name, str) in self.tools else self.object(name)
         target = item.frame if frame is None else frame
         self._check_frame(target)
-        over = target
-        while over in self.objects:
-            if over == name:
-                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
-            over = self.objects[over].frame
-        return self._with(replace(item, placement=object_placement(name, placement), frame=target))
+        self._check_not_within(name, target)
+        moved = replace(item, placement=object_placement(name, placement), frame=target)
+        if name not in self.tools:
+            return self._with(moved)
+        if target == WORLD:
+            raise ModelError(f"{shown(name)} would stand in the world, not on the robot: add it as an object")
+        return self._with_tool(moved)
 
     def attach(
         self,
@@ -143,30 +150,37 @@ class Scene(Value):
         touch_links: Iterable[str] = (),
         mass: float | None = None,
     ) -> "Scene":
-        """Fix an object to a link or tool frame: it moves along from now on.
+        """Fix an object to a link, a tool frame or an object that is attached: it moves along from now on.
 
         Args:
             name: The object's id.
-            link: The link or tool frame.
+            link: The link, tool frame or attached object.
             placement: Of the object in the link's frame; or
             at: Positions of all joints at which it is grasped where it stands.
-            touch_links: Links that may touch it, beside the link itself.
+            touch_links: Links that may touch it, beside the link itself and what is attached between; as
+                for `add`.
             mass: Its mass [kg]; the one it was added with when None.
 
         Raises:
             ObjectNotFound: If there is none of that id.
             FrameNotFound: If the link or a touch link is unknown.
-            ModelError: Unless exactly one of `placement` and `at` is given.
+            ModelError: Unless exactly one of `placement` and `at` is given, or if no link carries `link`.
             ShapeError: If the mass is negative or not finite.
         """
         item = self.object(name)
-        holder = self.robot.frame(link)
+        holder = self.holder(link).link
+        if holder == WORLD:
+            raise ModelError(
+                f"{shown(link)} stands in the world: nothing attached to it would move; "
+                f"move {shown(name)} into its frame instead"
+            )
+        self._check_not_within(name, link)
         if (placement is None) == (at is None):
             raise ModelError("attach: give either `placement`, in the link, or `at`, where it is grasped")
         where = object_placement(name, placement)
         if at is not None:
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
-        links = self._links(touch_links) | {holder.link} | item.touch_links
+        links = self._owners(touch_links) | {holder, self.owner(link)} | item.touch_links
         weight = item.mass if mass is None else checked_mass(name, mass)
         return self._with(replace(item, placement=where, frame=link, touch_links=links, mass=weight))
 
@@ -187,13 +201,14 @@ class Scene(Value):
         """Let two things touch, or one touch anything (`b` None); `allowed=False` forbids again.
 
         Raises:
-            FrameNotFound: If a name is neither link nor object.
+            FrameNotFound: If a name is no link, frame or object.
         """
-        for name in (a,) if b is None else (a, b):
-            self._check_owner(name)
-        matrix = (
-            self.allowed.with_default(a, allowed) if b is None else self.allowed.with_entry(a, b, allowed)
-        )
+        matrix = self.allowed
+        for meant in (self._entered, self.owner):
+            one, other = meant(a), None if b is None else meant(b)
+            matrix = (
+                matrix.with_default(one, allowed) if other is None else matrix.with_entry(one, other, allowed)
+            )
         return replace(self, allowed=matrix)
 
     def with_clearance(self, value: float, a: str | None = None, b: str | None = None) -> "Scene":
@@ -203,7 +218,7 @@ class Scene(Value):
 
         Raises:
             ShapeError: If the clearance is negative or not finite.
-            FrameNotFound: If a name is neither link nor object.
+            FrameNotFound: If a name is no link, frame or object.
             ModelError: If only one name is given.
         """
         return replace(self, clearances=self.clearances.having(value, self._pair("with_clearance", a, b)))
@@ -213,7 +228,7 @@ class Scene(Value):
 
         Raises:
             ShapeError: If the margin is negative or not finite.
-            FrameNotFound: If a name is neither link nor object.
+            FrameNotFound: If a name is no link, frame or object.
             ModelError: If only one name is given.
         """
         pair, every = self._pair("with_margin", a, b), replace(self, margin=margin)
@@ -234,117 +249,33 @@ class Scene(Value):
             last: How long up to the end [s].
 
         Raises:
-            FrameNotFound: If a name is neither link nor object.
+            FrameNotFound: If a name is no link, frame or object.
             ModelError: If no window is given.
             ShapeError: If a number is negative or not finite.
         """
-        self._check_owner(a)
-        self._check_owner(b)
-        allowance = ContactAllowance(name, a, b, depth, first, last)
+        allowance = ContactAllowance(name, self.owner(a), self.owner(b), depth, first, last)
         return replace(self, allowances=(*self.allowances, allowance))
-
-    def object(self, name: str) -> SceneObject:
-        """Return an object.
-
-        Raises:
-            ObjectNotFound: If there is none of that id.
-        """
-        if one_of("object", name, str) not in self.objects:
-            raise ObjectNotFound("object", name, self.objects)
-        return self.objects[name]
-
-    def holder(self, name: str) -> FrameAttachment:
-        """Return the link (or "world") that a frame or object is fixed to, and where in it.
-
-        Raises:
-            FrameNotFound: If the name is no frame.
-        """
-        if one_of("frame", name, str) == WORLD:
-            return FrameAttachment(WORLD, IDENTITY)
-        if name in self.objects:
-            item = self.objects[name]
-            holder = self.holder(item.frame)
-            return FrameAttachment(holder.link, holder.placement * item.placement)
-        self._check_frame(name)
-        return self.robot.frame(name)
-
-    def placement_of(self, name: str, positions: Floats) -> Placement:
-        """Return the placement in the world of a frame or object.
-
-        Args:
-            name: "world", a link, tool frame or object.
-            positions: Of all joints, shape (number of joints,) [rad | m].
-
-        Raises:
-            FrameNotFound: If the name is no frame.
-            ShapeError: If there is not one finite position for each joint.
-        """
-        at = floats("positions", positions, (len(self.robot.joint_names),))
-        holder = self.holder(name)
-        if holder.link == WORLD:
-            return holder.placement
-        return link_placement(self.robot.model, holder.link, at) * holder.placement
-
-    def object_bodies(self) -> tuple[CollisionBody, ...]:
-        """Return the collision bodies of all objects, each fixed to a link or the world."""
-        return tuple(
-            CollisionBody(f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape)
-            for item in self.objects.values()
-            for holder in (self.holder(item.name),)
-            for count, (shape, where) in enumerate(item.parts)
-        )
-
-    def may_touch(self, a: str, b: str) -> bool:
-        """Say whether two links or objects are excused from keeping apart."""
-        for one, other in ((one_of("link or object", a, str), one_of("link or object", b, str)), (b, a)):
-            if one in self.objects and other in self.objects[one].touch_links:
-                return True
-        return self.allowed.allowed(a, b)
-
-    def margin_of(self, a: str, b: str) -> float:
-        """Return the clearance that the optimiser aims at, always a little above what is required [m]."""
-        margin, required = self.pair_margins.get(frozenset((a, b)), self.margin), self.clearance_of(a, b)
-        return max(margin, required + ROOM) if required > 0.0 else margin
-
-    def clearance_of(self, a: str, b: str) -> float:
-        """Return the clearance that is required between two links or objects [m]."""
-        holders, links = [self.holder(name).link for name in (a, b)], self.clearances.links
-        padding = max(links.get(link, 0.0) for link in holders) if WORLD in holders else 0.0
-        return self.clearances.pairs.get(frozenset((a, b)), max(self.clearances.everywhere, padding))
-
-    def __repr__(self) -> str:
-        """Say the robot, the objects and the distances to keep."""
-        objects = in_short(", ".join(self.objects) or "no objects", 100)
-        return f"Scene({shown(self.robot.name)}, {objects}; {self.distances})"
-
-    @property
-    def distances(self) -> str:
-        """The distances to keep, in words."""
-        return self.clearances.beside(self.margin, self.pair_margins)
 
     def _with(self, item: SceneObject) -> "Scene":
         return replace(self, objects={**self.objects, item.name: item})
 
-    def _check_frame(self, name: str) -> None:
-        known = (WORLD, *self.robot.frame_names, *self.objects)
-        if one_of("frame", name, str) not in known:
-            raise FrameNotFound("frame", name, known)
+    def _with_tool(self, item: SceneObject) -> "Scene":
+        return replace(self, tools={**self.tools, item.name: item})
 
-    def _check_owner(self, name: str) -> None:
-        if one_of("link or object", name, str) not in self.objects and name not in self.robot.links:
-            raise FrameNotFound("link or object", name, (*self.robot.links, *self.objects))
+    def _check_not_within(self, name: str, frame: str) -> None:
+        """Refuse a frame that is placed, directly or not, in what is to be placed in it."""
+        over, placed = frame, self.placed
+        while over in placed:
+            if over == name:
+                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
+            over = placed[over].frame
 
     def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
         if a is None or b is None:
             if a is not b:
                 raise ModelError(f"{caller}: name both things or none")
             return None
-        self._check_owner(a)
-        self._check_owner(b)
-        return frozenset((a, b))
-
-    def _links(self, names: Iterable[str]) -> frozenset[str]:
-        links = frozenset(several("touch_links", names, str))
-        for link in sorted(links.difference(self.robot.links)):
-            raise FrameNotFound("touch link", link, self.robot.links)
-        return links
+        one, other = self.owner(a), self.owner(b)
+        if one == other:
+            raise ModelError(f"{caller}: {shown(a)} and {shown(b)} are one thing, {shown(one)}")
+        return frozenset((one, other))

@@ -34,10 +34,10 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
     if node["weight"].number(0.0) != 0.0:
         reading.notes.append(f"{node.place}: the weight of {message.name!r} is ignored")
     link = node["link_name"].text()
-    require(node["link_name"], FrameNotFound, "link", link, scene.robot.frame_names)
+    require(node["link_name"], FrameNotFound, "link", link, scene.frame_names)
     touch = [link_node.text() for link_node in node["touch_links"].elements()]
     for link_node in node["touch_links"].elements():
-        require(link_node, FrameNotFound, "link", link_node.text(), scene.robot.links)
+        require(link_node, FrameNotFound, "link", link_node.text(), (*scene.frame_names, *scene.objects))
     if message.parts:
         return _attach_new(message, link, frozenset(touch), scene, reading)
     require(node["object"]["id"], ObjectNotFound, "object", message.name, scene.objects)
@@ -52,7 +52,7 @@ def _attach_new(
     if frame != link:
         at_link = placement_in_world(link, scene, reading)
         where = at_link.inverse() * placement_in_world(frame, scene, reading) * where
-    touch |= {scene.robot.frame(link).link}
+    touch |= {scene.holder(link).link}
     return add(message, scene, reading, placement=where, frame=link, touch_links=touch)
 
 
@@ -61,7 +61,7 @@ def _detach(node: Node, name: str, scene: Scene, reading: Reading) -> Scene:
     held = [
         key
         for key, item in scene.objects.items()
-        if item.frame in scene.robot.frame_names
+        if item.frame in scene.frame_names
         and scene.holder(key).link != WORLD
         and name in ("", key)
         and link in ("", item.frame)

@@ -94,7 +94,7 @@ def apply_object(message: ObjectMessage, scene: Scene, reading: Reading) -> Scen
             return _emptied(scene)
         if name not in scene.objects:
             reading.notes.append(f"{node.place}: there is no object {name!r} to remove")
-        return without(scene, name)
+        return _without_lost_tools(without(scene, name), scene)
     frame = read_frame(node["header"], scene, reading)
     where = placement_in_world(frame, scene, reading) * message.placement
     if message.operation == "MOVE":
@@ -199,4 +199,11 @@ def _emptied(scene: Scene) -> Scene:
         for key, item in scene.objects.items()
         if scene.holder(key).link != WORLD or (item.frame == WORLD and not item.parts)
     }
-    return replace(scene, objects=kept)
+    return _without_lost_tools(replace(scene, objects=kept), scene)
+
+
+def _without_lost_tools(scene: Scene, before: Scene) -> Scene:
+    """Return the scene without the frames of tools that stood on objects that are gone."""
+    owners = {name: before.owner(name) for name in scene.tools}
+    gone = set(before.objects) - set(scene.objects)
+    return replace(scene, tools={name: scene.tools[name] for name in owners if owners[name] not in gone})

@@ -56,7 +56,7 @@ def read_frame(header: Node, scene: Scene, reading: Reading) -> str:
     name = frame_id(header)
     if name in reading.world_names:
         return WORLD
-    known = (*scene.robot.frame_names, *scene.objects)
+    known = (*scene.frame_names, *scene.objects)
     require(header["frame_id"], FrameNotFound, "frame", name, known)
     return name
 
@@ -69,7 +69,7 @@ def read_frame_name(node: Node, scene: Scene) -> str:
     """
     name = node.text()
     carried = [key for key in scene.objects if scene.holder(key).link != WORLD]
-    require(node, FrameNotFound, "frame", name, (*scene.robot.frame_names, *carried))
+    require(node, FrameNotFound, "frame", name, (*scene.frame_names, *carried))
     return name
 
 

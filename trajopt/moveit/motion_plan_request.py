@@ -165,7 +165,7 @@ def _read_tool_speed(document: Node, scene: Scene, notes: list[str]) -> tuple[To
     for key in LIMITED_LINK:
         link = document[key].text("")
         if link:
-            require(document[key], FrameNotFound, "frame", link, scene.robot.frame_names)
+            require(document[key], FrameNotFound, "frame", link, (*scene.frame_names, *scene.objects))
             return (tool_speed(link, linear=limit),)
     notes.append(f"max_cartesian_speed: is ignored, {LIMITED_LINK[0]} names no link")
     return ()

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from trajopt.arrays import Floats
-from trajopt.errors import FrameNotFound, ShapeError
+from trajopt.errors import FrameNotFound, ModelError, ShapeError
 from trajopt.io.document import Node, read_document
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
@@ -53,8 +53,9 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
     """Read a `moveit_msgs/PlanningScene` from YAML.
 
     Everything is put into a fresh scene. Objects in the frame of a link stand in the world where
-    that link is at the file's robot state. Link padding becomes a required clearance from what stands
-    in the world, link scale the size of the link's collision shapes; colours are ignored.
+    that link is at the file's robot state. A fixed frame that is given in one of the robot's is a tool's
+    frame, as of `Scene.with_tool`; others stand in the world. Link padding becomes a required clearance
+    from what stands in the world, link scale the size of the link's collision shapes; colours are ignored.
 
     Args:
         path: The file.
@@ -111,6 +112,9 @@ def _with_fixed_frame(node: Node, scene: Scene, reading: Reading) -> Scene:
     where = read_placement(node["transform"], reading.notes)
     frames = {frame_id(node["header"]), node["child_frame_id"].text("").removeprefix("/")}
     others = sorted(frames - reading.world_names)
+    known = [frame for frame in others if frame in scene.frame_names]
+    if len(others) == 2 and len(known) == 1:
+        return _with_tool(node, scene, where, *known, *(frame for frame in others if frame not in known))
     if not others:
         if where != Placement():
             raise node.error("displaces the world from itself")
@@ -124,6 +128,14 @@ def _with_fixed_frame(node: Node, scene: Scene, reading: Reading) -> Scene:
     if name in scene.objects:
         raise node.error(f"the frame {name!r} is given twice")
     return scene.add(name, (), where)
+
+
+def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -> Scene:
+    """Return the scene with a frame that is fixed to one of the robot's, whichever way round they are."""
+    try:
+        return scene.with_tool(name, on, where)
+    except ModelError as error:
+        raise node.error(str(error)) from error
 
 
 def _refuse_octomap(node: Node) -> None:

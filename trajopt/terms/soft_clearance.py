@@ -66,11 +66,13 @@ class SoftClearance:
     def _by_pair(self, reduced: ReducedModel) -> tuple[Floats, Floats]:
         """Return the preferred distance and the root of the weight of each pair, shape (p,) both."""
         owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
-        known = sorted({name for pair in owners for name in pair})
+        known, scene = sorted({name for pair in owners for name in pair}), reduced.scene
         for name in sorted({name for pair in self.single for name in pair}):
-            if name not in known:
+            named = name in scene.objects or name in scene.frame_names
+            if not named or scene.owner(name) not in known:
                 raise ObjectNotFound("link or object that can come near another", name, known)
-        preferred = [self.single.get(pair, self.every) for pair in owners]
+        single = {frozenset(map(scene.owner, pair)): preferred for pair, preferred in self.single.items()}
+        preferred = [single.get(pair, self.every) for pair in owners]
         return np.array([item.distance for item in preferred]), np.sqrt([item.weight for item in preferred])
 
 
@@ -93,7 +95,7 @@ def soft_clearance(
     Args:
         distance: Preferred distance of all pairs [m].
         weight: Of the squared shortfall [1/m^2].
-        pairs: Distance and weight of single pairs of links and objects, where they differ.
+        pairs: Distance and weight of single pairs of links, frames and objects, where they differ.
         window: Where it counts.
 
     Raises:

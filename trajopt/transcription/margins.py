@@ -11,7 +11,7 @@ import numpy as np
 from trajopt.arrays import Bools, Floats, Ints, Printed
 from trajopt.model.collisions.clearances import ROOM
 from trajopt.model.reduced import BodyPairs
-from trajopt.model.scene import DEFAULT_MARGIN
+from trajopt.model.scene_parts import DEFAULT_MARGIN
 from trajopt.query import Query
 
 TAPER_KNOTS = 3.0

@@ -16,7 +16,7 @@ class CollisionModel:
     """A scene's bodies, fixed to the joints of a reduced robot.
 
     Attributes:
-        anchors: Where each frame of the robot, each object and the world is fixed, by name.
+        anchors: Where each frame of the robot, each tool, each object and the world is fixed, by name.
         bodies: Collision bodies of links, then of objects.
         pairs: Those that must keep apart.
     """
@@ -69,7 +69,7 @@ def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
 
 def _built(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     anchors = dict(robot.anchors)
-    for name in scene.objects:
+    for name in scene.placed:
         _anchor(name, scene, anchors)
     bodies = list(robot.bodies)
     for item in scene.objects.values():
@@ -87,7 +87,7 @@ def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
     """Return where a frame or object is fixed, and enter it: objects may stand on later ones."""
     found = anchors.get(name)
     if found is None:
-        item = scene.objects[name]
+        item = scene.placed[name]
         found = anchors[name] = _anchored(item, _anchor(item.frame, scene, anchors)).anchor
     return found
 

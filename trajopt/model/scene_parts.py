@@ -1,0 +1,218 @@
+"""What a scene is made of, and what its names mean: the read-only half of `Scene`."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import pinocchio as pin
+
+from trajopt.arrays import Floats, Value, floats, number, one_of, several
+from trajopt.errors import FrameNotFound, ObjectNotFound, ShapeError, shown
+from trajopt.model.cached import cached_per_value
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
+from trajopt.model.collisions.bodies import CollisionBody
+from trajopt.model.collisions.clearances import ROOM, Clearances
+from trajopt.model.description.pinocchio_model import link_frame, link_placement
+from trajopt.model.frame_attachment import FrameAttachment
+from trajopt.model.placement import IDENTITY, Placement
+from trajopt.model.printed import in_short
+from trajopt.model.requirements import WORLD
+from trajopt.model.robot import Robot
+from trajopt.model.scene_object import SceneObject
+
+DEFAULT_MARGIN = 0.01
+"""Default clearance that the optimiser aims at from everything [m]."""
+
+FROM_SRDF = AllowedCollisions()
+"""Stands for the pairs that the robot's description disables, unless another matrix is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class SceneParts(Value):
+    """The fields of a scene, which `Scene` says more of, and what can be asked of them.
+
+    Attributes:
+        robot: The robot.
+        objects: Objects by id.
+        allowed: Pairs that may touch; starts with the robot's disabled pairs.
+        margin: Clearance that the optimiser keeps from everything where it can [m].
+        pair_margins: The same of single pairs of links and objects, where it differs [m].
+        clearances: Clearance that is required: no motion is verified that undercuts it.
+        allowances: Intended contacts, for a time.
+        tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
+    """
+
+    robot: Robot
+    objects: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
+    allowed: AllowedCollisions = FROM_SRDF
+    margin: float = DEFAULT_MARGIN
+    pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict[frozenset[str], float])
+    clearances: Clearances = field(default_factory=Clearances)
+    allowances: tuple[ContactAllowance, ...] = ()
+    tools: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
+
+    def __post_init__(self) -> None:
+        """Check the margin; start from the robot's disabled pairs when no matrix was given."""
+        robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
+        if margin < 0.0:
+            raise ShapeError("margin", f"is negative: {margin:g} m")
+        object.__setattr__(self, "margin", margin)
+        if self.allowed is FROM_SRDF:
+            object.__setattr__(self, "allowed", AllowedCollisions(dict.fromkeys(robot.disabled_pairs, True)))
+
+    def object(self, name: str) -> SceneObject:
+        """Return an object.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+        """
+        if one_of("object", name, str) not in self.objects:
+            raise ObjectNotFound("object", name, self.objects)
+        return self.objects[name]
+
+    @property
+    def placed(self) -> Mapping[str, SceneObject]:
+        """Everything that has a placement in another frame, by name: tools and objects."""
+        return {**self.tools, **self.objects} if self.tools else self.objects
+
+    @property
+    def tools_on_links(self) -> Mapping[str, SceneObject]:
+        """The tools that would stay without any object."""
+        return {name: item for name, item in self.tools.items() if self.owner(name) not in self.objects}
+
+    @property
+    def frame_names(self) -> tuple[str, ...]:
+        """Names of all links and tool frames: those of the robot, then those of this scene."""
+        return (*self.robot.frame_names, *self.tools)
+
+    def holder(self, name: str) -> FrameAttachment:
+        """Return the link (or "world") that a frame or object is fixed to, and where in it.
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+        """
+        if one_of("frame", name, str) == WORLD:
+            return FrameAttachment(WORLD, IDENTITY)
+        if name in (placed := self.placed):
+            item = placed[name]
+            holder = self.holder(item.frame)
+            return FrameAttachment(holder.link, holder.placement * item.placement)
+        self._check_frame(name)
+        return self.robot.frame(name)
+
+    def owner(self, name: str, kind: str = "link, frame or object") -> str:
+        """Return the link or object that is meant where collisions are spoken of.
+
+        An object means itself, and so does a link that has a shape. A frame means what it is fixed on, and so
+        does a link without a shape, such as a flange: no other link could be meant.
+
+        Args:
+            name: A link, a tool frame or an object.
+            kind: What it is called where it is not found.
+
+        Raises:
+            FrameNotFound: If it is none of them.
+        """
+        if one_of(kind, name, str) in self.tools:
+            return self.owner(self.tools[name].frame)
+        if name in self.objects:
+            return name
+        if name not in self.robot.frames and name not in self.robot.links:
+            raise FrameNotFound(kind, name, (*self.frame_names, *self.objects))
+        link = self.robot.frame(name).link
+        return _shaped_links(self.robot).get(link, link)
+
+    def placement_of(self, name: str, positions: Floats) -> Placement:
+        """Return the placement in the world of a frame or object.
+
+        Args:
+            name: "world", a link, tool frame or object.
+            positions: Of all joints, shape (number of joints,) [rad | m].
+
+        Raises:
+            FrameNotFound: If the name is no frame.
+            ShapeError: If there is not one finite position for each joint.
+        """
+        at = floats("positions", positions, (len(self.robot.joint_names),))
+        holder = self.holder(name)
+        if holder.link == WORLD:
+            return holder.placement
+        return link_placement(self.robot.model, holder.link, at) * holder.placement
+
+    def object_bodies(self) -> tuple[CollisionBody, ...]:
+        """Return the collision bodies of all objects, each fixed to a link or the world."""
+        return tuple(
+            CollisionBody(f"{item.name}/{count}", item.name, holder.link, holder.placement * where, shape)
+            for item in self.objects.values()
+            for holder in (self.holder(item.name),)
+            for count, (shape, where) in enumerate(item.parts)
+        )
+
+    def may_touch(self, a: str, b: str) -> bool:
+        """Say whether two links or objects are excused from keeping apart."""
+        one, other = self.owner(a), self.owner(b)
+        for first, second in ((one, other), (other, one)):
+            if first in self.objects and second in self.objects[first].touch_links:
+                return True
+        # A matrix may speak of links without a shape too: they are as it says.
+        return self.allowed.allowed(self._entered(a), self._entered(b))
+
+    def margin_of(self, a: str, b: str) -> float:
+        """Return the clearance that the optimiser aims at, always a little above what is required [m]."""
+        pair, required = frozenset((self.owner(a), self.owner(b))), self.clearance_of(a, b)
+        margin = self.pair_margins.get(pair, self.margin)
+        return max(margin, required + ROOM) if required > 0.0 else margin
+
+    def clearance_of(self, a: str, b: str) -> float:
+        """Return the clearance that is required between two links or objects [m]."""
+        holders, links = [self.holder(name).link for name in (a, b)], self.clearances.links
+        padding = max(links.get(link, 0.0) for link in holders) if WORLD in holders else 0.0
+        pair = frozenset((self.owner(a), self.owner(b)))
+        return self.clearances.pairs.get(pair, max(self.clearances.everywhere, padding))
+
+    def __repr__(self) -> str:
+        """Say the robot, its tools, the objects and the distances to keep."""
+        objects = in_short(", ".join(self.objects) or "no objects", 100)
+        mounted = f" with {in_short(', '.join(self.tools), 100)}" if self.tools else ""
+        return f"Scene({shown(self.robot.name)}{mounted}, {objects}; {self.distances})"
+
+    @property
+    def described(self) -> tuple[tuple[str, str], ...]:
+        """Each tool, and what is around the robot, as a heading and words."""
+        tools = (f"{item.name} on {item.frame} at {item.placement}" for item in self.tools.values())
+        around = f"{', '.join(self.objects) or 'nothing'}; {self.distances}"
+        return (*(("tool", words) for words in tools), ("around it", around))
+
+    @property
+    def distances(self) -> str:
+        """The distances to keep, in words."""
+        return self.clearances.beside(self.margin, self.pair_margins)
+
+    def _entered(self, name: str) -> str:
+        """Return the name that a matrix of allowed collisions has for a link, frame or object."""
+        owner = self.owner(name)
+        return name if name in self.robot.links else owner
+
+    def _check_frame(self, name: str) -> None:
+        known = (WORLD, *self.frame_names, *self.objects)
+        if one_of("frame", name, str) not in known:
+            raise FrameNotFound("frame", name, known)
+
+    def _owners(self, names: Iterable[str]) -> frozenset[str]:
+        return frozenset(self.owner(name, "touch link") for name in several("touch_links", names, str))
+
+
+@cached_per_value
+def _shaped_links(robot: Robot) -> Mapping[str, str]:
+    """Return the nearest link with a shape that each link without one is fixed on, where there is one."""
+    shaped, frames = {body.owner for body in robot.bodies}, robot.model.frames
+    found: dict[str, str] = {}
+    for link in robot.links:
+        place = link_frame(robot.model, link)
+        while frames[place].name not in shaped and place > 0:
+            joint = frames[place].parentFrame
+            if frames[joint].type != pin.FrameType.FIXED_JOINT:
+                break
+            place = frames[joint].parentFrame
+        if frames[place].name in shaped:
+            found[link] = str(frames[place].name)
+    return found
