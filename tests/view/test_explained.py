@@ -36,7 +36,8 @@ def test_only_what_is_in_the_way_is_red(tmp_path: Path, pan: float) -> None:
         pytest.skip(str(reason))
     with Image.open(path) as image:
         assert image.width == 320 and image.height > 240, "the words stand over the picture"
-    assert (red_share(path) > 0.01) is (pan != 2.0)
+    # A thousandth is some 70 pixels: more than edges of another colour, less than anything drawn red.
+    assert (red_share(path) > 0.001) is (pan != 2.0)
 
 
 def test_a_goal_out_of_reach_is_drawn_as_a_ball(tmp_path: Path) -> None:

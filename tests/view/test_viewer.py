@@ -9,9 +9,16 @@ import pytest
 from trajopt.arrays import Floats
 from trajopt.errors import MissingExtra, ShapeError
 from trajopt.model.description.pinocchio_model import link_placement
+from trajopt.model.placement import placement
+from trajopt.model.reduced import reduce_model
+from trajopt.model.shapes import Box
 from trajopt.model.trajectory import Trajectory
+from trajopt.simulate.camera import FIELD_OF_VIEW
+from trajopt.simulate.motion import motion_of
+from trajopt.simulate.viewpoint import look_at
 from trajopt.view import Viewer, view
 from trajopt.view.readout import clearance_html, joints_html
+from trajopt.view.viewer import ASPECT
 
 from .conftest import Motion
 
@@ -107,3 +114,34 @@ def test_readout_in_words(motion: Motion, viewer: Viewer) -> None:
     table = joints_html(motion.reduced.limits, viewer.positions, (False, True, True))
     assert "100.0 mm" in table
     assert "20.1&deg;" in table
+
+
+def test_the_page_is_seen_from_where_pictures_are(motion: Motion, viewer: Viewer) -> None:
+    chosen = look_at(motion.reduced, motion_of(motion.reduced, motion.trajectory), ASPECT).camera
+    camera = viewer._server.initial_camera
+    np.testing.assert_allclose(camera.position, chosen.position)
+    np.testing.assert_allclose(camera.look_at, chosen.target)
+    assert camera.fov == pytest.approx(FIELD_OF_VIEW)
+
+
+def test_what_hides_the_motion_is_translucent(motion: Motion) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    scene = motion.reduced.scene
+    for name, x in (("front", 0.68), ("back", -0.3)):
+        scene = scene.add(name, Box(0.02, 1.36, 4.0), placement((x, 0.0, 1.0)))
+    for name, y in (("left", 0.68), ("right", -0.68)):
+        scene = scene.add(name, Box(0.98, 0.02, 4.0), placement((0.19, y, 1.0)))
+    walled = reduce_model(scene, motion.reduced.group, motion.reduced.start)
+    opened = view(walled, motion.trajectory, port=free_port())
+    try:
+        seen_through = {name for name, handle in opened._drawing._objects if handle.opacity is not None}
+    finally:
+        opened.close()
+    expected = look_at(walled, motion_of(walled, motion.trajectory), ASPECT).hiding
+    assert seen_through == expected and expected and expected <= {"front", "back", "left", "right"}
+
+
+def test_nothing_but_what_we_say_is_printed(motion: Motion, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    view(motion.reduced, motion.trajectory, port=free_port()).close()
+    assert capsys.readouterr() == ("", "")

@@ -175,10 +175,32 @@ def tool_frame(reduced: ReducedModel) -> str:
     last that the scene was given, else the robot's first; else the link there whose origin is farthest from
     the joint. A group without a tip link counts as ending with what its last joint moves.
     """
+    tip = reduced.scene.robot.group(reduced.group).tip
+    last = reduced.model.getJointId(reduced.joint_names[-1])
+    return _tool_on(reduced, last if tip is None else reduced.attachment(tip)[0])
+
+
+def tool_frames(reduced: ReducedModel) -> tuple[str, ...]:
+    """Return one frame for each tool that a group moves: `tool_frame`, or one at the end of each branch.
+
+    A group without a tip link may move several arms; each ends where no other joint of the group follows.
+    """
+    if reduced.scene.robot.group(reduced.group).tip is not None:
+        return (tool_frame(reduced),)
+    joints = [reduced.model.getJointId(name) for name in reduced.joint_names]
+    before: set[int] = set()
+    for joint in joints:
+        parent = int(reduced.model.parents[joint])
+        while parent:
+            before.add(parent)
+            parent = int(reduced.model.parents[parent])
+    return tuple(_tool_on(reduced, joint) for joint in joints if joint not in before)
+
+
+def _tool_on(reduced: ReducedModel, carrier: int) -> str:
+    """Return the tool frame, or else the farthest link, that a joint carries."""
     robot = reduced.scene.robot
     tip = robot.group(reduced.group).tip
-    last = reduced.model.getJointId(reduced.joint_names[-1])
-    carrier = last if tip is None else reduced.attachment(tip)[0]
     for name in (*reversed(tuple(reduced.scene.tools)), *robot.frames):
         if reduced.attachment(name)[0] == carrier:
             return name

@@ -1,6 +1,6 @@
-"""The camera's position: chosen so that the robot, the objects and the motion are in view."""
+"""Cameras: how near one may be for all of a motion to be in view, and where points are in its picture."""
 
-from collections.abc import Callable
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,16 +12,12 @@ from trajopt.model.shapes import Plane, bounding_box
 
 FIELD_OF_VIEW = np.deg2rad(36.0)
 """Vertical opening of the camera [rad]."""
-ELEVATION = np.deg2rad(-20.0)
-"""From where an automatic camera looks: down by this angle [rad]."""
 BORDER = 1.04
 """An automatic camera is this much farther away than it must be."""
 NEAREST = 0.05
 """How near an automatic camera may be to what it looks at [m]."""
-SURROUNDINGS = 0.25
-"""Objects farther from the robot than this share of its size need not be in view."""
-CANDIDATES = np.deg2rad((140.0, 220.0, 115.0, 245.0, 160.0, 200.0, 40.0, -40.0))
-"""Directions an automatic camera looks along, about z [rad]; earlier ones win ties."""
+SURROUNDINGS = 0.1
+"""How far around the motion objects are in view, as a share of its size: the motion fills the picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,37 +65,34 @@ def frame_points(points: Floats, azimuth: float, elevation: float, aspect: float
     return CameraView(readonly(target), distance * BORDER, azimuth, elevation)
 
 
-def automatic_view(
-    points: Floats, path: Floats, aspect: float, share_seen: Callable[[Floats], float]
-) -> CameraView:
-    """Choose the direction from which the tool is hidden least, and moves across most.
+def picture_coordinates(view: CameraView, points: Floats) -> Floats:
+    """Return where points are in a picture, right and up from its middle, (k, 3) in the world -> (k, 2).
 
-    Args:
-        points: What must be in view, shape (m, 3) in the world [m].
-        path: Where the tool is during the motion, shape (k, 3) [m].
-        aspect: Width of the picture over its height.
-        share_seen: For a position of the camera, the share of the motion during which the tool is seen.
+    In units of the distance from the camera: 1 is at half a right angle.
     """
-    best, best_score = None, -np.inf
-    for rank, azimuth in enumerate(CANDIDATES):
-        view = frame_points(points, float(azimuth), float(ELEVATION), aspect)
-        across = _project(path - view.target, _axes(view.azimuth, view.elevation))[1]
-        extent = float(np.linalg.norm(np.ptp(across, axis=0))) / view.distance
-        score = share_seen(view.position) + 0.5 * extent - 0.02 * rank
-        if score > best_score:
-            best, best_score = view, score
-    assert best is not None
-    return best
+    depth, across = _project(points - view.target, _axes(view.azimuth, view.elevation))
+    return across / np.maximum(view.distance + depth, NEAREST)[:, None]
 
 
-def visible_points(reduced: ReducedModel, motion: Floats) -> Floats:
-    """Return corners of what must be in view: the robot during the motion, and the objects near it.
+def outermost(points: Floats) -> Floats:
+    """Return those of the points (k, 3) that a camera must have in view to see all; all of them if flat."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to import
 
-    Objects larger than the robot are cut to its surroundings; half-spaces do not count.
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:
+        return points
+
+
+def visible_points(reduced: ReducedModel, configurations: Floats, *, always: Collection[str] = ()) -> Floats:
+    """Return corners of what must be in view: the robot during the motion, and the objects right around it.
+
+    Objects are cut to the box around the motion and its surroundings; half-spaces do not count.
 
     Args:
         reduced: Robot and scene.
-        motion: Positions of the group along the motion, shape (k, n) [rad | m].
+        configurations: Positions of the group along the motion, shape (k, n) [rad | m].
+        always: Objects that must be in view as a whole, wherever they are.
 
     Returns:
         Shape (m, 3) in the world [m].
@@ -108,24 +101,24 @@ def visible_points(reduced: ReducedModel, motion: Floats) -> Floats:
     shown = [b for b in (*scene.robot.bodies, *scene.object_bodies()) if not isinstance(b.shape, Plane)]
     moved: list[Floats] = []
     still: list[Floats] = []
-    for positions in motion:
+    for count, positions in enumerate(configurations):
         place = reduced.all_positions(positions)
         frames = {body.frame: scene.placement_of(body.frame, place) for body in shown}
         moved.append(np.array([scene.placement_of(link, place).translation for link in scene.robot.links]))
         for body in shown:
             points = frames[body.frame] * (body.placement * _corners(*bounding_box(body.shape)))
-            (still if body.frame == WORLD else moved).append(points)
+            if body.frame != WORLD or body.owner in always:
+                moved.append(points)
+            elif count == 0:
+                still.append(points)
     cloud = np.concatenate(moved)
     low, high = cloud.min(axis=0), cloud.max(axis=0)
-    size = float(np.linalg.norm(high - low))
-    near_low, near_high = low - SURROUNDINGS * size, high + SURROUNDINGS * size
+    around = SURROUNDINGS * float(np.linalg.norm(high - low))
     for points in still:
-        lower, upper = points.min(axis=0), points.max(axis=0)
-        if (lower > near_high).any() or (upper < near_low).any():
-            continue
-        if np.linalg.norm(upper - lower) > size:
-            lower, upper = np.maximum(lower, near_low), np.minimum(upper, near_high)
-        cloud = np.vstack((cloud, _corners(lower, upper)))
+        lower = np.maximum(points.min(axis=0), low - around)
+        upper = np.minimum(points.max(axis=0), high + around)
+        if (lower <= upper).all():
+            cloud = np.vstack((cloud, _corners(lower, upper)))
     return cloud
 
 
@@ -137,15 +130,15 @@ def _corners(lower: Floats, upper: Floats) -> Floats:
 
 def _axes(azimuth: float, elevation: float) -> Floats:
     """Directions forward, right and up of a camera, shape (3, 3), one a row."""
-    forward = np.array(
+    level, rise = np.cos(elevation), np.sin(elevation)
+    along, aside = np.cos(azimuth), np.sin(azimuth)
+    return np.array(
         (
-            np.cos(elevation) * np.cos(azimuth),
-            np.cos(elevation) * np.sin(azimuth),
-            np.sin(elevation),
+            (level * along, level * aside, rise),
+            (aside, -along, 0.0),
+            (-rise * along, -rise * aside, level),
         )
     )
-    right = np.array((np.sin(azimuth), -np.cos(azimuth), 0.0))
-    return np.stack((forward, right, np.cross(right, forward)))
 
 
 def _project(offsets: Floats, axes: Floats) -> tuple[Floats, Floats]:

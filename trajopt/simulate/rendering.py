@@ -63,7 +63,8 @@ def render(
         ModelError: If the motion is not of this group's joints.
     """
     from trajopt.simulate.film import WRITERS, check_path, write_strip  # MuJoCo takes a second to import
-    from trajopt.simulate.studio import Studio, frame_times, moments_of, motion_of
+    from trajopt.simulate.motion import frame_times, moments_of, motion_of
+    from trajopt.simulate.studio import Canvas, Studio
 
     reduced, drawn, file = _drawn(subject, motion, path)
     suffix, known = check_path(file), motion_of(reduced, drawn)
@@ -74,12 +75,10 @@ def render(
     with Studio(
         reduced,
         known,
-        width=width,
-        height=height,
-        shadow=min(4096, (6 if still else 3) * max(width, height)),
+        Canvas(width, height, shadow=min(4096, (6 if still else 3) * max(width, height))),
         pictures=len(times),
         camera=unless_none("camera", camera, CameraView),
-        highlight=frozenset(several("highlight", highlight, str)),
+        highlight=several("highlight", highlight, str),
     ) as studio:
         if still and layout is Layout.SUPERPOSED:
             write_strip(file, [studio.superposed(times)])

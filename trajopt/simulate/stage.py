@@ -1,25 +1,28 @@
 """The model that pictures are drawn of: the robot's visuals, the objects, a floor and light."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
 from trajopt.io.engine import mujoco
+from trajopt.model.cached import cached_per_value
 from trajopt.model.description.urdf import LinkGeometry, MeshReference
 from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
-from trajopt.model.shapes import Plane, Shape
+from trajopt.model.robot import Robot
+from trajopt.model.shapes import Plane, Shape, bounding_box
 from trajopt.simulate.pieces import Piece, pieces, surface
 from trajopt.simulate.spec import add_joints, add_piece
 
 Colour = tuple[float, float, float, float]
 
-FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP = 0, 1, 2
-"""MuJoCo's geometry groups, by which pictures distinguish things."""
+FLOOR_GROUP, MOVING_GROUP, STILL_GROUP = 0, 1, 2
+"""MuJoCo's geometry groups: the floor; the robot, what it carries and what is loose; other objects."""
 
 LIGHT_LINK: Colour = (0.90, 0.91, 0.92, 1.0)
 DARK_LINK: Colour = (0.52, 0.55, 0.59, 1.0)
@@ -42,14 +45,27 @@ WOODEN = ("table", "shelf", "desk", "bench", "board", "pallet")
 """An object whose name has one of these words is drawn as wood."""
 
 
+@dataclass(frozen=True, eq=False)
+class PictureSpec:
+    """A model for pictures.
+
+    Attributes:
+        spec: MuJoCo's model, not compiled yet; nothing in it collides.
+        owners: The object that a geometry belongs to, by the geometry's name; of those that nothing moves.
+    """
+
+    spec: mujoco.MjSpec
+    owners: dict[str, str]
+
+
 def picture_spec(
     reduced: ReducedModel,
     shown: Floats,
     *,
     loose: str = "",
     highlight: frozenset[str] = frozenset(),
-) -> mujoco.MjSpec:
-    """Return a MuJoCo model for pictures: nothing in it collides.
+) -> PictureSpec:
+    """Return a model for pictures.
 
     Args:
         reduced: Robot and scene.
@@ -66,9 +82,10 @@ def picture_spec(
     _set_the_stage(spec, _floor_height(reduced, float(low[2])))
     for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced, highlight)):
         geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
-        geom.rgba, geom.group, geom.material = np.array(colour), ROBOT_GROUP, "paint"
+        geom.rgba, geom.group, geom.material = np.array(colour), MOVING_GROUP, "paint"
     colours = object_colours(reduced, loose) | dict.fromkeys(highlight, ALARM_OBJECT)
     links = reduced.scene.robot.links
+    owners: dict[str, str] = {}
     count = 0
     free = spec.worldbody.add_body(name=loose, mocap=True) if loose else None
     for body in reduced.bodies:
@@ -78,11 +95,15 @@ def picture_spec(
         if free is not None and body.owner == loose:
             carrier, where = free, reduced.attachment(loose)[1].inverse() * where
         for piece in _seen(body.shape):
-            geom = add_piece(spec, carrier, f"object {count}", piece, where)
-            geom.rgba, geom.group = np.array(colours[body.owner]), OBJECT_GROUP
-            geom.material = "paint"
+            name = f"object {count}"
             count += 1
-    return spec
+            geom = add_piece(spec, carrier, name, piece, where)
+            geom.rgba, geom.material = np.array(colours[body.owner]), "paint"
+            still = body.joint == 0 and body.owner != loose
+            geom.group = STILL_GROUP if still else MOVING_GROUP
+            if still:
+                owners[name] = body.owner
+    return PictureSpec(spec, owners)
 
 
 def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
@@ -112,26 +133,32 @@ def _robot_pieces(
 ) -> Iterator[tuple[int, Placement, Piece, Colour]]:
     """Yield joint, placement in it, piece and colour of the robot's visuals."""
     robot = reduced.scene.robot
-    failed: set[str] = set()
-    found: list[tuple[str, Placement, Piece, Colour]] = []
-    for visual in robot.visuals:
-        try:
-            shape = _visual_shape(visual)
-        except MeshFileError:
-            failed.add(visual.link)
-            continue
+    drawn, failed = _visual_pieces(robot)
+    for visual, piece in drawn:
         plain = visual.colour or _link_colour(reduced, visual.link)
-        colour = ALARM if visual.link in highlight else plain
-        found.extend((visual.link, visual.placement, piece, colour) for piece in _seen(shape))
-    for link, where, piece, colour in found:
-        if link not in failed:
-            joint, placed = reduced.attachment(link)
-            yield joint, placed * where, piece, colour
+        joint, placed = reduced.attachment(visual.link)
+        yield joint, placed * visual.placement, piece, ALARM if visual.link in highlight else plain
     for body in reduced.bodies:
         if body.owner in failed or (not robot.visuals and body.owner in robot.links):
             for piece in _seen(body.shape):
                 plain = _link_colour(reduced, body.owner)
                 yield body.joint, body.placement, piece, ALARM if body.owner in highlight else plain
+
+
+@cached_per_value
+def _visual_pieces(robot: Robot) -> tuple[tuple[tuple[LinkGeometry, Piece], ...], frozenset[str]]:
+    """Return what is drawn of a robot's visuals, and the links of which a mesh cannot be read.
+
+    Kept with the robot: reading its meshes takes longer than all else that a picture needs.
+    """
+    read: list[tuple[LinkGeometry, Piece]] = []
+    failed: set[str] = set()
+    for visual in robot.visuals:
+        try:
+            read.extend((visual, piece) for piece in _seen(_visual_shape(visual)))
+        except MeshFileError:
+            failed.add(visual.link)
+    return tuple(pair for pair in read if pair[0].link not in failed), frozenset(failed)
 
 
 def _visual_shape(visual: LinkGeometry) -> Shape:
@@ -155,8 +182,13 @@ def _links_of(reduced: ReducedModel, group: str) -> tuple[str, ...]:
 def _floor_height(reduced: ReducedModel, lowest: float) -> float:
     """Height of the floor: of a level half-space in the scene, else just below everything."""
     for body in reduced.bodies:
-        level = body.placement.rotation[2, 2] > 1.0 - 1e-9
-        if isinstance(body.shape, Plane) and body.joint == 0 and level:
+        if body.joint:
+            continue
+        if not isinstance(body.shape, Plane):
+            lower, upper = bounding_box(body.shape)
+            middle = body.placement * ((lower + upper) / 2)
+            lowest = min(lowest, float(middle[2] - np.abs(body.placement.rotation[2]) @ (upper - lower) / 2))
+        elif body.placement.rotation[2, 2] > 1.0 - 1e-9:
             return float(body.placement.translation[2])
     # Not in the plane of a table top or base plate, where the two would flicker.
     return min(lowest, 0.0) - 1e-3
@@ -171,7 +203,7 @@ def _set_the_stage(spec: mujoco.MjSpec, floor: float) -> None:
     visual.headlight.diffuse = np.full(3, 0.20)
     visual.headlight.specular = np.full(3, 0.05)
     visual.rgba.haze = np.array((0.94, 0.96, 0.98, 1.0))
-    visual.map.haze, visual.map.shadowclip = 0.5, 1.5
+    visual.map.haze, visual.map.shadowclip = 0.5, 2.5
     visual.map.zfar = FARTHEST
     textures, marks = mujoco.mjtTexture, mujoco.mjtMark
     sky = spec.add_texture(name="sky", type=textures.mjTEXTURE_SKYBOX, width=128, height=768)

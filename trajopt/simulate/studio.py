@@ -1,129 +1,51 @@
-"""The studio draws robot, objects and the tool's path at one moment of a motion."""
+"""The studio draws robot, objects and the tools' paths at one moment of a motion."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats
-from trajopt.errors import ShapeError
+from trajopt.arrays import Floats
 from trajopt.io.engine import mujoco
-from trajopt.model.placement import Placement
-from trajopt.model.reduced import ReducedModel, tool_frame, tool_point
-from trajopt.model.trajectory import Trajectory
-from trajopt.simulate.camera import FIELD_OF_VIEW, CameraView, automatic_view, visible_points
-from trajopt.simulate.controller import in_group_order
+from trajopt.model.reduced import ReducedModel
+from trajopt.simulate.camera import FIELD_OF_VIEW, CameraView
 from trajopt.simulate.film import labelled
+from trajopt.simulate.motion import Motion
 from trajopt.simulate.offscreen import Image, Offscreen
-from trajopt.simulate.rollout import Rollout, SequenceLog
-from trajopt.simulate.spec import scalar_first
-from trajopt.simulate.stage import adapt_to_camera, picture_spec
+from trajopt.simulate.posed import PATH_POINTS, PosedModel
+from trajopt.simulate.stage import adapt_to_camera
+from trajopt.simulate.viewpoint import best_viewpoint, in_view, seen_from
 
 PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
-"""Colour of the line that the tool draws."""
+"""Colour of the lines that the tools draw."""
 PATH_RADIUS = 0.003
-"""Its radius, as a share of half the size of what is shown."""
-PATH_POINTS = 61
-"""Points of that line."""
-NEAR_TOOL = 0.1
-"""Objects closer to the tool than this do not count as hiding it from the camera [m]."""
+"""Their radius, as a share of half the size of what is shown."""
 SAME_PICTURE = 1e-5
 """Joints that moved less than this [rad | m] give the same picture."""
 GHOST = 0.22
 """Opacity of the earlier moments in a superposed picture."""
-MOST_SAMPLES = 100_000
-"""Most samples that a planned motion is drawn with."""
-MOST_PICTURES = 100_000
-"""Most frames of one film."""
+TRANSLUCENT = 0.3
+"""Opacity of what stands between the camera and the motion: its edges are seen, and what is behind it."""
 
 
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """Positions of a group over time, wherever they come from; linear between samples.
+@dataclass(frozen=True)
+class Canvas:
+    """What is drawn on.
 
     Attributes:
-        times: Increasing from 0, shape (k,), k >= 2 [s].
-        positions: Shape (k, n) [rad | m].
-        loose: An object that moves by itself; empty for none.
-        placements: Of that object in the world, k of them.
+        width: Of a picture [pixels].
+        height: Of a picture [pixels].
+        shadow: Edge of the square that shadows are computed on [pixels].
     """
 
-    times: Floats
-    positions: Floats
-    loose: str = ""
-    placements: tuple[Placement, ...] = ()
+    width: int
+    height: int
+    shadow: int
 
     @property
-    def duration(self) -> float:
-        """Time of the last sample [s]."""
-        return float(self.times[-1])
-
-    def loose_at(self, t: float) -> Placement:
-        """Return where the loose object is at the last sample before a time."""
-        return self.placements[max(int(np.searchsorted(self.times, t, side="right")) - 1, 0)]
-
-    def __call__(self, t: float) -> Floats:
-        """Return the positions at a time, shape (n,)."""
-        after = min(int(np.searchsorted(self.times, t, side="right")), len(self.times) - 1)
-        before = after - 1
-        share = (t - self.times[before]) / (self.times[after] - self.times[before])
-        return self.positions[before] + float(np.clip(share, 0.0, 1.0)) * (
-            self.positions[after] - self.positions[before]
-        )
-
-
-def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> Motion:
-    """Return a planned or simulated motion as positions over time.
-
-    Raises:
-        ModelError: If its joints are not the group's.
-    """
-    if isinstance(motion, SequenceLog):
-        columns = reduced.scene.robot.index(reduced.joint_names)
-        return Motion(motion.times, motion.positions[:, columns], motion.loose, motion.placements)
-    if isinstance(motion, Rollout):
-        if motion.joint_names != reduced.joint_names:
-            in_group_order(reduced, motion.trajectory)  # raises
-        if len(motion.times) == 1:  # it blew up at once
-            return Motion(np.array((0.0, 1e-3)), np.repeat(motion.positions, 2, axis=0))
-        return Motion(motion.times, motion.positions)
-    trajectory = in_group_order(reduced, motion)
-    step = max(0.01, trajectory.duration / MOST_SAMPLES)
-    between = step * np.arange(int(trajectory.duration / step) + 1)
-    times = np.array(sorted({*between.tolist(), *trajectory.times.tolist()}))
-    return Motion(times, trajectory(times))
-
-
-def moments_of(motion: Motion, moments: Sequence[float] | None) -> Floats:
-    """Return the times to show [s]: those stated, or start, end and two between.
-
-    Raises:
-        ShapeError: If there are none, or one is outside the motion.
-    """
-    end = motion.duration
-    if moments is None:
-        # Even shares of the path, not of the time: most happens in the middle of a motion.
-        steps = np.linalg.norm(np.diff(motion.positions, axis=0), axis=1) + 1e-6 * np.diff(motion.times)
-        way = np.append(0.0, np.cumsum(steps))
-        places = np.searchsorted(way / way[-1], (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0))
-        return motion.times[places]
-    times = floats("moments", moments, (None,))
-    if len(times) == 0 or (times < 0.0).any() or (times > end + 1e-9).any():
-        raise ShapeError("moments", f"need at least one, each from 0 to {end:g} s")
-    return times
-
-
-def frame_times(motion: Motion, fps: float) -> Floats:
-    """Return the time of every frame of a film [s].
-
-    Raises:
-        ShapeError: If there are too many.
-    """
-    if motion.duration * fps > MOST_PICTURES:
-        raise ShapeError(
-            "fps", f"of {fps:g} over {motion.duration:g} s makes more than {MOST_PICTURES} pictures"
-        )
-    return np.array([k / fps for k in range(int(motion.duration * fps + 1.5))])
+    def aspect(self) -> float:
+        """Width over height."""
+        return self.width / self.height
 
 
 class Studio:
@@ -133,50 +55,43 @@ class Studio:
         self,
         reduced: ReducedModel,
         motion: Motion,
+        canvas: Canvas,
         *,
-        width: int,
-        height: int,
-        shadow: int,
         pictures: int,
         camera: CameraView | None,
-        highlight: frozenset[str] = frozenset(),
+        highlight: Collection[str] = (),
     ) -> None:
         """Set everything up.
 
         Args:
             reduced: Robot and scene.
             motion: What will be shown.
-            width: Of the pictures [pixels].
-            height: Of the pictures [pixels].
-            shadow: Edge of the square that shadows are computed on [pixels].
+            canvas: What is drawn on.
             pictures: How many moments one picture may show.
             camera: The camera; chosen when None.
-            highlight: Links and objects that are drawn in a colour of their own.
+            highlight: Links and objects that are drawn in a colour of their own, and in view as a whole.
 
         Raises:
             RenderingUnavailable: If no OpenGL works here.
         """
-        self._reduced, self._motion = reduced, motion
-        on_the_way = [motion(motion.duration * share) for share in np.linspace(0.0, 1.0, 9)]
-        shown = visible_points(reduced, np.array(on_the_way))
-        spec = picture_spec(reduced, shown, loose=motion.loose, highlight=highlight)
-        spec.visual.global_.offwidth, spec.visual.global_.offheight = width, height
-        spec.visual.global_.fovy = np.rad2deg(FIELD_OF_VIEW)
-        spec.visual.quality.shadowsize = shadow
-        self._model = spec.compile()
-        self._data = mujoco.MjData(self._model)
-        names = tuple(reduced.model.names[1:])
-        self._address = [self._model.jnt_qposadr[self._model.joint(name).id] for name in names]
-        tool = tool_frame(reduced)
-        self._moments = [motion.duration * k / (PATH_POINTS - 1) for k in range(PATH_POINTS)]
-        self._path = np.array([tool_point(reduced, tool, motion(t)) for t in self._moments])
-        view = camera or automatic_view(shown, self._path, width / height, self._share_seen)
-        adapt_to_camera(self._model, view.azimuth, view.distance)
-        self._camera = _mujoco_camera(view)
+        shown = in_view(reduced, motion, highlight)
+        self._motion = motion
+        self._posed = PosedModel(reduced, motion, shown, highlight)
+        self._model, self._data = self._posed.model, self._posed.data
+        if camera is None:
+            view = best_viewpoint(self._posed, shown, canvas.aspect)
+        else:
+            view = seen_from(self._posed, camera)
+        for geom, owner in self._posed.owners.items():
+            if owner in view.hiding:
+                self._model.geom_rgba[geom, 3] = min(TRANSLUCENT, self._model.geom_rgba[geom, 3])
+        adapt_to_camera(self._model, view.camera.azimuth, view.camera.distance)
+        _fit(self._model, canvas)
+        self._camera = _mujoco_camera(view.camera)
         self._options = mujoco.MjvOption()
-        room = (pictures + 1) * self._model.ngeom + 2 * PATH_POINTS
+        room = (pictures + 1) * self._model.ngeom + 2 * PATH_POINTS * len(self._posed.paths)
         self._scene = mujoco.MjvScene(self._model, room)
-        self._screen = Offscreen(self._model, width, height)
+        self._screen = Offscreen(self._model, canvas.width, canvas.height)
 
     def __enter__(self) -> "Studio":
         """Return itself."""
@@ -211,30 +126,13 @@ class Studio:
                 geom.rgba[3] = GHOST
         return self._screen.picture(self._scene)
 
-    def _share_seen(self, eye: Floats) -> float:
-        """Return the share of the motion during which the tool is visible from a point (3,) in the world."""
-        seen = 0
-        looks = range(0, PATH_POINTS, PATH_POINTS // 6)
-        for k in looks:
-            self._pose(self._moments[k])
-            ray = self._path[k] - eye
-            share = mujoco.mj_ray(self._model, self._data, eye, ray, None, True, -1, None)
-            # What is nearer to the tool than this is the hand itself, or what it carries.
-            seen += not 0.0 <= share < 1.0 - NEAR_TOOL / float(np.linalg.norm(ray))
-        return seen / len(looks)
-
     def _seen(self, t: float) -> Floats:
         """Return numbers that are equal for equal pictures."""
         where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
         return np.concatenate((self._motion(t), where))
 
     def _pose(self, t: float) -> None:
-        reduced = self._reduced
-        if self._motion.loose:
-            where = self._motion.loose_at(t)
-            self._data.mocap_pos[0], self._data.mocap_quat[0] = where.translation, scalar_first(where)
-        self._data.qpos[self._address] = reduced.mimic_matrix @ self._motion(t) + reduced.mimic_offset
-        mujoco.mj_kinematics(self._model, self._data)
+        self._posed.pose(t)
         mujoco.mj_camlight(self._model, self._data)
 
     def _compose(self, t: float) -> None:
@@ -244,9 +142,14 @@ class Studio:
         mujoco.mjv_updateScene(
             self._model, self._data, self._options, None, self._camera, everything, self._scene
         )
+        for path in self._posed.paths:
+            self._add_line(path)
+
+    def _add_line(self, points: Floats) -> None:
+        """Put the path of a tool, shape (k, 3), into the scene."""
         radius = PATH_RADIUS * self._model.stat.extent
-        previous = self._path[0]
-        for point in self._path[1:]:
+        previous = points[0]
+        for point in points[1:]:
             if np.linalg.norm(point - previous) < radius:
                 continue
             geom = self._scene.geoms[self._scene.ngeom]
@@ -262,6 +165,12 @@ class Studio:
             geom.category = mujoco.mjtCatBit.mjCAT_DECOR.value
             self._scene.ngeom += 1
             previous = point
+
+
+def _fit(model: mujoco.MjModel, canvas: Canvas) -> None:
+    model.vis.global_.offwidth, model.vis.global_.offheight = canvas.width, canvas.height
+    model.vis.global_.fovy = float(np.rad2deg(FIELD_OF_VIEW))
+    model.vis.quality.shadowsize = canvas.shadow
 
 
 def _mujoco_camera(view: CameraView) -> mujoco.MjvCamera:

@@ -1,5 +1,6 @@
 """The scene in the page: one frame for each joint, so that a change sends few messages."""
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +21,8 @@ from trajopt.view.surface import surface
 if TYPE_CHECKING:
     from viser import FrameHandle, MeshHandle, ViserServer
 
+TRANSLUCENT = 0.35
+"""Opacity of objects that are seen through."""
 FLOOR_EDGE = 4.0
 """Edge of the floor grid [m]."""
 WITNESS_SIZE = 0.006
@@ -38,6 +41,7 @@ class Drawing:
             for joint in range(1, reduced.model.njoints)
         ]
         self._collision: list[MeshHandle] = []
+        self._objects: list[tuple[str, MeshHandle]] = []
         self._draw_robot()
         self._draw_objects()
         self._draw_floor()
@@ -85,15 +89,22 @@ class Drawing:
             for handle in self._collision:
                 handle.visible = visible
 
-    def draw_tool_path(self, points: Floats) -> None:
-        """Draw the path of the tool through points (k, 3) [m]."""
-        self._server.scene.add_line_segments(
-            "/tool_path",
-            np.stack((points[:-1], points[1:]), axis=1),
-            palette.TOOL_PATH,
-            thickness=2.5,
-            thickness_units="screen",
-        )
+    def make_translucent(self, names: Collection[str]) -> None:
+        """Let these objects be seen through, and no others."""
+        with self._server.atomic():
+            for name, handle in self._objects:
+                handle.opacity = TRANSLUCENT if name in names else None
+
+    def draw_tool_paths(self, paths: Floats) -> None:
+        """Draw the paths of the tools, shape (tools, points, 3) [m]."""
+        for count, points in enumerate(paths):
+            self._server.scene.add_line_segments(
+                f"/tool_path_{count}",
+                np.stack((points[:-1], points[1:]), axis=1),
+                palette.TOOL_PATH,
+                thickness=2.5,
+                thickness_units="screen",
+            )
 
     def _draw_robot(self) -> None:
         """Draw each link by its visual elements, or by its collision shapes where it has none."""
@@ -125,7 +136,7 @@ class Drawing:
                 if isinstance(body.shape, Plane):
                     colour = palette.GROUND
                 node = f"{_joint_node(body.joint)}/object_{number}_part_{count}"
-                self._mesh(node, body.shape, body.placement, colour)
+                self._objects.append((body.owner, self._mesh(node, body.shape, body.placement, colour)))
 
     def _draw_floor(self) -> None:
         """Draw a grid at the height of the lowest fixed body."""

@@ -57,14 +57,9 @@ def draw_explanation(
         RenderingUnavailable: If no OpenGL works here; says what to install.
     """
     from trajopt.simulate import Layout, render
-    from trajopt.simulate.camera import CANDIDATES, ELEVATION, frame_points, visible_points
 
     reduced, shown = _with_goals(explanation.problem), _shown(explanation)
     goals = set(reduced.scene.objects) - set(explanation.problem.scene.objects)
-    seen = visible_points(reduced, shown.configurations)
-    balls = np.array([reduced.scene.object(name).placement.translation for name in goals]).reshape(-1, 3)
-    around = np.concatenate((seen, balls - 2.0 * GOAL_SIZE, balls + 2.0 * GOAL_SIZE))
-    camera = frame_points(around, CANDIDATES[0], ELEVATION, width / height)
     times = np.arange(len(shown.configurations), dtype=np.float64)
     last = float(times[-1])
     file = render(
@@ -75,7 +70,6 @@ def draw_explanation(
         height=height,
         moments=[*(share * last for share in shown.ghosts), shown.solid * last],
         layout=Layout.SUPERPOSED,
-        camera=camera if goals else None,
         highlight=_highlight(explanation) | goals,
     )
     _add_words(file, explanation)

@@ -1,7 +1,10 @@
 """The page: a robot, its surroundings and a motion, with a time slider, served on a local port."""
 
+import atexit
 import threading
 import time
+from contextlib import redirect_stdout
+from io import StringIO
 from socket import create_server
 from typing import TYPE_CHECKING, overload
 
@@ -11,9 +14,7 @@ from trajopt.arrays import Floats, one_of
 from trajopt.errors import MissingExtra, ProblemError, ShapeError, shown
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
-from trajopt.model.shapes import Plane, bounding_sphere
 from trajopt.model.trajectory import Trajectory
-from trajopt.query import Kinematics
 from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing
 from trajopt.view.readout import clearance_html, joints_html
@@ -23,13 +24,9 @@ if TYPE_CHECKING:
 
 FRAME_TIME = 1 / 30
 """Time between two frames while playing [s]."""
-CAMERA_DIRECTION = np.array((0.55, -1.05, 0.6))
-"""From the middle of the scene to the camera, for a scene of size 1: from the robot's right side."""
-CAMERA_ANGLE = 0.7
-"""Vertical opening angle of the camera [rad]."""
+ASPECT = 1.0
+"""Width over height that the motion is framed for: that of what the controls leave free in the middle."""
 LAST_PORT = 65535
-TOOL_PATH_POINTS = 200
-"""Points of the line that shows the path of the tool."""
 
 
 @overload
@@ -70,7 +67,14 @@ def view(
     if trajectory.joint_names != reduced.joint_names:
         raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
     _check_address(one_of("host", host, str), port)
-    return Viewer(ViserServer(host, port, "trajopt", verbose=False), reduced, trajectory)
+    with _unannounced():
+        server = ViserServer(host, port, "trajopt", verbose=False)
+    return Viewer(server, reduced, trajectory)
+
+
+def _unannounced() -> redirect_stdout[StringIO]:
+    """Keep viser's own announcements, which `verbose` does not stop, out of the caller's output."""
+    return redirect_stdout(StringIO())
 
 
 def _check_address(host: str, port: int) -> None:
@@ -105,18 +109,18 @@ class Viewer:
         self._lock = threading.RLock()
         self._playing, self._closed = threading.Event(), threading.Event()
         self._clearance = ClearanceQuery(reduced, trajectory.duration)
-        times = np.linspace(0.0, trajectory.duration, TOOL_PATH_POINTS)
-        along = self._clearance.query.kinematics(trajectory(times))
-        self._drawing = Drawing(server, reduced, along)
-        self._drawing.draw_tool_path(_tool_points(reduced, along))
-        _aim_camera(server, reduced, along)
+        start = self._clearance.query.kinematics(trajectory(0.0)[None])
+        self._drawing = Drawing(server, reduced, start)
+        self._look(reduced, trajectory)
         # A joint that slides has no angular velocity.
-        turns = np.linalg.norm(along.jacobian[0, 3:], axis=0) > 0.5
+        turns = np.linalg.norm(start.jacobian[0, 3:], axis=0) > 0.5
         columns = [list(reduced.model.names).index(name) - 1 for name in reduced.joint_names]
         self._revolute = tuple(bool(turns[column]) for column in columns)
         self._add_controls()
         self._refresh(0.0)
-        threading.Thread(target=self._play, name="trajopt viewer", daemon=True).start()
+        atexit.register(self.close)  # runs before viser's own, which would announce it
+        self._player = threading.Thread(target=self._play, name="trajopt viewer", daemon=True)
+        self._player.start()
 
     @property
     def time(self) -> float:
@@ -171,11 +175,30 @@ class Viewer:
                 return
             self._closed.set()
             self._playing.set()
-        self._server.stop()
+        atexit.unregister(self.close)
+        self._player.join()  # its frames would hold native objects beyond the interpreter's end
+        with _unannounced():
+            self._server.stop()
 
     def __repr__(self) -> str:
         """Say where the page is."""
         return f"Viewer({shown(self.url)}, {self._trajectory})"
+
+    def _look(self, reduced: ReducedModel, trajectory: Trajectory) -> None:
+        """Draw the tools' paths, look from where least is hidden, and through what still is in the way."""
+        from trajopt.simulate.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
+        from trajopt.simulate.motion import motion_of
+        from trajopt.simulate.posed import tool_paths
+        from trajopt.simulate.viewpoint import look_at
+
+        motion = motion_of(reduced, trajectory)
+        self._drawing.draw_tool_paths(tool_paths(reduced, motion))
+        view = look_at(reduced, motion, ASPECT)
+        self._hiding = view.hiding
+        self._drawing.make_translucent(view.hiding)
+        camera = self._server.initial_camera
+        camera.look_at, camera.position = view.camera.target, view.camera.position
+        camera.fov = float(FIELD_OF_VIEW)
 
     def _add_controls(self) -> None:
         gui, duration = self._server.gui, self._trajectory.duration
@@ -187,6 +210,7 @@ class Viewer:
         self._button = gui.add_button("Play")
         self._speed = gui.add_slider("speed", 0.1, 2.0, 0.1, 1.0)
         shapes = gui.add_checkbox("collision shapes", False)
+        through = gui.add_checkbox("see through objects", False)
         self._clearance_text = gui.add_html("")
         self._joints_text = gui.add_html("")
 
@@ -208,6 +232,11 @@ class Viewer:
         @shapes.on_update
         def _(_: object) -> None:
             self._drawing.show_collision_shapes(shapes.value)
+
+        @through.on_update
+        def _(_: object) -> None:
+            everything = self._reduced.scene.objects
+            self._drawing.make_translucent(everything if through.value else self._hiding)
 
     def _refresh(self, t: float) -> None:
         """Move everything but the slider to a time."""
@@ -238,28 +267,3 @@ class Viewer:
                         self.pause()
             last = now
             self._closed.wait(FRAME_TIME)
-
-
-def _tool_points(reduced: ReducedModel, along: Kinematics) -> Floats:
-    """Return the path of the group's tip, or of its last link, shape (S, 3) [m]."""
-    group = reduced.scene.robot.group(reduced.group)
-    tip = group.tip or (group.links or reduced.scene.robot.links)[-1]
-    joint, where = reduced.attachment(tip)
-    return along.rotation[:, joint] @ where.translation + along.translation[:, joint]
-
-
-def _aim_camera(server: "ViserServer", reduced: ReducedModel, along: Kinematics) -> None:
-    """Move the camera so that everything of finite size is in view."""
-    corners = [along.translation.reshape(-1, 3)]
-    for body in reduced.bodies:
-        if not isinstance(body.shape, Plane):
-            centre, radius = bounding_sphere(body.shape)
-            where = body.placement * centre
-            where = along.rotation[0, body.joint] @ where + along.translation[0, body.joint]
-            corners.append(np.stack((where - radius, where + radius)))
-    cloud = np.concatenate(corners)
-    middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
-    size = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
-    server.initial_camera.look_at = middle
-    server.initial_camera.position = middle + size * CAMERA_DIRECTION
-    server.initial_camera.fov = CAMERA_ANGLE

@@ -340,6 +340,12 @@ class MjModel:
     @property
     def jnt_dofadr(self) -> NDArray[np.int32]: ...
     @property
+    def jnt_bodyid(self) -> NDArray[np.int32]: ...
+    @property
+    def body_parentid(self) -> NDArray[np.int32]: ...
+    @property
+    def geom_rgba(self) -> NDArray[np.float32]: ...
+    @property
     def light_dir(self) -> NDArray[np.float64]: ...
     @property
     def light_pos(self) -> NDArray[np.float64]: ...
@@ -361,6 +367,8 @@ class _MjContactList:
 class MjData:
     @property
     def qpos(self) -> NDArray[np.float64]: ...
+    @property
+    def xpos(self) -> NDArray[np.float64]: ...
     @property
     def qvel(self) -> NDArray[np.float64]: ...
     @property
@@ -392,6 +400,20 @@ def mj_ray(
     geomid: NDArray[np.int32] | None,
     normal: NDArray[np.float64] | None = None,
 ) -> float: ...
+def mj_multiRay(
+    m: MjModel,
+    d: MjData,
+    pnt: NDArray[np.float64],
+    vec: NDArray[np.float64],
+    geomgroup: NDArray[np.uint8] | None,
+    flg_static: bool,
+    bodyexclude: int,
+    geomid: NDArray[np.int32],
+    dist: NDArray[np.float64],
+    normal: NDArray[np.float64] | None,
+    nray: int,
+    cutoff: float,
+) -> None: ...
 
 # Drawing.
 
