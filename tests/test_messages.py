@@ -12,6 +12,7 @@ from tests.requirements.kind import kinds
 from trajopt.cartesian import polyline
 from trajopt.errors import end_of, listed, shown
 from trajopt.export import Movej, Servoj, exporter_named
+from trajopt.verify import Moment
 
 LONGEST = 400
 """Characters of a message, whatever was given."""
@@ -84,7 +85,7 @@ def calls() -> Iterator[Call]:
     yield to.plan_once, {"problem": made, "seed": np.zeros((24, 2)), "method": "sqp"}
     yield to.named_problem, {"name": "planar_fold"}
     yield to.explain, {"result": None}
-    yield to.examine, {"reduced": made.reduced, "positions": zeros, "moment": to.Moment.START}
+    yield to.examine, {"reduced": made.reduced, "positions": zeros, "moment": Moment.START}
     yield to.judge, {"problem": made, "trajectory": None}
     yield to.goal_configurations, {"problem": made, "rng": None}
     yield to.Path, {"joint_names": ("a",), "knots": np.zeros((3, 1))}

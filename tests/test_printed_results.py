@@ -72,7 +72,7 @@ def test_a_result_says_how_it_ended(result: to.Result) -> None:
     lines = str(result).splitlines()
     assert lines[0] == result.reason and lines[-1].strip() == str(result.attempts[-1])
     assert certificate_lines(result)[0] in str(result)
-    failed = replace(result, status=to.Status.STUCK, trajectory=None, certificate=None, message="no way")
+    failed = replace(result, status=to.Status.STUCK, trajectory=None, judged=None, message="no way")
     assert repr(failed) == f"Result({result.problem.name!r}, STUCK, 1 attempt)"
     many = replace(result, attempts=result.attempts * 9)
     assert str(many).splitlines()[-1] == "  and 4 more attempts"

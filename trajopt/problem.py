@@ -126,14 +126,14 @@ class Problem(Value):
         """The robot with only the group's joints free."""
         return reduce_model(self.scene, self.group, self.start_positions)
 
-    @property
+    @cached_property
     def limits(self) -> JointLimits:
         """Limits of the group's joints, which keep those of mimic joints too, with the factors applied."""
         return self.reduced.limits.scaled(
             velocity=self.velocity_scaling, acceleration=self.acceleration_scaling
         )
 
-    @property
+    @cached_property
     def moving_limits(self) -> JointLimits:
         """Limits of the group's joints and of their mimic joints, as stated, with the factors applied."""
         robot = self.scene.robot

@@ -105,7 +105,7 @@ def test_the_dense_check_sees_a_contact() -> None:
         ends = np.stack((plan.trajectory(0.0), plan.trajectory(plan.trajectory.duration)))
         still = np.zeros_like(ends)
         line = to.Trajectory(plan.trajectory.joint_names, np.array((0.0, 9.0)), ends, still, still)
-        straight = to.Plan(plan.problem, plan.path, line, plan.certificate)
+        straight = to.Plan(plan.problem, plan.path, line, plan.judged)
         touches = first_contact(asked.arm, straight, step=QUICK_STEP)
         clear = to.judge(plan.problem, line)
         collides = any(check.name.startswith("clearance") for check in clear.failed)

@@ -43,5 +43,6 @@ class PlainJudge(Judge):
         self._kinematics = PlainKinematics(reduced)
         self._distances = self._plain = PlainDistances(reduced, error=options.distance_error)
 
-    def _search(self, motion: Motion) -> Findings:
+    def _search(self, motion: Motion, *, measured: bool) -> Findings:
+        del measured
         return PlainSearch(motion, self._plain).run()

@@ -148,7 +148,7 @@ def test_contact_at_the_start_is_no_proof(tmp_path: Path) -> None:
 
 
 def test_giving_up_names_the_interval(tmp_path: Path) -> None:
-    scene = Scene(planar_arm(tmp_path)).add("post", Sphere(0.1), placement((1.1105, 0.0, 0.0)))
+    scene = Scene(planar_arm(tmp_path)).add("post", Sphere(0.1), placement((1.1012, 0.0, 0.0)))
     model = reduced(scene, SWEEP[0])
     hasty = VerifyOptions(most_distances=3)
     certificate = verify(model, quintic(model, SWEEP, 1.0), goals=(), options=hasty)

@@ -137,12 +137,12 @@ class Followed:
         if (
             self.path is None
             or self.trajectory is None
-            or self.certificate is None
+            or self.result.judged is None
             or not self.verified
             or self.fraction < fraction
         ):
             raise PlanningFailed(self.reason, self)
-        return Plan(self.problem, self.path, self.trajectory, self.certificate)
+        return Plan(self.problem, self.path, self.trajectory, self.result.judged)
 
     @property
     def reason(self) -> str:

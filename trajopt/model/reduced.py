@@ -6,6 +6,7 @@ depends only on the robot, or only on one object, is computed once and shared by
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
@@ -90,12 +91,12 @@ class ReducedModel:
         loaded = None if self.model is robot.model else model_data(self.model)
         return _again, (self.scene, self.group, self.start, loaded)
 
-    @property
+    @cached_property
     def moving_joints(self) -> tuple[str, ...]:
         """Names of the group's joints and of those that mimic them, in the model's order."""
         return tuple(self.model.names[1:])
 
-    @property
+    @cached_property
     def start_positions(self) -> Floats:
         """The group's positions at the start, shape (n,) [rad | m]."""
         return readonly(self.start[self.scene.robot.index(self.joint_names)])

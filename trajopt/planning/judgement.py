@@ -1,17 +1,19 @@
 """judge(problem, trajectory): any trajectory, checked against all that a problem requires."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats, one_of
+from trajopt.arrays import Floats, Printed, one_of
+from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import During, Requirement
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
 from trajopt.query import Query
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, Constraint
-from trajopt.verify import Certificate, Judge
+from trajopt.verify import Certificate, Judge, Specification
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +58,37 @@ class Along:
         return worst, np.full(1, -np.inf), np.full(1, self.item.tolerance)
 
 
-def judged(items: tuple[Constraint, ...], query: Query) -> tuple[Along, ...]:
+def judged(items: tuple[Constraint, ...], reduced: ReducedModel) -> tuple[Along, ...]:
     """Return the constraints as what the judge samples."""
+    if not items:
+        return ()
+    query = Query(reduced)
     return tuple(Along(item, query) for item in items)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged(Printed):
+    """A motion that was judged.
+
+    Attributes:
+        problem: The problem, with one goal.
+        trajectory: The motion.
+        verified: Whether everything that the problem requires is proven.
+        known: Its certificate, where it is there already, as that of a motion that is refused.
+    """
+
+    problem: Problem
+    trajectory: Trajectory
+    verified: bool
+    known: Certificate | None = None
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """What holds, by how much and how that is known; measured when it is first asked for.
+
+        That something holds is known sooner than how nearly it does not, so planning asks for no more.
+        """
+        return self.known or judge(self.problem, self.trajectory)
 
 
 def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None = None) -> Certificate:
@@ -73,13 +103,40 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
         ProblemError: If the trajectory is of other joints than the group's, the goal is a set, or an argument
             is of the wrong kind.
     """
-    return (workspace or Judge(one_of("problem", problem, Problem).reduced)).verify(
-        trajectory,
+    judging = workspace or Judge(one_of("problem", problem, Problem).reduced)
+    return judging.certify(trajectory, _specification(problem))
+
+
+def decide(problem: Problem, trajectory: Trajectory, workspace: Judge) -> tuple[Judged, int]:
+    """Judge whether a motion does everything that a problem requires, as `judge` does, but no more.
+
+    Args:
+        problem: The problem, with one goal.
+        trajectory: Of the group's joints.
+        workspace: The judge of the problem's reduced model.
+
+    Returns:
+        The verdict, with the certificate if it is a refusal, and how many distances were measured.
+
+    Raises:
+        ProblemError: If the trajectory is of other joints than the group's, or the goal is a set.
+    """
+    specification = _specification(problem)
+    verdict = workspace.decide(trajectory, specification)
+    if verdict.verified:
+        return Judged(problem, trajectory, verified=True), verdict.counts.distances
+    certificate = workspace.certify(trajectory, specification)
+    count = verdict.counts.distances + certificate.counts.distances
+    return Judged(problem, trajectory, certificate.verified, certificate), count
+
+
+def _specification(problem: Problem) -> Specification:
+    return Specification(
         goals=problem.goals,
         constraints=problem.requirements,
         waypoints=dict(zip(problem.waypoint_names, problem.waypoint_requirements, strict=True)),
         partial=_partial(problem),
-        sampled=judged(problem.residual_constraints, Query(problem.reduced)),
+        sampled=judged(problem.residual_constraints, problem.reduced),
         limits=problem.moving_limits,
         tool_speeds=problem.tool_speeds,
         start_velocities=problem.start_velocities,
@@ -87,12 +144,11 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
 
 
 def _partial(problem: Problem) -> list[During[Requirement] | During[Along]]:
-    query = Query(problem.reduced)
     found: list[During[Requirement] | During[Along]] = []
     for part in problem.partial:
         asked = part.required
         if isinstance(asked, Constraint):
-            found.append(During(Along(asked, query), part.after, part.until))
+            found.append(During(Along(asked, Query(problem.reduced)), part.after, part.until))
         else:
             found.append(During(asked, part.after, part.until))
     return found

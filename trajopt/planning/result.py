@@ -12,6 +12,7 @@ from trajopt.model.printed import in_number
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.native import native_cores
 from trajopt.planning.budget import Stop
+from trajopt.planning.judgement import Judged
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
 from trajopt.problem import Problem
@@ -31,13 +32,18 @@ class Plan:
         problem: The problem.
         path: The path, without time.
         trajectory: The motion.
-        certificate: The judge's verdict on it.
+        judged: The judge's verdict on it.
     """
 
     problem: Problem
     path: Path
     trajectory: Trajectory
-    certificate: Certificate
+    judged: Judged
+
+    @property
+    def certificate(self) -> Certificate:
+        """What the judge measured: what holds, by how much and how that is known."""
+        return self.judged.certificate
 
     def __repr__(self) -> str:
         """Say problem, duration and clearance."""
@@ -115,7 +121,7 @@ class Result:
         solve: The solver's result, if it got so far.
         trajectory: The motion, verified or not, if it got so far.
         timed: What retiming reports; None where the method decided on time itself.
-        certificate: The judge's verdict, if it got so far.
+        judged: The judge's verdict, if it got so far.
         counts: Exact numbers of the work done: distance calls, forward kinematics, QP solves, ...
         cpu_seconds: Process time of each stage [s].
         goal_name: Of a goal set: the goal that was reached; `problem` has that goal alone.
@@ -135,7 +141,7 @@ class Result:
     solve: SolveResult | None
     trajectory: Trajectory | None
     timed: Retimed | None
-    certificate: Certificate | None
+    judged: Judged | None
     counts: Mapping[str, int]
     cpu_seconds: Mapping[str, float]
     goal_name: str = ""
@@ -163,6 +169,15 @@ class Result:
         return "\n".join(lines)
 
     @property
+    def certificate(self) -> Certificate | None:
+        """What the judge measured, if it got so far: what holds, by how much and how that is known.
+
+        That a motion is proven was known before; how near it comes to everything is measured when this is
+        first asked for, which takes a few milliseconds.
+        """
+        return None if self.judged is None else self.judged.certificate
+
+    @property
     def verified(self) -> bool:
         """Whether there is a plan and the judge verified it."""
         return self.status is Status.SOLVED
@@ -187,9 +202,9 @@ class Result:
         Raises:
             PlanningFailed: If there is none; carries this result.
         """
-        if self.path is None or self.trajectory is None or self.certificate is None or not self.verified:
+        if self.path is None or self.trajectory is None or self.judged is None or not self.verified:
             raise PlanningFailed(self.reason, self)
-        return Plan(self.problem, self.path, self.trajectory, self.certificate)
+        return Plan(self.problem, self.path, self.trajectory, self.judged)
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold; the points are those of the motion, if any."""

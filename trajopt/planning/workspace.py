@@ -10,14 +10,14 @@ from trajopt.methods import Decoded
 from trajopt.methods.timing import PATH_TOLERANCE, retime_path
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker
-from trajopt.planning.judgement import judge
+from trajopt.planning.judgement import Judged, decide
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
 from trajopt.solvers import SolveResult
-from trajopt.verify import Certificate, Judge
+from trajopt.verify import Judge
 
 PATH_TOLERANCES = (PATH_TOLERANCE, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
@@ -81,17 +81,17 @@ class Workspace(Printed):
             solve: What its solver returned; None where no solver made it.
         """
         with self.tracker.stage("verify"):
-            certificate = judge(self.problem, motion.trajectory, workspace=self.judge)
-        self.tracker.count(judge_distance_calls=certificate.counts.distances)
+            found, distances = decide(self.problem, motion.trajectory, self.judge)
+        self.tracker.count(judge_distance_calls=distances)
         return self.result(
-            Status.SOLVED if certificate.verified else Status.NOT_VERIFIED,
-            reasons.not_verified(certificate),
-            certainty=Certainty.PROVEN if certificate.verified else Certainty.EVIDENCE,
+            Status.SOLVED if found.verified else Status.NOT_VERIFIED,
+            "" if found.known is None else reasons.not_verified(found.known),
+            certainty=Certainty.PROVEN if found.verified else Certainty.EVIDENCE,
             path=motion.path,
             solve=solve,
             trajectory=motion.trajectory,
             timed=motion.timed,
-            certificate=certificate,
+            judged=found,
         )
 
     def judged_as_it_is(self, seed: Floats) -> Result | None:
@@ -125,7 +125,7 @@ class Workspace(Printed):
         solve: SolveResult | None = None,
         trajectory: Trajectory | None = None,
         timed: Retimed | None = None,
-        certificate: Certificate | None = None,
+        judged: Judged | None = None,
     ) -> Result:
         """Return a result with what has been counted so far; the arguments are its fields."""
         return Result(
@@ -136,7 +136,7 @@ class Workspace(Printed):
             solve=solve,
             trajectory=trajectory,
             timed=timed,
-            certificate=certificate,
+            judged=judged,
             counts=dict(self.tracker.counts),
             cpu_seconds=dict(self.tracker.seconds),
             certainty=certainty,

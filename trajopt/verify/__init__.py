@@ -19,6 +19,7 @@ from trajopt.verify.checks.sampled import SampledCheck
 from trajopt.verify.examination import Examination, Moment, OutOfLimit, PairDistance
 from trajopt.verify.judge import Judge, examine, verify
 from trajopt.verify.kernel.options import VerifyOptions
+from trajopt.verify.specification import Specification, Verdict
 
 __all__ = [
     "Certificate",
@@ -34,7 +35,9 @@ __all__ = [
     "PairClearance",
     "PairDistance",
     "SampledCheck",
+    "Specification",
     "Unproven",
+    "Verdict",
     "VerifyOptions",
     "When",
     "check_requirement",

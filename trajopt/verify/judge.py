@@ -1,6 +1,7 @@
 """The judge: it takes a trajectory and proves or refutes, by itself, everything that is required of it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from types import MappingProxyType
 
 from trajopt.arrays import Floats, one_of
@@ -13,8 +14,8 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.checks.clearance import judge_clearance
 from trajopt.verify.checks.ends import end_checks
-from trajopt.verify.checks.joint_limits import limit_checks
-from trajopt.verify.checks.joint_torques import Overload, overloads, torque_checks
+from trajopt.verify.checks.joint_limits import limit_checks, limits_hold
+from trajopt.verify.checks.joint_torques import Overload, overloads, torque_checks, torques_hold
 from trajopt.verify.checks.moving_limits import group_part, moving_limits
 from trajopt.verify.checks.parts import part_checks
 from trajopt.verify.checks.quantities import check_requirement
@@ -30,6 +31,7 @@ from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.notes import notes
 from trajopt.verify.search.clearance_search import Findings, search_clearance
+from trajopt.verify.specification import Specification, Verdict
 
 _DEFAULT = VerifyOptions()
 NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
@@ -37,7 +39,12 @@ NONE: Mapping[str, Sequence[Requirement]] = MappingProxyType({})
 
 
 class Judge:
-    """Workspace that judges motions of one reduced model; one for each thread."""
+    """Workspace that judges motions of one reduced model; one for each thread.
+
+    Attributes:
+        reduced: The model.
+        options: Numbers that it judges with.
+    """
 
     def __init__(self, reduced: ReducedModel, options: VerifyOptions = _DEFAULT) -> None:
         """Build the judge's own kinematics and geometry.
@@ -49,7 +56,7 @@ class Judge:
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
-        self._reduced, self._options = one_of("reduced (as problem.reduced)", reduced, ReducedModel), options
+        self.reduced, self.options = one_of("reduced (as problem.reduced)", reduced, ReducedModel), options
         self._kinematics = Kinematics(reduced)
         self._distances = PairDistances(self._kinematics, error=options.distance_error)
 
@@ -67,24 +74,27 @@ class Judge:
         start_velocities: Floats | None = None,
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
-        reduced, kinematics, distances = self._reduced, self._kinematics, self._distances
-        moving = moving_limits(reduced, limits)
+        specification = Specification(
+            goals=goals,
+            constraints=constraints,
+            waypoints=waypoints,
+            partial=partial,
+            sampled=sampled,
+            limits=limits,
+            tool_speeds=tool_speeds,
+            start_velocities=start_velocities,
+        )
+        return self.certify(trajectory, specification)
+
+    def certify(self, trajectory: Trajectory, specification: Specification) -> Certificate:
+        """Judge a trajectory, and measure how nearly it does what is asked; see the function `verify`."""
+        reduced, before = self.reduced, self._calls
+        moving = moving_limits(reduced, specification.limits)
         bounds = group_part(reduced, moving)
-        one_of("trajectory", trajectory, Trajectory)
-        motion = Motion(reduced, trajectory, kinematics=kinematics, options=self._options)
-        before = (distances.calls, kinematics.calls)
-        checks: list[Check] = [*end_checks(motion, start_velocities)]
-        for when, requirements in ((When.END, goals), (When.ALWAYS, constraints)):
-            for requirement in requirements:
-                checks += check_requirement(requirement, motion, when)
-        checks += _on_the_way(motion, waypoints, partial)
-        checks += [sampled_check(check, motion) for check in sampled]
-        checks += limit_checks(motion, moving)
-        checks += torque_checks(motion, bounds)
-        checks += rolling_checks(motion)
-        for tool in tool_speeds:
-            checks += tool_speed_checks(motion, tool)
-        found = judge_clearance(motion, distances, self._search(motion))
+        motion = self._motion(trajectory)
+        checks = [*_asked_checks(motion, specification), *limit_checks(motion, moving)]
+        checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification)]
+        found = judge_clearance(motion, self._distances, self._search(motion, measured=True))
         return Certificate(
             checks=(*found.checks, *checks),
             clearance=found.clearance,
@@ -92,12 +102,31 @@ class Judge:
             unproven=found.unproven,
             required=_range(reduced.pairs.required),
             margin=_range(reduced.pairs.margin),
-            counts=Counts(
-                distances=distances.calls - before[0],
-                kinematics=kinematics.calls - before[1],
-            ),
+            counts=self._counted(before),
             notes=notes(motion, bounds),
         )
+
+    def decide(self, trajectory: Trajectory, specification: Specification) -> Verdict:
+        """Judge whether a trajectory does all that is asked, and stop as soon as that is known.
+
+        The verdict is that of the certificate, which takes longer: it measures everything as well.
+
+        Raises:
+            ProblemError: As `verify` does; but what is not looked at any more is not complained about.
+        """
+        reduced, before = self.reduced, self._calls
+        moving = moving_limits(reduced, specification.limits)
+        motion = self._motion(trajectory)
+        held = (
+            limits_hold(motion, moving)
+            and torques_hold(motion, group_part(reduced, moving))
+            and all(
+                check.holds or not check.required
+                for check in chain(_asked_checks(motion, specification), _base_checks(motion, specification))
+            )
+            and self._search(motion, measured=False).proven
+        )
+        return Verdict(verified=held, counts=self._counted(before))
 
     def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
         """Examine a configuration, as the function `examine` does."""
@@ -106,7 +135,7 @@ class Judge:
             self._distances,
             positions,
             moment=moment,
-            options=self._options,
+            options=self.options,
         )
 
     def overloads(self, positions: Floats, *, limits: JointLimits | None = None) -> tuple[Overload, ...]:
@@ -120,8 +149,8 @@ class Judge:
         Raises:
             ShapeError: If there is not one finite position for each joint.
         """
-        bounds = group_part(self._reduced, moving_limits(self._reduced, limits))
-        standing = motion_at_rest(self._kinematics, positions, self._options)
+        bounds = group_part(self.reduced, moving_limits(self.reduced, limits))
+        standing = motion_at_rest(self._kinematics, positions, self.options)
         return overloads(standing, standing.trajectory.positions[0], bounds)
 
     def check(self, positions: Floats, requirements: Sequence[Requirement]) -> tuple[Check, ...]:
@@ -135,10 +164,41 @@ class Judge:
             ShapeError: If there is not one finite position for each joint.
             NameNotFound: If a requirement names what does not exist.
         """
-        return requirements_with(self._kinematics, positions, requirements, options=self._options)
+        return requirements_with(self._kinematics, positions, requirements, options=self.options)
 
-    def _search(self, motion: Motion) -> Findings:
-        return search_clearance(motion, self._distances)
+    def _motion(self, trajectory: Trajectory) -> Motion:
+        one_of("trajectory", trajectory, Trajectory)
+        return Motion(self.reduced, trajectory, kinematics=self._kinematics, options=self.options)
+
+    def _search(self, motion: Motion, *, measured: bool) -> Findings:
+        return search_clearance(motion, self._distances, measured=measured)
+
+    @property
+    def _calls(self) -> tuple[int, int]:
+        return self._distances.calls, self._kinematics.calls
+
+    def _counted(self, before: tuple[int, int]) -> Counts:
+        """Return the work since then."""
+        distances, kinematics = self._calls
+        return Counts(distances=distances - before[0], kinematics=kinematics - before[1])
+
+
+def _asked_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
+    """Judge the ends, goals, constraints and waypoints, one after the other."""
+    yield from end_checks(motion, specification.start_velocities)
+    for when, requirements in ((When.END, specification.goals), (When.ALWAYS, specification.constraints)):
+        for requirement in requirements:
+            yield from check_requirement(requirement, motion, when)
+    yield from _on_the_way(motion, specification.waypoints, specification.partial)
+    for check in specification.sampled:
+        yield sampled_check(check, motion)
+
+
+def _base_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
+    """Judge what a base's wheels and the speeds of tools allow."""
+    yield from rolling_checks(motion)
+    for tool in specification.tool_speeds:
+        yield from tool_speed_checks(motion, tool)
 
 
 def _range(values: Floats) -> tuple[float, float]:

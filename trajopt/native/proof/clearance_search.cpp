@@ -3,18 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "nearest.hpp"
+#include <utility>
 
 namespace proof {
 
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr int first_intervals = 16;
 constexpr double near_enough = 0.75;  // Share of the measured clearance at which a bound is near enough.
 constexpr int surveyed = 65;          // Once a contact is found, contacts are looked for at so many times.
-constexpr int probes = 9, rounds = 3; // The smallest distance is sharpened by so many measurements, so often.
 
 }  // namespace
 
@@ -39,52 +36,63 @@ ClearanceSearch::ClearanceSearch(const Bodies& bodies, const Candidates& candida
       meter_(meter), motion_(motion), windows_(windows), options_(options), far_(options.far),
       best_(bodies.levels.size(), infinite), beyond_(infinite), tight_time_(bodies.pairs.size(), 0.0), before_(meter.calls) {}
 
-void ClearanceSearch::run() {
-  if (bodies_.pairs.empty()) return;
+void ClearanceSearch::look_at_ends() {
   // At the ends, too, bodies that surfaces enclose are found: to get inside in between, or out, a strict pair would
   // have to meet. One that was let through a surface is looked for at all times.
-  for (const double time : {0.0, motion_.duration()}) look(*at(time), false);
+  for (const double time : {0.0, motion_.duration()}) look(*at(time), deciding_);
+}
+
+void ClearanceSearch::decide() {
+  if (bodies_.pairs.empty()) return;
+  deciding_ = true;
+  far_ = 2.0 * options_.error;  // What is not looked at is farther than is required, whatever the error.
+  look_at_ends();
+  if (proven()) search();
+  spread_beyond();
+  deciding_ = false;
+  far_ = options_.far;
+}
+
+void ClearanceSearch::run() {
+  if (bodies_.pairs.empty()) return;
+  decide();
+  const std::vector<Contact> found = std::exchange(contacts, {});
+  const Gap unproven = std::exchange(gap, {});
+  if (found.empty() && unproven.pair < 0) decided_ = std::make_unique<std::pair<Tally, Tally>>(free, accepted);
+  before_ = meter_.calls;
+  samples_.clear();
+  forget_bounds();
+  look_at_ends();
   search();
-  if (contacts.empty() && gap.pair < 0) {
+  if (proven()) {
     if (nothing_near()) search();
     measure_near_pairs();
   } else if (!contacts.empty()) {
     for (int i = 0; i < surveyed; ++i) look(*at(motion_.duration() * i / (surveyed - 1)), true);
   }
+  spread_beyond();
+  // What was not proven stays so, whatever a second look says.
+  contacts.insert(contacts.end(), found.begin(), found.end());
+  if (proven()) gap = unproven;
+}
+
+// What the tree left out is farther than the nearest of it; pairs with windows are always listed.
+void ClearanceSearch::spread_beyond() {
   for (size_t pair = 0; pair < bodies_.pairs.size(); ++pair) {
-    // What the tree left out is farther than `far`; pairs with windows are always listed.
     if (windows_.number[pair] < 0) free.proven[pair] = std::min(free.proven[pair], beyond_);
   }
+}
+
+// Bounds that were good enough so far are not for what is wanted now.
+void ClearanceSearch::forget_bounds() {
+  beyond_ = infinite;
+  std::fill(free.proven.begin(), free.proven.end(), infinite);
+  std::fill(accepted.proven.begin(), accepted.proven.end(), infinite);
 }
 
 void ClearanceSearch::search() {
   std::vector<Cell> cells = first_cells();
   while (!cells.empty() && gap.pair < 0 && contacts.empty()) advance(cells);
-}
-
-// If nothing comes near, look as far as the nearest is at the ends, and forget what was proven for less.
-bool ClearanceSearch::nothing_near() {
-  for (size_t level = 0; level < best_.size(); ++level) {
-    if (best_[level] <= bodies_.levels[level] + far_) return false;
-  }
-  const std::vector<char> strict(bodies_.pairs.size(), 1);
-  for (const double time : {0.0, motion_.duration()}) {
-    const auto end = at(time);
-    const std::vector<double> measured = measure_nearest(bodies_, candidates_, meter_, *end, strict);
-    for (size_t pair = 0; pair < measured.size(); ++pair) {
-      if (std::isfinite(measured[pair]) && !windows_.accept(time, int(pair))) {
-        note_free(int(pair), measured[pair], time);
-      }
-    }
-  }
-  double nearest = infinite;
-  for (size_t level = 0; level < best_.size(); ++level) nearest = std::min(nearest, best_[level] - bodies_.levels[level]);
-  if (!std::isfinite(nearest)) return false;
-  far_ = std::max(far_, nearest);
-  beyond_ = infinite;
-  std::fill(free.proven.begin(), free.proven.end(), infinite);
-  std::fill(accepted.proven.begin(), accepted.proven.end(), infinite);
-  return true;
 }
 
 std::shared_ptr<Snapshot> ClearanceSearch::at(double time) {
@@ -120,7 +128,7 @@ void ClearanceSearch::consider(int pair, Snapshot& at, bool only_contacts) {
 void ClearanceSearch::judge(int pair, double time, double distance) {
   if (windows_.accept(time, pair)) accepted.note(pair, distance, time);
   else note_free(pair, distance, time);
-  if (distance <= floor(time, pair)) contacts.push_back({pair, time, distance});
+  if (!decided_ && distance <= floor(time, pair)) contacts.push_back({pair, time, distance});
 }
 
 void ClearanceSearch::note_free(int pair, double distance, double time) {
@@ -141,9 +149,9 @@ double ClearanceSearch::doubted(int pair, Snapshot& at, double distance) {
   return std::max(distance, meter_.search_depth(pair, at));
 }
 
-// What bounds must exceed: the floor, or near the smallest distance measured [m].
+// What bounds must exceed: the floor, or when measuring near the smallest distance measured [m].
 double ClearanceSearch::target(double time, int pair) const {
-  if (windows_.accept(time, pair)) return windows_.floor(time, pair);
+  if (deciding_ || windows_.accept(time, pair)) return floor(time, pair);
   const double least = required(pair), best = best_[bodies_.pairs[pair].level];
   const double near = std::max(best - options_.resolution, least + near_enough * (best - least));
   return std::max(std::min(near, least + far_), least);
@@ -158,7 +166,7 @@ std::vector<ClearanceSearch::Cell> ClearanceSearch::first_cells() {
   auto early = at(edges[0]);
   for (size_t i = 1; i < edges.size() && contacts.empty(); ++i) {
     const auto late = at(edges[i]);
-    look(*late, false);
+    look(*late, deciding_);
     cells.push_back({edges[i - 1], edges[i], early, late, {}, true});
     early = late;
   }
@@ -192,11 +200,15 @@ void ClearanceSearch::advance(std::vector<Cell>& cells) {
       if (!prove(pair, here)) left.push_back(pair);
     }
     if (left.empty()) continue;
-    for (const int pair : left) consider(pair, *here.middle, false);
+    for (const int pair : left) consider(pair, *here.middle, deciding_);
     if (!contacts.empty()) return;
     const double middle = here.middle->time;
     const bool spent = double(meter_.calls - before_) > options_.most_distances;
     if (middle - cell.begin < options_.smallest_interval || spent) {
+      if (decided_) {
+        keep_decided(left, middle);
+        continue;
+      }
       gap = {left.front(), cell.begin, cell.end};
       return;
     }
@@ -204,6 +216,15 @@ void ClearanceSearch::advance(std::vector<Cell>& cells) {
     next.push_back({middle, cell.end, here.middle, cell.late, std::move(left), false});
   }
   cells = std::move(next);
+}
+
+// Where bounds cannot be brought as near as is wanted, those that decided stay.
+void ClearanceSearch::keep_decided(const std::vector<int>& pairs, double time) {
+  for (const int pair : pairs) {
+    const bool accept = windows_.accept(time, pair);
+    double& bound = (accept ? accepted : free).proven[pair];
+    bound = std::min(bound, (accept ? decided_->second : decided_->first).proven[pair]);
+  }
 }
 
 bool ClearanceSearch::prove(int number, Reach& here) {
@@ -265,43 +286,6 @@ ClearanceSearch::Reach ClearanceSearch::reach(const Cell& cell) {
   return {cell.begin, cell.end, cell.early, at(middle), cell.late, motion_.bounds(cell.begin, cell.end),
           motion_.smooth || !motion_.position.breaks(cell.begin, cell.end), std::vector<Travel>(count),
           std::vector<char>(count, 0)};
-}
-
-// Measure, here and there, every pair whose bound says that it may have come near.
-void ClearanceSearch::measure_near_pairs() {
-  std::vector<int> tightest(bodies_.levels.size(), -1);
-  for (int pair = 0; pair < int(bodies_.pairs.size()); ++pair) {
-    if (free.proven[pair] <= required(pair) + options_.far) {
-      measure_free(pair, *at(tight_time_[pair]));
-      for (const auto& sample : samples_) measure_free(pair, *sample);
-    }
-    int& first = tightest[bodies_.pairs[pair].level];
-    if (std::isfinite(free.measured[pair]) && (first < 0 || free.measured[pair] < free.measured[first])) first = pair;
-  }
-  for (const int pair : tightest) {
-    if (pair >= 0 && free.measured[pair] <= required(pair) + options_.far) sharpen(pair);
-  }
-}
-
-// Take note of a pair's distance if it is its smallest so far.
-void ClearanceSearch::measure_free(int pair, Snapshot& at) {
-  const double within = std::min(free.measured[pair], required(pair) + options_.far);
-  if (windows_.accept(at.time, pair)) return;
-  if (!bodies_.pairs[pair].planar && sphere_gap(bodies_, at, bodies_.pairs[pair]) > within) return;
-  const Measured found = meter_.measure(pair, at, within);
-  if (found.exact) note_free(pair, found.distance, at.time);
-}
-
-// Look around the smallest distance of a pair for a smaller one.
-void ClearanceSearch::sharpen(int pair) {
-  double span = motion_.duration() / first_intervals;
-  for (int round = 0; round < rounds; ++round, span /= probes / 2.0) {
-    const double middle = free.time[pair];
-    for (int i = 0; i < probes; ++i) {
-      const double time = middle + span * (2.0 * i / (probes - 1) - 1.0);
-      measure_free(pair, *at(std::clamp(time, 0.0, motion_.duration())));
-    }
-  }
 }
 
 }  // namespace proof

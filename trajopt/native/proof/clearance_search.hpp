@@ -3,6 +3,9 @@
 // Over an interval a pair is proven by one direction that separates its bodies at both ends by more than they can be
 // off the chords between (see travel.hpp), or by its distance in the middle and the travel from there (conservative
 // advancement). What is left is halved. Only pairs not yet proven are looked at in the halves.
+//
+// The verdict is the first pass's: whether every bound exceeds what is required. A second one, where asked for, only
+// measures: its bounds come as near as the resolution says to the smallest distances, and it changes no verdict.
 #pragma once
 
 #include "candidates.hpp"
@@ -11,6 +14,8 @@
 #include "travel.hpp"
 
 namespace proof {
+
+constexpr int first_intervals = 16;  // A motion is cut into so many at first.
 
 struct Options {
   double resolution, far, smallest_interval, most_distances, error;
@@ -59,6 +64,9 @@ class ClearanceSearch {
   ClearanceSearch(const Bodies& bodies, const Candidates& candidates, Meter& meter, const Motion& motion,
                   const Windows& windows, const Options& options);
 
+  // Decide only whether all that is required is proven; the first contact found, or interval unproven, ends it.
+  void decide();
+  // Decide, and measure how near everything comes.
   void run();
 
   Tally free, accepted;            // At times when pairs must keep apart, and when contact is accepted.
@@ -95,7 +103,15 @@ class ClearanceSearch {
   std::vector<double> tight_time_; // When each pair's proven bound is smallest [s].
   std::vector<std::shared_ptr<Snapshot>> samples_;  // Even over the motion.
   long before_;
+  bool deciding_ = false;             // Whether bounds need only exceed what is required.
+  // Bounds of the first pass, free and accepted, if they prove everything that is required.
+  std::unique_ptr<std::pair<Tally, Tally>> decided_;
 
+  bool proven() const { return contacts.empty() && gap.pair < 0; }
+  void look_at_ends();
+  void spread_beyond();
+  void forget_bounds();
+  void keep_decided(const std::vector<int>& pairs, double time);
   std::shared_ptr<Snapshot> at(double time);
   void look(Snapshot& at, bool only_contacts);
   void consider(int pair, Snapshot& at, bool only_contacts);

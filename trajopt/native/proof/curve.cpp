@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace proof {
 
@@ -17,6 +18,20 @@ struct Stretch {
   double begin, width;
   int halvings;
 };
+
+// De Casteljau: both halves.
+std::pair<Stretch, Stretch> halves(const Stretch& s, int degree) {
+  Stretch left = s, right = s;
+  std::array<double, most_rows> rows = s.control;
+  for (int level = 0; level <= degree; ++level) {
+    left.control[level] = rows[0], right.control[degree - level] = rows[degree - level];
+    for (int i = 0; i < degree - level; ++i) rows[i] = (rows[i] + rows[i + 1]) / 2.0;
+  }
+  left.width = right.width = s.width / 2.0;
+  right.begin = s.begin + left.width;
+  left.halvings = right.halvings = s.halvings + 1;
+  return {left, right};
+}
 
 // binomials[n][k]: n over k.
 constexpr auto binomials = [] {
@@ -62,7 +77,7 @@ void Curve::evaluate(double time, double* values) const {
 void Curve::control(int piece, int function, double left, double width, double* values) const {
   std::array<double, most_rows> taylor;
   for (int row = 0; row <= degree; ++row) taylor[row] = coefficient(row, piece, function);
-  for (int done = 0; done < degree; ++done) {
+  for (int done = 0; done < degree && left > 0.0; ++done) {
     for (int power = 1; power <= degree - done; ++power) taylor[power] += left * taylor[power - 1];
   }
   // taylor[degree - k] belongs to power k; a control value is the sum of scaled powers up to its own number.
@@ -118,22 +133,40 @@ void Curve::largest(int function, double sign, double slack, double& value, doub
       beyond = std::max(beyond, top(s));
       continue;
     }
-    // De Casteljau: both halves.
-    Stretch left = s, right = s;
-    std::array<double, most_rows> rows = s.control;
-    for (int level = 0; level <= degree; ++level) {
-      left.control[level] = rows[0], right.control[degree - level] = rows[degree - level];
-      for (int i = 0; i < degree - level; ++i) rows[i] = (rows[i] + rows[i + 1]) / 2.0;
-    }
-    left.width = right.width = s.width / 2.0;
-    right.begin = s.begin + left.width;
-    left.halvings = right.halvings = s.halvings + 1;
+    const auto [left, right] = halves(s, degree);
     take(left);
     take(right);
     open.push_back(left);
     open.push_back(right);
   }
   value = std::max(value, beyond);
+}
+
+bool Curve::within(const double* low, const double* high) const {
+  std::vector<Stretch> open;
+  for (int piece = 0; piece < pieces(); ++piece) {
+    for (int f = 0; f < functions; ++f) {
+      Stretch first{{}, times[piece], times[piece + 1] - times[piece], 0};
+      control(piece, f, 0.0, first.width, first.control.data());
+      open.assign(1, first);
+      while (!open.empty()) {
+        const Stretch s = open.back();
+        open.pop_back();
+        const auto [least, most] = std::minmax_element(s.control.begin(), s.control.begin() + degree + 1);
+        if (*least >= low[f] && *most <= high[f]) continue;
+        // A value at an end is taken, so no halving helps.
+        const double ends[2] = {s.control[0], s.control[degree]};
+        for (const double end : ends) {
+          if (!(end >= low[f] && end <= high[f])) return false;
+        }
+        if (s.halvings == most_halvings) return false;
+        const auto [left, right] = halves(s, degree);
+        open.push_back(left);
+        open.push_back(right);
+      }
+    }
+  }
+  return true;
 }
 
 bool Curve::breaks(double begin, double end) const {

@@ -27,6 +27,8 @@ struct Curve {
   void range(double begin, double end, double* low, double* high) const;
   // Largest value of one function to within `slack`, relative to the larger of it and one, and its time.
   void largest(int function, double sign, double slack, double& value, double& time) const;
+  // Whether every function is proven to stay within its bounds at all times.
+  bool within(const double* low, const double* high) const;
   // Whether a breakpoint lies inside an interval.
   bool breaks(double begin, double end) const;
 

@@ -121,6 +121,29 @@ nb::tuple largest(const Numbers& times, const Numbers& coefficients, double sign
   return nb::make_tuple(array(std::move(values)), array(std::move(when)));
 }
 
+bool within(const Numbers& times, const Numbers& coefficients, const Numbers& low, const Numbers& high) {
+  const Curve curve = make_curve(times, coefficients);
+  nb::gil_scoped_release release;
+  return curve.within(low.data(), high.data());
+}
+
+// Values of all functions at times counted from the start of a piece, one row each.
+Array sampled(const Numbers& coefficients, const Counts& piece, const Numbers& local) {
+  const size_t rows = coefficients.shape(0), pieces = coefficients.shape(1), functions = coefficients.shape(2);
+  std::vector<double> found(piece.size() * functions, 0.0);
+  {
+    nb::gil_scoped_release release;
+    for (size_t i = 0; i < piece.size(); ++i) {
+      double* values = found.data() + i * functions;
+      const double* of = coefficients.data() + size_t(piece.data()[i]) * functions;
+      for (size_t row = 0; row < rows; ++row, of += pieces * functions) {
+        for (size_t f = 0; f < functions; ++f) values[f] = values[f] * local.data()[i] + of[f];
+      }
+    }
+  }
+  return array(std::move(found), {piece.size(), functions});
+}
+
 // Everything about one reduced model.
 class Proof {
  public:
@@ -160,7 +183,7 @@ class Proof {
 
   nb::tuple search(const Numbers& times, const Numbers& coefficients, bool smooth, const Numbers& expand,
                    const Numbers& offset, const Counts& windowed, const Numbers& windows, const Numbers& edges,
-                   const Numbers& options) {
+                   const Numbers& options, bool measured) {
     Motion motion;
     motion.position = make_curve(times, coefficients);
     motion.velocity = motion.position.derivative();
@@ -180,7 +203,7 @@ class Proof {
     ClearanceSearch search(bodies_, candidates_, meter_, motion, accepted, chosen);
     {
       nb::gil_scoped_release release;
-      search.run();
+      measured ? search.run() : search.decide();
     }
     std::vector<double> contacts;
     for (const Contact& contact : search.contacts) {
@@ -261,6 +284,8 @@ NB_MODULE(proof, m) {
   });
   m.def("mesh", &mesh);
   m.def("largest", &largest);
+  m.def("within", &within);
+  m.def("sampled", &sampled);
   m.def("torques", &torques);
   nb::class_<Arm>(m, "Arm").def("place", &place);
   m.def("arm", &make_arm);

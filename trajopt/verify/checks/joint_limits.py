@@ -1,5 +1,6 @@
 """Position, velocity, acceleration and jerk limits of joints, judged at all times."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,13 +46,41 @@ def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
         motion: The motion.
         limits: Limits of all joints that move, mimic joints too, in the model's order.
     """
-    checks = [*_of_order(motion, 0, limits.lower, limits.upper)]
-    checks += _of_order(motion, 1, -limits.velocity, limits.velocity)
-    if motion.differentiable:
-        checks += _of_order(motion, 2, -limits.acceleration, limits.acceleration)
-        if np.isfinite(limits.jerk).any():
-            checks += _jumps(motion, limits) or _of_order(motion, 3, -limits.jerk, limits.jerk)
+    checks: list[Check] = []
+    for order, (lower, upper) in enumerate(_ranges(motion, limits)):
+        checks += (_jumps(motion, limits) if order == 3 else []) or _of_order(motion, order, lower, upper)
     return tuple(checks)
+
+
+def limits_hold(motion: Motion, limits: JointLimits) -> bool:
+    """Say whether all `limit_checks` hold; where bounds of the polynomials prove it, without their extremes.
+
+    Args:
+        motion: The motion.
+        limits: Limits of all joints that move, mimic joints too, in the model's order.
+    """
+    for order, (lower, upper) in enumerate(_ranges(motion, limits)):
+        # Half of what is accepted: so the extremes, which are known to a thousandth of that, pass as well.
+        below, above = (_accepted(motion, order, side) / 2.0 for side in (lower, upper))
+        if not motion.moving(order).within(lower - below, upper + above):
+            return all(check.holds for check in limit_checks(motion, limits))
+    return not (np.isfinite(limits.jerk).any() and motion.differentiable and _jumps(motion, limits))
+
+
+def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Floats]]:
+    """Yield the bounds of the positions, and of each derivative that is judged."""
+    yield limits.lower, limits.upper
+    yield -limits.velocity, limits.velocity
+    if motion.differentiable:
+        yield -limits.acceleration, limits.acceleration
+        if np.isfinite(limits.jerk).any():
+            yield -limits.jerk, limits.jerk
+
+
+def _accepted(motion: Motion, order: int, bounds: Floats) -> Floats:
+    """Return the numerical excess over bounds that is accepted."""
+    sizes = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
+    return motion.options.excess * (np.maximum(sizes, 1.0) if order == 0 else sizes)
 
 
 def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
@@ -128,12 +157,10 @@ def _tightest(motion: Motion, order: int, lower: Floats, upper: Floats) -> _Tigh
     high, low = motion.moving(order).extremes()
     above = upper - high.values <= low.values - lower
     bounds = np.where(above, upper, lower)
-    excess = motion.options.excess
-    finite = np.where(np.isfinite(bounds), np.abs(bounds), 0.0)
     return _Tightest(
         values=np.where(above, high.values, low.values),
         times=np.where(above, high.times, low.times),
         bounds=bounds,
         slack=np.where(above, upper - high.values, low.values - lower),
-        accepted=excess * np.maximum(finite, 1.0) if order == 0 else excess * finite,
+        accepted=_accepted(motion, order, bounds),
     )

@@ -89,13 +89,9 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
         motion: The motion.
         limits: Limits of the group's joints.
     """
-    limited = np.isfinite(limits.effort)
-    if not limited.any() or not motion.differentiable:
+    if not _judged(motion, limits):
         return ()
-    times, torques = (
-        np.concatenate(parts) for parts in zip(inverse_dynamics(motion), _ends(motion), strict=True)
-    )
-    share = np.where(limited, np.abs(torques) / limits.effort, -np.inf)
+    times, torques, share = _shares(motion, limits)
     worst = share.max(axis=0)
     checks: list[Check] = []
     for joint in (int(place) for place in np.argsort(-worst)):
@@ -122,6 +118,26 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
             )
         )
     return tuple(checks)
+
+
+def torques_hold(motion: Motion, limits: JointLimits) -> bool:
+    """Say whether all `torque_checks` hold."""
+    if not _judged(motion, limits):
+        return True
+    return bool(_shares(motion, limits)[2].max() <= 1.0 + motion.options.excess)
+
+
+def _judged(motion: Motion, limits: JointLimits) -> bool:
+    return motion.differentiable and bool(np.isfinite(limits.effort).any())
+
+
+def _shares(motion: Motion, limits: JointLimits) -> tuple[Floats, Floats, Floats]:
+    """Return times, (s,) [s], torques, (s, n) [Nm | N], and which part of its limit each is, (s, n)."""
+    times, torques = (
+        np.concatenate(parts) for parts in zip(inverse_dynamics(motion), _ends(motion), strict=True)
+    )
+    limited = np.isfinite(limits.effort)
+    return times, torques, np.where(limited, np.abs(torques) / limits.effort, -np.inf)
 
 
 def torques_at_rest(motion: Motion, positions: Floats) -> Floats:
@@ -171,10 +187,4 @@ def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:
     counts = np.maximum(steps_in_pieces(motion) + 1, SAMPLES_PER_SEGMENT)
     segment = np.repeat(np.arange(len(lengths)), counts)
     local = lengths[segment] * counting(counts) / (counts[segment] - 1)
-    states: list[Floats] = []
-    for order in (0, 1, 2):
-        value = np.zeros((len(segment), len(motion.reduced.joint_names)))
-        for coefficient in motion.group[order].coefficients:
-            value = value * local[:, None] + coefficient[segment]
-        states.append(value)
-    return knots[segment] + local, states
+    return knots[segment] + local, [motion.group[order].at(segment, local) for order in (0, 1, 2)]

@@ -89,6 +89,15 @@ class Polynomials:
         low, time_of_low = proof.largest(self.times, coefficients, -1.0, TIGHTNESS)
         return Extremes(high, time_of_high), Extremes(-low, time_of_low)
 
+    def within(self, lower: Floats, upper: Floats) -> bool:
+        """Say whether every function is proven to stay within its bounds, each of shape (n,)."""
+        coefficients, bounds = np.ascontiguousarray(self.coefficients), (lower, upper)
+        return proof.within(self.times, coefficients, *(np.ascontiguousarray(side) for side in bounds))
+
+    def at(self, piece: Ints, since: Floats) -> Floats:
+        """Return the values in pieces at times since these begin, both of shape (s,), shape (s, n)."""
+        return proof.sampled(np.ascontiguousarray(self.coefficients), piece, since)
+
     def _control(self, piece: Ints, left: Floats, width: Floats) -> Floats:
         """Bernstein coefficients on [left, left + width] of pieces, (degree + 1, m, n)."""
         taylor = self.coefficients[:, piece]

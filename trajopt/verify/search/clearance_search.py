@@ -121,6 +121,11 @@ class Findings:
     gap: Gap | None
     windows: Windows
 
+    @property
+    def proven(self) -> bool:
+        """Whether all pairs are proven to keep apart as far as they must."""
+        return not self.contacts and self.gap is None
+
     def deepest(self) -> tuple[Contact, ...]:
         """Return the deepest contact of each pair, deepest first."""
         every = sorted(self.contacts, key=lambda contact: -contact.distance)
@@ -137,7 +142,7 @@ class Findings:
         tally.measured[contact.pair], tally.time[contact.pair] = contact.distance, contact.time
 
 
-def search_clearance(motion: Motion, distances: PairDistances) -> Findings:
+def search_clearance(motion: Motion, distances: PairDistances, *, measured: bool = True) -> Findings:
     """Search for a proof that all pairs keep apart over a motion, by conservative advancement.
 
     A pair that is at distance d at some time of an interval, and whose bodies travel by at most m from
@@ -146,6 +151,8 @@ def search_clearance(motion: Motion, distances: PairDistances) -> Findings:
     Args:
         motion: The motion.
         distances: Workspace for the distances of its bodies.
+        measured: Whether to measure as well how near everything comes. Without, the search ends as soon as
+            everything required is proven, or something is not; the verdict is the same.
     """
     trajectory, reduced, options = motion.trajectory, motion.reduced, motion.options
     windows = Windows(reduced.pairs, motion.duration)
@@ -168,6 +175,7 @@ def search_clearance(motion: Motion, distances: PairDistances) -> Findings:
                 distances.error,
             )
         ),
+        measured,
     )
     motion.kinematics.calls += configurations
     return Findings(

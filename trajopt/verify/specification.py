@@ -1,0 +1,50 @@
+"""Specification: everything that a motion must do, for the judge, and the verdict on it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from trajopt.arrays import Floats, Value
+from trajopt.model.limits import JointLimits
+from trajopt.model.requirements import During, Requirement
+from trajopt.model.tool_speed import ToolSpeed
+from trajopt.verify.certificate import Counts
+from trajopt.verify.checks.sampled import SampledCheck
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Specification(Value):
+    """Everything that a motion must do, besides keeping its bodies apart.
+
+    Attributes:
+        goals: What must hold at the end; all of them.
+        constraints: What must hold at all times.
+        waypoints: What must hold together at some moment, for each waypoint by name, in this order.
+        partial: What must hold between waypoints.
+        sampled: Constraints in user code, judged at samples.
+        limits: Limits of the group's joints, or of these and of the joints that mimic them; the robot's
+            where None or not named.
+        tool_speeds: Largest speeds of tools.
+        start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
+    """
+
+    goals: Sequence[Requirement]
+    constraints: Sequence[Requirement] = ()
+    waypoints: Mapping[str, Sequence[Requirement]] = field(default_factory=dict[str, Sequence[Requirement]])
+    partial: Sequence[During[Requirement] | During[SampledCheck]] = ()
+    sampled: Sequence[SampledCheck] = ()
+    limits: JointLimits | None = None
+    tool_speeds: Sequence[ToolSpeed] = ()
+    start_velocities: Floats | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """Whether a motion does everything that it must, and nothing about how nearly.
+
+    Attributes:
+        verified: Whether every check holds that a certificate of the motion would require.
+        counts: The work that it took.
+    """
+
+    verified: bool
+    counts: Counts
