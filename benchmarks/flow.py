@@ -38,7 +38,12 @@ STEPS = (
     ),
     Step("trajopt.solvers.Sqp.solve", "Sqp().solve(nlp, seed)", "SolveResult", "optimal knots"),
     Step("trajopt.transcription.KnotsNlp.decode", "nlp.decode(x)", "Path", "q(s), no time yet"),
-    Step("trajopt.methods.retime_path", "retime_path(problem, path)", "Retimed", "q(t), time-optimal"),
+    Step(
+        "trajopt.methods.retime_path",
+        "retime_path(problem, path)",
+        "Retimed",
+        "q(t), fastest along q(s)",
+    ),
     Step("trajopt.judge", "judge(problem, trajectory)", "Certificate", "every check, proven or not"),
 )
 ROOMS = {

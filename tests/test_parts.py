@@ -1,5 +1,7 @@
 """What holds between waypoints only: in the program, by the judge, and on no more of the motion than that."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -139,3 +141,19 @@ def test_what_is_asked_between_waypoints_is_refused_if_they_are_not_there() -> N
         to.during(upright)
     kept = ask(to.during(upright, until="second"))
     assert [len(kept.requirements_at(stop)) for stop in range(4)] == [1, 1, 1, 0]
+
+
+def test_two_motions_as_one() -> None:
+    whole = to.plan(to.named_problem("past_pillar_ur5")).require().trajectory
+    half = whole.duration / 2.0
+    first, second = whole.between(0.0, half), whole.between(half, whole.duration)
+    again = first.followed_by(second)
+    times = np.linspace(0.0, whole.duration, 500)
+    for order in range(3):
+        assert again(times, order) == pytest.approx(whole(times, order), abs=1e-6)
+    with pytest.raises(ShapeError, match="first positions are off by"):
+        second.followed_by(first)
+    with pytest.raises(ShapeError, match="same joints"):
+        first.followed_by(replace(second, joint_names=tuple(f"{name}_" for name in second.joint_names)))
+    with pytest.raises(ShapeError, match="same derivatives"):
+        first.followed_by(replace(second, accelerations=None))

@@ -6,16 +6,28 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from tests.conftest import PLANAR_ARM
 from trajopt.errors import JointNotFound, ProblemError
+from trajopt.infeasibility.too_fast import least_travel
 from trajopt.methods import method_named
 from trajopt.methods.free_duration import FreeDuration
+from trajopt.methods.stopping import stopping_motion
 from trajopt.planning.judgement import judge
+from trajopt.planning.status import Certainty
 
 JOINT = "shoulder_pan_joint"
 
 
 def moving(speed: float) -> to.Problem:
     return replace(to.named_problem("past_pillar_ur5"), start_velocity={JOINT: speed})
+
+
+def on_the_way(problem: to.Problem, running: to.Trajectory, time: float) -> to.Problem:
+    """The problem from where a running motion is at a time."""
+    names = problem.reduced.joint_names
+    start = dict(zip(problem.scene.robot.joint_names, problem.start_positions.tolist(), strict=True))
+    q, v, a = (dict(zip(names, running(time, order).tolist(), strict=True)) for order in range(3))
+    return replace(problem, start={**start, **q}, start_velocity=v, start_acceleration=a)
 
 
 @pytest.mark.parametrize("speed", [0.4, -0.3])
@@ -29,27 +41,166 @@ def test_a_motion_starts_as_fast_as_asked(speed: float) -> None:
     assert any(check.name == "start velocity" and check.holds for check in plan.certificate.checks)
 
 
+@pytest.mark.parametrize("problem", ["past_pillar_ur5", "cup_past_pillar", "past_pillar_xarm7"])
+@pytest.mark.parametrize("share", [0.15, 0.5, 0.85])
+def test_a_running_motion_is_planned_on_from_any_moment(problem: str, share: float) -> None:
+    asked = to.named_problem(problem)
+    running = to.plan(asked).require().trajectory
+    time = share * running.duration
+    result = to.plan(on_the_way(asked, running, time))
+    assert result.verified and result.method == "free-duration"
+    assert "the start is in motion" in result.because and result.because in str(result)
+    found = result.require().trajectory
+    for order in range(3):
+        assert found(0.0, order) == pytest.approx(running(time, order), abs=1e-6)
+    names = {check.name for check in result.require().certificate.checks if check.holds}
+    assert {"start velocity", "start acceleration"} <= names
+    assert result.along_path is not None and found.duration <= result.along_path
+
+
+def test_what_stands_still_is_planned_as_ever() -> None:
+    problem = to.named_problem("past_pillar_ur5")
+    for still in (problem, replace(problem, start_velocity={JOINT: 0.0})):
+        result = to.plan(still)
+        assert (result.method, result.because, result.along_path) == ("sqp", "", None)
+        assert "method" not in str(result)
+
+
+def test_a_single_attempt_picks_the_method_too() -> None:
+    problem = moving(0.4)
+    goal = to.goal_configurations(problem)[0]
+    seed = np.linspace(problem.reduced.start_positions, goal, problem.knots)
+    assert to.plan_once(problem, seed).verified
+
+
 def test_the_judge_refuses_another_start() -> None:
     rest = to.plan(to.named_problem("past_pillar_ur5")).require().trajectory
     failed = [check.name for check in judge(moving(0.4), rest).failed]
     assert failed == ["start velocity"]
+    other = replace(moving(0.0), start_acceleration={JOINT: 2.0})
+    assert {check.name for check in judge(other, rest).failed} == {"start acceleration", "jerk"}
 
 
 @pytest.mark.parametrize("method", ["sqp", "bspline", "ipopt"])
 def test_methods_that_start_from_rest_say_so(method: str) -> None:
     result = to.plan(moving(0.4), method=method_named(method))
     assert result.status is to.Status.METHOD_CANNOT and "rest" in result.message
+    assert "free-duration" in result.message
+
+
+def test_where_no_method_can_it_says_so() -> None:
+    result = to.plan(replace(moving(0.4), tool_speed=to.tool_speed("tool0", linear=0.2)))
+    assert result.status is to.Status.METHOD_CANNOT
+    assert "the start is in motion" in result.message and "no limits of tool speeds" in result.message
 
 
 def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(ProblemError, match=r"its velocity limit is [0-9.]+ rad/s"):
         moving(1e3)
-    with pytest.raises(JointNotFound, match=JOINT):
-        replace(moving(0.1), start_velocity={"shoulder_pan_join": 0.1})
+    with pytest.raises(ProblemError, match=r"its acceleration limit is [0-9.]+ rad/s\^2"):
+        replace(moving(0.1), start_acceleration={JOINT: -1e3})
+    for given in ("start_velocity", "start_acceleration"):
+        with pytest.raises(JointNotFound, match=JOINT):
+            replace(moving(0.1), **{given: {"shoulder_pan_join": 0.1}})
     assert f"{JOINT} at 22.92 deg/s" in str(moving(0.4))
+    assert "at 57.3 deg/s^2" in str(replace(moving(0.1), start_acceleration={JOINT: 1.0}))
 
 
 def test_standing_still_is_a_motion_too() -> None:
     problem = to.named_problem("past_pillar_ur5")
     here = dict(zip(problem.reduced.joint_names, problem.reduced.start_positions.tolist(), strict=True))
     assert to.plan(replace(problem, goal=to.joint_positions(here)), method=FreeDuration()).verified
+
+
+def test_a_start_that_no_braking_keeps_within_the_limits_is_named_and_proven(planar_arm: to.Robot) -> None:
+    problem = to.Problem(
+        scene=to.Scene(planar_arm),
+        group="arm",
+        start={"shoulder": 0.0, "elbow": 2.2},
+        goal=to.joint_positions({"shoulder": 0.5, "elbow": 0.0}),
+        start_velocity={"elbow": 2.0},
+    )
+    # 2 rad/s at 4 rad/s^2 take 0.5 rad, and there are 0.3.
+    result = to.plan(problem)
+    assert result.status is to.Status.START_TOO_FAST and result.certainty is Certainty.PROVEN
+    assert "elbow" in result.message and "upper limit" in result.message
+    assert "17.19 deg before" in result.message and "28.65 deg" in result.message
+    back = to.plan(replace(problem, start={"elbow": -2.2}, start_velocity={"elbow": -2.0}))
+    assert back.status is to.Status.START_TOO_FAST and "lower limit" in back.message
+    assert to.plan(replace(problem, start={"elbow": 1.9})).verified
+    assert to.plan(replace(problem, start_velocity={"elbow": -2.0})).verified
+
+
+def test_the_least_travel_is_that_of_braking_hardest() -> None:
+    """Against a fine integration of full jerk until the hardest deceleration, then that."""
+    rng = np.random.default_rng(5)
+    for _ in range(200):
+        hardest, jerk = rng.uniform(1.0, 10.0), 10.0 ** rng.uniform(0.0, 3.0)
+        speed, gain = rng.uniform(-2.0, 2.0), rng.uniform(-hardest, hardest)
+        times = np.linspace(0.0, 20.0, 200_001)
+        pull = np.maximum(gain - jerk * times, -hardest)
+        step = times[1]
+        speeds = speed + np.concatenate(((0.0,), np.cumsum((pull[1:] + pull[:-1]) / 2.0))) * step
+        places = np.concatenate(((0.0,), np.cumsum((speeds[1:] + speeds[:-1]) / 2.0))) * step
+        goes = (speeds > 1e-3).any()
+        found = least_travel(speed, gain, hardest, jerk)
+        if goes:
+            last = int(np.flatnonzero(speeds > 0.0)[-1])
+            assert found == pytest.approx(places[last], abs=1e-3)
+        elif speeds.max() < 0.0:
+            assert found == -np.inf
+
+
+def test_a_stop_holds_the_limits_of_the_joints() -> None:
+    asked, rng = to.named_problem("past_pillar_ur5"), np.random.default_rng(3)
+    names, limits = asked.reduced.joint_names, asked.limits
+    for _ in range(50):
+        pull = rng.uniform(-1.0, 1.0, len(names)) * limits.acceleration
+        # A speed that was reached with the acceleration, and from which it can be taken off again.
+        room = limits.velocity - pull**2 / (2.0 * limits.jerk) - 0.01
+        speed = rng.uniform(-1.0, 1.0, len(names)) * room
+        stop = stopping_motion(
+            replace(
+                asked,
+                start_velocity=dict(zip(names, speed.tolist(), strict=True)),
+                start_acceleration=dict(zip(names, pull.tolist(), strict=True)),
+            )
+        )
+        assert stop(0.0, 1) == pytest.approx(speed, abs=1e-12)
+        assert stop(0.0, 2) == pytest.approx(pull, abs=1e-12)
+        assert not stop.velocities[-1].any() and not stop.accelerations[-1].any()
+        times = np.linspace(0.0, stop.duration, 3000)
+        for order, most in ((1, limits.velocity), (2, limits.acceleration), (3, limits.jerk)):
+            assert (np.abs(stop(times, order)) <= most * (1.0 + 1e-6)).all()
+
+
+def test_time_that_runs_out_leaves_the_motion_that_there_was(planar_arm: to.Robot) -> None:
+    """The clock stops in the middle of the improvement; the motion along the path is verified by then."""
+    calls: list[float] = []
+
+    def until_improved() -> float:
+        return calls[-1] if calls else 0.0
+
+    def progress(stage: str, step: object) -> None:
+        seen.append(stage)
+        if seen.count("optimise") and "verify" in seen and stage == "optimise":
+            calls.append(1e9)
+
+    seen: list[str] = []
+    budget = to.Budget(seconds=10.0, clock=until_improved)
+    result = to.plan(moving(0.4), budget=budget, progress=progress)
+    assert result.verified and result.stopped_by_clock
+    assert result.along_path == pytest.approx(result.require().trajectory.duration)
+
+
+def test_joints_without_a_jerk_limit_stop_as_well(planar_arm: to.Robot) -> None:
+    assert "jerk" not in PLANAR_ARM and np.isinf(planar_arm.limits.jerk).all()
+    problem = to.Problem(
+        scene=to.Scene(planar_arm),
+        group="arm",
+        start={"shoulder": 0.0, "elbow": 0.5},
+        goal=to.joint_positions({"shoulder": 0.05, "elbow": 0.5}),
+        start_velocity={"shoulder": 1.9, "elbow": -1.5},
+        start_acceleration={"shoulder": 3.0, "elbow": 2.0},
+    )
+    assert to.plan(problem).verified

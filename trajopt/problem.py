@@ -6,17 +6,15 @@ from functools import cached_property
 from itertools import chain
 from typing import cast
 
-import numpy as np
-
-from trajopt.arrays import Floats, Value, floats, mapping, number, one_of, readonly, sequence, several
-from trajopt.errors import JointNotFound, ProblemError, ProblemNotFound, WaypointNotFound, shown
-from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.arrays import Floats, Value, floats, mapping, number, one_of, sequence, several
+from trajopt.errors import ProblemError, ProblemNotFound, WaypointNotFound, shown
 from trajopt.model.limits import JointLimits, LimitKind
-from trajopt.model.printed import in_short, in_unit
+from trajopt.model.printed import in_short
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import During, GoalSet, Requirement
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
+from trajopt.model.starting import in_motion, start_rates
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.terms.residual import Constraint, Cost, check_path_constraint
 from trajopt.terms.rolling import default_knots
@@ -56,6 +54,7 @@ class Problem(Value):
         tool_speed: Largest speeds of tools: one limit or several.
         start_velocity: Joint of the group -> its velocity at the start [rad/s | m/s]; joints that are not
             named are at rest.
+        start_acceleration: The same for accelerations [rad/s^2 | m/s^2]; joints that are not named have none.
         name: For reports.
     """
 
@@ -73,6 +72,7 @@ class Problem(Value):
     acceleration_scaling: float = 1.0
     tool_speed: ToolSpeed | Sequence[ToolSpeed] = ()
     start_velocity: Mapping[str, float] = field(default_factory=dict[str, float])
+    start_acceleration: Mapping[str, float] = field(default_factory=dict[str, float])
     name: str = "problem"
     _start: Floats = field(init=False, repr=False)
     _goals: tuple[Requirement, ...] = field(init=False, repr=False)
@@ -120,6 +120,8 @@ class Problem(Value):
             self.scene.holder(tool.frame)
         if mapping("start_velocity", self.start_velocity):
             _ = self.start_velocities  # names and sizes are checked there
+        if mapping("start_acceleration", self.start_acceleration):
+            _ = self.start_accelerations
 
     @cached_property
     def reduced(self) -> ReducedModel:
@@ -210,17 +212,18 @@ class Problem(Value):
     @cached_property
     def start_velocities(self) -> Floats:
         """Velocities of the group's joints at the start, shape (n,) [rad/s | m/s]."""
-        names, limits = self.reduced.joint_names, self.limits
-        velocities = np.zeros(len(names))
-        for joint, speed in self.start_velocity.items():
-            if joint not in names:
-                raise JointNotFound("joint of the group", joint, names)
-            index, unit = names.index(joint), joint_unit(self.scene.robot.model, joint, order=1)
-            velocities[index], limit = number(f"start velocity of {joint}", speed), limits.velocity[index]
-            if abs(velocities[index]) > limit:
-                words = f"{joint} cannot start at {speed:g} {unit}: its velocity limit is {limit:g} {unit}"
-                raise ProblemError(words + limits.because(joint, LimitKind.VELOCITY))
-        return readonly(velocities)
+        return start_rates(self.start_velocity, LimitKind.VELOCITY, self.limits, self.scene.robot.model)
+
+    @cached_property
+    def start_accelerations(self) -> Floats:
+        """Accelerations of the group's joints at the start, shape (n,) [rad/s^2 | m/s^2]."""
+        stated, kind = self.start_acceleration, LimitKind.ACCELERATION
+        return start_rates(stated, kind, self.limits, self.scene.robot.model)
+
+    @property
+    def starts_moving(self) -> bool:
+        """Whether the start is in motion."""
+        return any((*self.start_velocity.values(), *self.start_acceleration.values()))
 
     @property
     def last_stop(self) -> int:
@@ -260,10 +263,7 @@ class Problem(Value):
     def __str__(self) -> str:
         """Say the problem in a few lines."""
         ends = (self.goal,) if isinstance(self.goal, GoalSet) else self.goals
-        moving = ", ".join(
-            f"{joint} at {in_unit(speed, joint_unit(self.scene.robot.model, joint, order=1))}"
-            for joint, speed in self.start_velocity.items()
-        )
+        moving = in_motion(self.scene.robot.model, self.start_velocity, self.start_acceleration)
         speeds = ((self.velocity_scaling, "velocity"), (self.acceleration_scaling, "acceleration"))
         slower = ", ".join(f"{share:g} of the {name} limits" for share, name in speeds if share < 1.0)
         lines = [

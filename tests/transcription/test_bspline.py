@@ -40,7 +40,7 @@ def spline(folder: Path, degree: int = 3, pieces: int = 8, resting: int = 1) -> 
 def free(folder: Path) -> tuple[FreeDurationNlp, Floats]:
     nlp, control = spline(folder, pieces=10, resting=RESTING)
     model = nlp.problem.reduced
-    timed = FreeDurationNlp(nlp, nlp.problem.limits, 2.0, DynamicsQuery(model), np.zeros(4))
+    timed = FreeDurationNlp(nlp, nlp.problem.limits, 2.0, DynamicsQuery(model), *np.zeros((2, 4)))
     return timed, np.hstack((control, np.full((len(control), 1), 0.9)))
 
 

@@ -26,7 +26,7 @@ from trajopt.cli.options import (
 from trajopt.cli.progress import progress_line
 from trajopt.moveit.trajectory_files import write_json
 from trajopt.planning.plan import plan as plan_problem
-from trajopt.planning.result import Result
+from trajopt.planning.result import Result, improvement
 
 ExplainOption = Annotated[
     bool,
@@ -35,6 +35,13 @@ ExplainOption = Annotated[
 ImproveOption = Annotated[
     bool,
     typer.Option("--improve", help="Use the whole time budget for a shorter motion; Ctrl-C ends it early."),
+]
+FreeOption = Annotated[
+    bool,
+    typer.Option(
+        "--free-duration",
+        help="Optimise shape and time together too: shorter than the fastest motion along the path.",
+    ),
 ]
 WorkersOption = Annotated[
     int, typer.Option("--workers", min=1, help="Threads, once the straight line has been tried.")
@@ -57,6 +64,7 @@ def plan(
     portfolio: PortfolioOption = True,
     time_budget: TimeBudgetOption = None,
     improve: ImproveOption = False,
+    free_duration: FreeOption = False,
     workers: WorkersOption = 1,
 ) -> None:
     """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
@@ -64,7 +72,13 @@ def plan(
     budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
     around, asked = read_files(source.load(), scene, request)
     with progress_line() as line:
-        result = plan_problem(asked.problem(), budget=budget, progress=line.show, on_incumbent=line.have)
+        result = plan_problem(
+            asked.problem(),
+            improve=free_duration,
+            budget=budget,
+            progress=line.show,
+            on_incumbent=line.have,
+        )
     notes = [*around.scene.robot.notes, *around.notes, *asked.notes]
     document = {
         **result.as_dict(),
@@ -100,13 +114,19 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
     """
     lines = ["asked", *_indented(str(result.problem)), "", "answer", f"  {result.reason}"]
     trajectory, path = result.trajectory, result.path
-    if trajectory is not None and path is not None and result.timed is not None:
-        lines.append(
-            f"  motion of {trajectory.duration:.3f} s in {len(trajectory.times)} points, path of "
-            f"{path.length:.2f} rad, at most {result.timed.deviation * 1000:.1f} mm from the checked path"
-        )
-        decisive = ", ".join(f"{kind} {part:.0%}" for kind, part in result.timed.binding.items())
-        lines.append(f"  as fast as its limits allow: {decisive or 'none decides'} of the time")
+    if trajectory is not None and path is not None:
+        motion = f"motion of {trajectory.duration:.3f} s in {len(trajectory.times)} points"
+        motion += f", path of {path.length:.2f} rad"
+        if result.timed is not None:
+            motion += f", at most {result.timed.deviation * 1000:.1f} mm from the checked path"
+            shares = result.timed.binding.items()
+            decisive = ", ".join(f"{kind} {part:.0%}" for kind, part in shares) or "none decides"
+            motion += f"\n  as fast along its path as its limits allow: {decisive} of the time"
+        lines.append(f"  {motion}")
+    if trajectory is not None and result.along_path is not None:
+        lines.append(f"  improved {improvement(result.along_path, trajectory.duration)}")
+    if result.because:
+        lines.append(f"  method {result.method}: {result.because}")
     if result.certificate is not None:
         lines += ["", "certificate", *_indented(str(result.certificate))]
     if notes:

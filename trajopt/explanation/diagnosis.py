@@ -64,6 +64,10 @@ def _cannot(result: Result) -> Explanation:
     return _plain(result, "the method said so before anything began")
 
 
+def _too_fast(result: Result) -> Explanation:
+    return _plain(result, "that joint's own limits alone bound how hard it can brake")
+
+
 def _start(result: Result) -> Explanation:
     return _end(result, result.problem.reduced.start_positions, Moment.START)
 
@@ -249,6 +253,7 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.SOLVED: _solved,
     Status.START_IN_COLLISION: _start,
     Status.START_OUT_OF_LIMITS: _start,
+    Status.START_TOO_FAST: _too_fast,
     Status.START_BREAKS_CONSTRAINT: _start,
     Status.START_CANNOT_BE_HELD: _start,
     Status.GOAL_IN_COLLISION: _goal,

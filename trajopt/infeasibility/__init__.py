@@ -7,3 +7,4 @@ from trajopt.infeasibility.goal_box import box_breaks as box_breaks
 from trajopt.infeasibility.goal_box import box_collides as box_collides
 from trajopt.infeasibility.goal_box import box_overloads as box_overloads
 from trajopt.infeasibility.reach import out_of_reach as out_of_reach
+from trajopt.infeasibility.too_fast import too_fast as too_fast

@@ -9,6 +9,7 @@ from trajopt.arrays import Floats, Printed
 from trajopt.methods.bspline import SAMPLES, windowed_differences
 from trajopt.methods.knots import Knots, KnotsProgram
 from trajopt.methods.method import Decoded, Progress, followed_curve
+from trajopt.methods.stopping import stopping_motion, with_jerk
 from trajopt.methods.timing import retime_path
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
@@ -17,7 +18,7 @@ from trajopt.query.dynamics import DynamicsQuery
 from trajopt.retime import RetimeFailure
 from trajopt.solvers import SolveResult, Sqp
 from trajopt.solvers.sqp import TrustRegion
-from trajopt.transcription.basis import SplineBasis, fitted
+from trajopt.transcription.basis import SplineBasis
 from trajopt.transcription.bspline import Places, over_control_points
 from trajopt.transcription.free_duration import RESTING, FreeDurationNlp
 
@@ -65,30 +66,41 @@ class FreeDuration:
         self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
     ) -> "FreeDurationProgram":
         """Transcribe the problem over knots first; see `Method.program`."""
-        return FreeDurationProgram(
-            self, problem, self.seed.program(problem, seed, waypoint_knots), tuple(waypoint_knots)
-        )
+        first = self.seed.program(problem, seed, waypoint_knots)
+        stop = stopping_motion(problem) if problem.starts_moving else None
+        if stop is not None:
+            first = replace(first, nlp=first.nlp.starting_at(stop.positions[-1]))
+        return FreeDurationProgram(self, problem, first, tuple(waypoint_knots), stop)
 
 
 @dataclass(frozen=True, eq=False)
-class FreedResult(SolveResult):
-    """What the program over control points and duration came to.
+class MovingResult(SolveResult):
+    """What a program came to that decides on time too.
 
     Attributes:
-        decoded: Its motion, then the path that it was found from.
+        decoded: Its motion, and the path that it takes.
     """
 
-    decoded: tuple[Decoded, ...]
+    decoded: Decoded
 
 
 @dataclass(frozen=True, eq=False)
 class FreeDurationProgram(Printed):
-    """A problem, first over knots, then over control points and duration."""
+    """A problem, first over knots, then over control points and duration.
+
+    Attributes:
+        method: The method, with its options.
+        problem: The problem.
+        first: The problem over knots; of a start in motion: from where that can come to rest.
+        waypoint_knots: The knot that each waypoint is held at.
+        stop: How a start in motion comes to rest.
+    """
 
     method: FreeDuration
     problem: Problem
     first: KnotsProgram
     waypoint_knots: tuple[int, ...]
+    stop: Trajectory | None = None
 
     @property
     def scale(self) -> Floats:
@@ -101,55 +113,66 @@ class FreeDurationProgram(Printed):
         return self.first.counts
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
-        """Solve from a seed; see `Program.solve`."""
-        first = self.first.solve(seed, progress=progress)
-        if not first.feasible:
-            return first
-        (path,) = (item.path for item in self.first.decode(first))
-        motion = retime_path(self.problem, path, tolerance=SEED_TOLERANCE)
-        if isinstance(motion, RetimeFailure):
-            return first
-        freed = self._freed(first, path, motion.trajectory, progress)
-        if self.problem.start_velocities.any():  # what starts from rest is no answer
-            return replace(freed, decoded=freed.decoded[:1])
-        faster = freed.decoded[0].trajectory
-        return freed if faster is not None and faster.duration < motion.trajectory.duration else first
+        """Solve over knots, from a seed; see `Program.solve`.
+
+        A start in motion first comes to rest, and the motion goes on from there.
+        """
+        if self.stop is None:
+            return self.first.solve(seed, progress=progress)
+        ever_less = np.linspace(1.0, 0.0, len(seed))[:, None]
+        seed = seed + ever_less * (self.stop.positions[-1] - seed[0])
+        solved = self.first.solve(seed, progress=progress)
+        if not solved.feasible:
+            return solved
+        (onward,) = self.first.decode(solved)
+        smooth = with_jerk(self.problem.limits)
+        timed = retime_path(self.problem, onward.path, tolerance=SEED_TOLERANCE, limits=smooth)
+        if isinstance(timed, RetimeFailure):
+            return solved
+        knots = np.concatenate((self.stop.positions[:-1], onward.path.knots))
+        decoded = replace(
+            onward, path=replace(onward.path, knots=knots), trajectory=self.stop.followed_by(timed.trajectory)
+        )
+        return MovingResult(solved.status, solved.x, solved.at, solved.log, decoded)
+
+    def improve(
+        self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
+    ) -> SolveResult:
+        """Optimise shape and time together, from a motion; see `SupportsImprovement.improve`."""
+        (path,) = (item.path for item in self.first.decode(solved))
+        nlp = self._program(path, motion)
+        control = nlp.fitted(*_samples(nlp.spline.basis, motion))
+        x0 = np.hstack((control, np.ones((len(control), 1))))
+        freed = self.method.solver.solve(nlp, x0, progress=progress)
+        decoded = Decoded(nlp.spline.decode(freed.x[:, :-1]), nlp.decode(freed.x) if freed.feasible else None)
+        return MovingResult(freed.status, freed.x, freed.at, freed.log, decoded)
 
     def decode(self, solved: SolveResult) -> Sequence[Decoded]:
-        """Return the motion, then the path that it was found from; see `Program.decode`."""
-        return solved.decoded if isinstance(solved, FreedResult) else self.first.decode(solved)
-
-    def _freed(
-        self, first: SolveResult, path: Path, motion: Trajectory, progress: Progress | None
-    ) -> "FreedResult":
-        """Optimise shape and time, from a motion along a path."""
-        nlp = self._program(path, motion)
-        control = fitted(nlp.spline.basis, *_samples(nlp.spline.basis, motion), resting=RESTING)
-        x0 = np.hstack((control, np.ones((len(control), 1))))
-        solved = self.method.solver.solve(nlp, x0, progress=progress)
-        trajectory = nlp.decode(solved.x) if solved.feasible else None
-        decoded = Decoded(nlp.spline.decode(solved.x[:, :-1]), trajectory)
-        log = (*first.log, *solved.log)
-        return FreedResult(solved.status, solved.x, solved.at, log, (decoded, *self.first.decode(first)))
+        """Return the motion; see `Program.decode`."""
+        return (solved.decoded,) if isinstance(solved, MovingResult) else self.first.decode(solved)
 
     def _program(self, path: Path, motion: Trajectory) -> FreeDurationNlp:
-        reduced, base = self.problem.reduced, self.first.nlp
+        problem, base = self.problem, self.first.nlp
         spline = over_control_points(
             base, _basis(self.method.pieces), self._places(path, motion), resting=RESTING
         )
         spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
-        limited = np.isfinite(self.problem.limits.effort).any()
-        dynamics, moving = DynamicsQuery.loaded(reduced) if limited else None, self.problem.start_velocities
-        if moving.any():
+        if self.stop is not None:
+            spline.lower[0] = spline.upper[0] = self.stop.positions[0]
             spline.lower[1:RESTING], spline.upper[1:RESTING] = base.lower[1], base.upper[1]
-        return FreeDurationNlp(spline, self.problem.limits, motion.duration, dynamics, moving)
+        limited = np.isfinite(problem.limits.effort).any()
+        dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
+        begins = problem.start_velocities, problem.start_accelerations
+        return FreeDurationNlp(spline, problem.limits, motion.duration, dynamics, *begins)
 
     def _places(self, path: Path, motion: Trajectory) -> Places:
         """Say where on the path over knots the motion is: equal shares of their lengths."""
         legs = np.linalg.norm(np.diff(path.knots, axis=0), axis=1)
         lengths = np.concatenate((np.zeros(1), np.cumsum(legs))) / max(float(legs.sum()), 1e-12)
+        # Until it has stopped, a start in motion is before the first knot.
+        begin = 0.0 if self.stop is None else self.stop.duration
+        times = np.linspace(begin, motion.duration, 20 * len(legs))
         # Knots that coincide are one place; the last of them is.
-        times = np.linspace(0.0, motion.duration, 20 * len(legs))
         steps = np.linalg.norm(np.diff(motion(times), axis=0), axis=1)
         share = np.concatenate((np.zeros(1), np.cumsum(steps))) / max(float(steps.sum()), 1e-12)
         knots = np.interp(share, lengths, np.arange(len(lengths), dtype=np.float64))

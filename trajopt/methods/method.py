@@ -96,6 +96,23 @@ class SupportsEarlyStop(Protocol):
 
 
 @runtime_checkable
+class SupportsImprovement(Program, Protocol):
+    """A program that can make a motion shorter than its path alone allows, once there is one."""
+
+    def improve(
+        self, solved: SolveResult, motion: Trajectory, *, progress: Progress | None = None
+    ) -> SolveResult:
+        """Optimise shape and time together, from a motion.
+
+        Args:
+            solved: What `solve` returned.
+            motion: The motion that it became.
+            progress: Called after every step.
+        """
+        ...
+
+
+@runtime_checkable
 class Method(Protocol):
     """A transcription joined with a solver; its fields are its options."""
 
@@ -124,7 +141,8 @@ class Method(Protocol):
 
 def moving_start(problem: Problem) -> str:
     """Return the objection of a method whose paths are timed from rest to a start in motion."""
-    return "starts from rest only" if problem.start_velocities.any() else ""
+    said = "starts from rest only: leave the method to planning, or take free-duration"
+    return said if problem.starts_moving else ""
 
 
 def followed_curve(problem: Problem) -> str:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.limits import JointLimits
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Path
 from trajopt.problem import Problem
@@ -17,7 +18,12 @@ PATH_TOLERANCE = 5e-3
 
 
 def retime_path(
-    problem: Problem, path: Path, *, tolerance: float = PATH_TOLERANCE, query: Query | None = None
+    problem: Problem,
+    path: Path,
+    *,
+    tolerance: float = PATH_TOLERANCE,
+    query: Query | None = None,
+    limits: JointLimits | None = None,
 ) -> Retimed | RetimeFailure:
     """Find the fastest trajectory along a path within every limit of a problem, from rest to rest.
 
@@ -29,6 +35,7 @@ def retime_path(
         path: Of the group's joints.
         tolerance: How far any point of the robot may leave the path where its corners are rounded [m].
         query: Of the problem's reduced model; a new one when None.
+        limits: Of the group's joints; the problem's when None.
 
     Returns:
         The trajectory with what limits it, or the reason why there is none.
@@ -37,7 +44,7 @@ def retime_path(
         FrameNotFound: If a tool speed names an unknown frame.
         ShapeError: If the path is of other joints.
     """
-    limits, reduced = problem.limits, problem.reduced
+    limits, reduced = limits or problem.limits, problem.reduced
     query = query or Query(reduced)
 
     def deviation(smooth: Floats, straight: Floats) -> Floats:

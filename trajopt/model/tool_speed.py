@@ -57,8 +57,8 @@ def tool_speed(
 ) -> ToolSpeed:
     """Limit the speed of a tool: `tool_speed("panda_hand_tcp", linear=0.25)`.
 
-    The motion is the fastest within all limits, so where no joint is slower the tool moves at its limit;
-    `steady` makes the judge require that.
+    The motion is the fastest along its path within all limits, so where no joint is slower the tool moves at
+    its limit; `steady` makes the judge require that.
 
     Args:
         frame: Link, tool frame or attached object.

@@ -8,9 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Value, floats, number, readonly, sequence
+from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
 from trajopt.errors import JointNotFound, ShapeError, listed
 from trajopt.model.printed import in_number
+
+MEETING = 1e-6
+"""How much two motions may be apart where one follows the other [rad | m, and by second and second squared]:
+as much as the judge takes for the start state."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +150,34 @@ class Trajectory(Value):
         # A polynomial's restriction has its own values at its own ends.
         values = [self(times, order) for order in range((self.interpolation.value + 1) // 2)]
         return Trajectory(self.joint_names, times - begin, *values)
+
+    def followed_by(self, other: "Trajectory") -> "Trajectory":
+        """Return this motion and then another, as one.
+
+        Args:
+            other: Begins where this one ends, as fast and with the same acceleration, as far as both state
+                that, for the same joints in the same order.
+
+        Raises:
+            ShapeError: If it does not.
+            ProblemError: If it is no trajectory.
+        """
+        one_of("other", other, Trajectory)
+        if other.joint_names != self.joint_names or other.interpolation is not self.interpolation:
+            raise ShapeError("other", "must move the same joints, and state the same derivatives")
+        rows: list[Floats] = []
+        for name in ("positions", "velocities", "accelerations"):
+            mine, its = getattr(self, name), getattr(other, name)
+            if mine is None:
+                continue
+            off = float(np.abs(its[0] - mine[-1]).max())
+            if off > MEETING:
+                raise ShapeError(
+                    "other", f"its first {name} are off by {off:.3g} from the last of this motion"
+                )
+            rows.append(np.concatenate((mine, its[1:])))
+        times = np.concatenate((self.times, self.duration + other.times[1:]))
+        return Trajectory(self.joint_names, times, *rows)
 
     def sampled(self, hz: float) -> "Trajectory":
         """Return the motion at a fixed rate, as a controller reads it.

@@ -5,13 +5,15 @@ from dataclasses import replace
 
 from trajopt.arrays import Floats, floats, one_of, several
 from trajopt.infeasibility import reasons
-from trajopt.methods import Method, Program, SupportsEarlyStop, method_of
-from trajopt.planning.budget import Budget, BudgetTracker
+from trajopt.methods import Method, Program, SupportsEarlyStop, SupportsImprovement, choose
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.budget import Budget, BudgetTracker, Stopped
 from trajopt.planning.result import Result
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import Workspace
 from trajopt.problem import Problem
 from trajopt.retime import RetimeFailure
+from trajopt.solvers import SolveResult
 
 
 def plan_once(
@@ -29,7 +31,8 @@ def plan_once(
     Args:
         problem: What the motion must achieve, with one goal.
         seed: Knots to start from, shape (N, n) [rad | m].
-        method: Transcription and solver, or the name of one; sequential QP over knots when None.
+        method: Transcription and solver, or the name of one; when None sequential QP over knots, or of a
+            start in motion the method that takes it.
         waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
         program: The problem as the method transcribed it for an earlier seed; transcribed when None.
         workspace: What attempts at this problem share; a new one without bounds when None.
@@ -50,7 +53,7 @@ def plan_once(
         several("waypoint_knots", waypoint_knots, int)
         one_of("brief", brief, bool)
         seed = floats("seed", seed, (problem.knots, len(problem.reduced.joint_names)))
-        program = method_of(method).program(problem, seed, waypoint_knots)
+        program = choose(problem, method).method.program(problem, seed, waypoint_knots)
 
     with work.tracker.optimising(program.counts) as step:
         if brief and isinstance(program, SupportsEarlyStop):
@@ -70,4 +73,36 @@ def plan_once(
         result = work.judged(motion, solved)
         if result.verified:
             break
+    if isinstance(program, SupportsImprovement) and result.trajectory is not None:
+        return _improved(result, solved, result.trajectory, program, work)
+    return result
+
+
+def _improved(
+    result: Result, solved: SolveResult, motion: Trajectory, program: SupportsImprovement, work: Workspace
+) -> Result:
+    """Return a shorter motion than a first one, if there is one; else the first, and how long it takes.
+
+    Raises:
+        Stopped: If the budget runs out and the first motion is not verified.
+    """
+    along_path = motion.duration if result.verified else None
+    result = replace(result, along_path=along_path)
+    try:
+        with work.tracker.optimising(program.counts) as step:
+            freed = program.improve(solved, motion, progress=step)
+        work.tracker.count(qp_solves=freed.qp_solves, qp_iterations=freed.qp_iterations)
+        if not freed.feasible:
+            return result
+        whole = replace(freed, log=(*solved.log, *freed.log))
+        for faster in work.timed(program.decode(freed)):
+            if isinstance(faster, RetimeFailure):
+                break
+            better = replace(work.judged(faster, whole), along_path=along_path)
+            if better.cost < result.cost:
+                return better
+    except Stopped as ended:
+        if not result.verified:
+            raise
+        return replace(result, stopped=ended.stop)
     return result

@@ -8,7 +8,15 @@ from itertools import combinations
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.infeasibility import box_breaks, box_collides, box_overloads, exclusion, out_of_reach, reasons
+from trajopt.infeasibility import (
+    box_breaks,
+    box_collides,
+    box_overloads,
+    exclusion,
+    out_of_reach,
+    reasons,
+    too_fast,
+)
 from trajopt.infeasibility.exclusion import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
 from trajopt.model.limits import EXCESS
@@ -41,7 +49,10 @@ class EndpointChecks:
         """Refuse a start that no motion can leave."""
         seen = self.workspace.judge.examine(self._start, moment=Moment.START)
         refusal = self._refuse(seen, Status.START_OUT_OF_LIMITS, Status.START_IN_COLLISION)
-        if refusal is None and not self.workspace.problem.start_velocities.any():
+        fast = "" if refusal is not None else too_fast(self.workspace.problem)
+        if fast:
+            return self.workspace.result(Status.START_TOO_FAST, fast, certainty=Certainty.PROVEN)
+        if refusal is None and not self.workspace.problem.starts_moving:
             refusal = self._unheld(self._start, Status.START_CANNOT_BE_HELD, "at the start")
         broken = self._broken(self._start, 0)
         if refusal is None and broken:

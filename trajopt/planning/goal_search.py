@@ -7,7 +7,7 @@ from itertools import chain, islice, zip_longest
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.methods import Method
+from trajopt.methods import Choice
 from trajopt.planning.attempt import plan_once
 from trajopt.planning.branch import GoalBranch, branches
 from trajopt.planning.endpoints import EndpointChecks
@@ -24,6 +24,7 @@ from trajopt.planning.seeds import (
     SeedKind,
     Source,
     StraightLines,
+    with_knots,
 )
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workspace import Workspace
@@ -96,14 +97,14 @@ class GoalSearch:
 
     Attributes:
         workspace: Of the problem.
-        method: Transcription and solver, with their options.
+        choice: The method with its options, and why it was taken.
         rng: Draws starts and bends; every seed from a child of its own.
         goal_name: Of a goal set: the name of the goal.
         nearest: The failure that came nearest, if any attempt has failed.
     """
 
     workspace: Workspace
-    method: Method
+    choice: Choice
     rng: np.random.Generator
     goal_name: str = ""
     nearest: Result | None = None
@@ -114,10 +115,9 @@ class GoalSearch:
     def prepare(self) -> Result | None:
         """Check the start and choose goal configurations; return why that is impossible, if it is."""
         work = self.workspace
-        objection = self.method.objection(work.problem)
+        objection = self.choice.objection(work.problem)
         if objection:
-            words = f"{self.method.name}: {objection}"
-            return work.result(Status.METHOD_CANNOT, words, certainty=Certainty.PROVEN)
+            return work.result(Status.METHOD_CANNOT, objection, certainty=Certainty.PROVEN)
         ends = EndpointChecks(work)
         with work.tracker.stage("examine"):
             refusal = ends.start()
@@ -131,7 +131,7 @@ class GoalSearch:
             if isinstance(waypoints, Result):
                 return waypoints
             stops = [(*waypoints, goal) for goal in goals[:BRANCHES]]
-            self._branches = list(branches(work.problem, stops, self.method))
+            self._branches = list(branches(work.problem, stops, self.choice.method))
         return None
 
     @property
@@ -158,7 +158,8 @@ class GoalSearch:
         if result.verified:
             return
         if candidate.brief and result.path is not None:
-            again = replace(candidate, make_seed=GivenSeed(result.path.knots), brief=False)
+            seed = GivenSeed(with_knots(result.path.knots, result.problem.knots))
+            again = replace(candidate, make_seed=seed, brief=False)
             self._seen.append((_rank(result), again))
         if self.nearest is None or _rank(result) < _rank(self.nearest):
             self.nearest = result
@@ -173,7 +174,7 @@ class GoalSearch:
             )
             return list(chain.from_iterable(straight))
         if row.bends_best and incumbent is not None and incumbent.path is not None:
-            return self._close_to(incumbent.path.knots, row)
+            return self._close_to(with_knots(incumbent.path.knots, incumbent.problem.knots), row)
         if row.source not in self._running:
             to = self._branches[slice(*row.branches)]
             source = SOURCES[row.source]

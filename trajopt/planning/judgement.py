@@ -140,6 +140,7 @@ def _specification(problem: Problem) -> Specification:
         limits=problem.moving_limits,
         tool_speeds=problem.tool_speeds,
         start_velocities=problem.start_velocities,
+        start_accelerations=problem.start_accelerations,
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.arrays import one_of, unless_none
 from trajopt.errors import ProblemError
-from trajopt.methods import Method, method_of
+from trajopt.methods import Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.result import Result
@@ -24,6 +24,7 @@ def plan(
     problem: Problem,
     *,
     method: Method | str | None = None,
+    improve: bool = False,
     seconds: float | None = None,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
@@ -35,8 +36,11 @@ def plan(
 
     Args:
         problem: What the motion must achieve.
-        method: Transcription and solver with their options, or the name of one ("chomp"); sequential QP over
-            knots when None.
+        method: Transcription and solver with their options, or the name of one ("chomp"). When None
+            sequential QP over knots, or of a start in motion the method that takes it; the result says which.
+        improve: Whether to look for a shorter motion than the fastest along its path: shape and time are then
+            optimised together as well ("free-duration"), which takes a few times as long to plan. The result
+            says how long either motion takes.
         seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
         rng: Draws the starts of inverse kinematics and the bends of seeds; a fixed seed when None, so that
             the answer is the same every time.
@@ -51,12 +55,14 @@ def plan(
 
     Raises:
         SolverNotFound: If there is no method of that name.
-        ProblemError: If a requirement does not fit this robot, or an argument is of the wrong kind.
+        ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, or nothing
+            improves what the method plans.
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
     draws = unless_none("rng", rng, np.random.Generator) or np.random.default_rng(0)
-    search = Search(one_of("problem", problem, Problem), method_of(method), draws, tracker, on_incumbent)
+    choice = choose(one_of("problem", problem, Problem), method, improve=improve)
+    search = Search(problem, choice, draws, tracker, on_incumbent)
     stopped: Stop | None = None
     try:
         for candidates in search.rounds():

@@ -24,6 +24,18 @@ SHOWN_ATTEMPTS = 5
 """Attempts that a printed result lists."""
 
 
+def improvement(along_path: float, duration: float) -> str:
+    """Say how long a motion takes along its path, and how long with shape and time optimised together.
+
+    Args:
+        along_path: The one [s].
+        duration: The other [s].
+    """
+    if duration >= along_path:
+        return f"nothing shorter than {along_path:.3f} s along the path was found"
+    return f"from {along_path:.3f} s along the path, by {1.0 - duration / along_path:.1%}"
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A motion that was verified.
@@ -33,12 +45,15 @@ class Plan:
         path: The path, without time.
         trajectory: The motion.
         judged: The judge's verdict on it.
+        along_path: Where shape and time were optimised together: how long the motion takes that this began
+            with, the fastest along its path (of a start in motion: once that has stopped) [s].
     """
 
     problem: Problem
     path: Path
     trajectory: Trajectory
     judged: Judged
+    along_path: float | None = None
 
     @property
     def certificate(self) -> Certificate:
@@ -53,7 +68,10 @@ class Plan:
 
     def __str__(self) -> str:
         """Return the problem, the motion and the judge's verdict."""
-        return f"{self.problem}\n  motion       {self.trajectory}\n  judged       {self.certificate.verdict}"
+        lines = [f"{self.problem}", f"  motion       {self.trajectory}"]
+        if self.along_path is not None:
+            lines.append(f"  improved     {improvement(self.along_path, self.trajectory.duration)}")
+        return "\n".join([*lines, f"  judged       {self.certificate.verdict}"])
 
     def require(self) -> "Plan":
         """Return this plan: what takes a result takes a plan as well."""
@@ -132,6 +150,9 @@ class Result:
         stopped: What ended planning before it was done; None if nothing did.
         certainty: How well the status is known; of a goal set that failed, proven
             only if the failure of every goal is.
+        method: Name of the method that planned.
+        because: Why planning chose that method itself; empty where it was asked for, or is the default.
+        along_path: As of a plan; None where no shorter motion than along the path was looked for.
     """
 
     problem: Problem
@@ -150,6 +171,9 @@ class Result:
     won: Attempt | None = None
     stopped: Stop | None = None
     certainty: Certainty = Certainty.EVIDENCE
+    method: str = ""
+    because: str = ""
+    along_path: float | None = None
 
     def __repr__(self) -> str:
         """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""
@@ -162,7 +186,12 @@ class Result:
         """Return the reason, the motion and the judge's verdict if there are any, and each attempt."""
         lines = [self.reason]
         if self.trajectory is not None and self.certificate is not None:
-            lines += [f"  motion   {self.trajectory}", f"  judged   {self.certificate.verdict}"]
+            lines.append(f"  motion   {self.trajectory}")
+            if self.along_path is not None:
+                lines.append(f"  improved {improvement(self.along_path, self.trajectory.duration)}")
+            lines.append(f"  judged   {self.certificate.verdict}")
+        if self.because:
+            lines.append(f"  method   {self.method}: {self.because}")
         lines += [f"  {each}" for each in self.attempts[:SHOWN_ATTEMPTS]]
         if len(self.attempts) > SHOWN_ATTEMPTS:
             lines.append(f"  and {len(self.attempts) - SHOWN_ATTEMPTS} more attempts")
@@ -204,7 +233,7 @@ class Result:
         """
         if self.path is None or self.trajectory is None or self.judged is None or not self.verified:
             raise PlanningFailed(self.reason, self)
-        return Plan(self.problem, self.path, self.trajectory, self.judged)
+        return Plan(self.problem, self.path, self.trajectory, self.judged, self.along_path)
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold; the points are those of the motion, if any."""
@@ -231,6 +260,8 @@ class Result:
             "cpu_seconds": {**self.cpu_seconds, "total": sum(self.cpu_seconds.values())},
             "path_length": None if self.path is None else self.path.length,
             "duration": None if trajectory is None else trajectory.duration,
+            "along_path": self.along_path,
+            "method": {"name": self.method, "because": self.because},
         }
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.infeasibility import closed_cut
 from trajopt.infeasibility.reasons import blocks_on_the_way, enclosed
-from trajopt.methods import Method
+from trajopt.methods import Choice
 from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.goal_search import Candidate, GoalSearch
 from trajopt.planning.result import Attempt, Result
@@ -33,7 +33,7 @@ class Search:
 
     Attributes:
         problem: The problem; may have a goal set.
-        method: Transcription and solver.
+        choice: The method, and why it was taken.
         rng: Draws what is random.
         tracker: Counts what is used, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
@@ -42,7 +42,7 @@ class Search:
     """
 
     problem: Problem
-    method: Method
+    choice: Choice
     rng: np.random.Generator
     tracker: BudgetTracker
     on_incumbent: Callable[[Result], None] | None = None
@@ -56,7 +56,7 @@ class Search:
         """The search for each goal."""
         asked = self.problem.alternatives or {"": self.problem}
         return tuple(
-            GoalSearch(Workspace(problem, self.tracker), self.method, self.rng, name)
+            GoalSearch(Workspace(problem, self.tracker), self.choice, self.rng, name)
             for name, problem in asked.items()
         )
 
@@ -112,7 +112,8 @@ class Search:
         Args:
             stopped: What ended planning before it was done.
         """
-        return self._complete(replace(self.incumbent or self._failure(stopped), stopped=stopped))
+        found = self.incumbent or self._failure(stopped)
+        return self._complete(replace(found, stopped=stopped or found.stopped))
 
     def _best(self, goal: GoalSearch) -> Result | None:
         """Return the best motion so far, if it is to this goal."""
@@ -170,6 +171,8 @@ class Search:
             attempts=tuple(self.attempts),
             counts=dict(self.tracker.counts),
             cpu_seconds=dict(self.tracker.seconds),
+            method=self.choice.method.name,
+            because=self.choice.because,
         )
 
 

@@ -1,4 +1,4 @@
-"""Retiming: a path q(s) becomes the fastest trajectory q(t) that holds the joints' limits."""
+"""Retiming: a path q(s) becomes the fastest trajectory q(t) along it that holds the joints' limits."""
 
 from trajopt.retime.constraints import InverseDynamics, SpeedOfTools, ToolLimits
 from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions

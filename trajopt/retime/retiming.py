@@ -1,4 +1,4 @@
-"""From a path to a trajectory: time-optimal under velocity, acceleration and torque limits."""
+"""From a path to a trajectory: time-optimal along it under velocity, acceleration and torque limits."""
 
 import numpy as np
 

@@ -94,7 +94,14 @@ class SplineBasis:
         return Stencils(support, np.take_along_axis(every, support, axis=1))
 
 
-def fitted(basis: SplineBasis, parameters: Floats, positions: Floats, *, resting: int) -> Floats:
+def fitted(
+    basis: SplineBasis,
+    parameters: Floats,
+    positions: Floats,
+    *,
+    resting: int,
+    first: Floats | None = None,
+) -> Floats:
     """Return control points of the spline nearest to given points, by least squares.
 
     Args:
@@ -103,6 +110,7 @@ def fitted(basis: SplineBasis, parameters: Floats, positions: Floats, *, resting
         positions: Points there, shape (s, n).
         resting: Control points at either end that coincide with the first or last point: with 3, velocity
             and acceleration vanish at both ends.
+        first: Where those at the start are instead, shape (resting, n).
 
     Returns:
         Shape (count, n).
@@ -111,7 +119,7 @@ def fitted(basis: SplineBasis, parameters: Floats, positions: Floats, *, resting
     design = np.zeros((len(parameters), basis.count))
     np.put_along_axis(design, stencils.support, stencils.weight, axis=1)
     control = np.empty((basis.count, positions.shape[1]))
-    control[:resting], control[-resting:] = positions[0], positions[-1]
+    control[:resting], control[-resting:] = positions[0] if first is None else first, positions[-1]
     inner = slice(resting, basis.count - resting)
     rest = positions - design[:, :resting] @ control[:resting] - design[:, -resting:] @ control[-resting:]
     # A trifle of ridge on second differences for control points that no sample sees.

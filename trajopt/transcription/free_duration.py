@@ -17,7 +17,7 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
 from trajopt.query import Counts
 from trajopt.query.dynamics import DynamicsQuery
-from trajopt.transcription.basis import SplineBasis
+from trajopt.transcription.basis import SplineBasis, fitted
 from trajopt.transcription.bspline import BsplineNlp
 
 RESTING = 3
@@ -45,7 +45,8 @@ class FreeDurationNlp:
         limits: The group's limits, scaled as the problem says.
         reference: Duration of the seed [s].
         dynamics: Torques, where they are limited.
-        start_velocities: Shape (n,) [rad/s | m/s]; there is no acceleration at the start.
+        start_velocities: Shape (n,) [rad/s | m/s].
+        start_accelerations: Shape (n,) [rad/s^2 | m/s^2].
     """
 
     spline: BsplineNlp
@@ -53,6 +54,7 @@ class FreeDurationNlp:
     reference: float
     dynamics: DynamicsQuery | None
     start_velocities: Floats
+    start_accelerations: Floats
 
     def __post_init__(self) -> None:
         """Lay out what does not change."""
@@ -64,6 +66,11 @@ class FreeDurationNlp:
                 (self.limits.velocity, self.limits.acceleration, self.limits.jerk), 1
             )
         ]
+
+    @property
+    def moving(self) -> bool:
+        """Whether the start is in motion."""
+        return bool(self.start_velocities.any() or self.start_accelerations.any())
 
     @property
     def lower(self) -> Floats:
@@ -85,6 +92,16 @@ class FreeDurationNlp:
         """The work done so far."""
         return self.spline.counts
 
+    def fitted(self, parameters: Floats, positions: Floats) -> Floats:
+        """Return control points near to a motion of the reference's duration; its start has its rates.
+
+        Args:
+            parameters: In [0, 1], increasing, the first 0 and the last 1, shape (s,).
+            positions: The motion there, shape (s, n) [rad | m].
+        """
+        first = self._started(np.tile(positions[0], (RESTING, 1)), self.reference)
+        return fitted(self.spline.basis, parameters, positions, resting=RESTING, first=first)
+
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
         """Return samples per piece."""
         return self.spline.sampling(x[:, :-1], fine=fine)
@@ -99,7 +116,7 @@ class FreeDurationNlp:
         constraints += [self._limit(x, order) for order in (1, 2, 3)]
         if self.dynamics is not None:
             constraints.append(self._torque(x))
-        if self.start_velocities.any():
+        if self.moving:
             constraints += [self._start(x, order) for order in (1, 2)]
         constraints.append(_tied(x))
         return Linearisation(x, (_duration(x), *costs), tuple(constraints), sampling)
@@ -112,12 +129,13 @@ class FreeDurationNlp:
         basis, control = self.spline.basis, x[:, :-1]
         breaks = basis.breaks
         duration = self._duration_of(control)
-        if self.start_velocities.any():
+        if self.moving:
             # The first control points and the duration depend on each other.
             duration = max(duration, self.reference * float(x[0, -1]))
             for _ in range(STRETCHES):
                 control = self._started(control, duration)
-                if self._duration_of(control) <= duration:
+                # A start at the very limit leaves no room for rounding.
+                if self._duration_of(control) <= duration * (1.0 + 2.0 * ROUNDING):
                     break
                 duration *= 1.0 + 0.1 * STRETCH
         position, speed, bend = (basis.derivative_at(breaks, order)(control) for order in (0, 1, 2))
@@ -136,11 +154,12 @@ class FreeDurationNlp:
         return self._held_by_motors(control, least_duration(breaks, speed, bend, self.limits))
 
     def _started(self, control: Floats, duration: float) -> Floats:
-        """Place the second and third control point so that the start has its velocity and no acceleration."""
+        """Place the second and third control point so that the start has its velocity and acceleration."""
         first, second = (self._derivatives[order].weight[0] for order in (0, 1))
         moved = control.copy()
         moved[1] = (self.start_velocities * duration - first[0] * moved[0]) / first[1]
-        moved[2] = -(second[0] * moved[0] + second[1] * moved[1]) / second[2]
+        bend = self.start_accelerations * duration**2
+        moved[2] = (bend - second[0] * moved[0] - second[1] * moved[1]) / second[2]
         return moved
 
     def _held_by_motors(self, control: Floats, duration: float) -> float:
@@ -183,12 +202,11 @@ class FreeDurationNlp:
     def _start(self, x: Floats, order: int) -> ConstraintRows:
         """Rows of the first control point of a derivative, in units of its limit, as shares of it."""
         stencils, limit = self._derivatives[order - 1], self._bounds[order - 1]
-        wanted = self.start_velocities * self.reference * x[0, -1] if order == 1 else np.zeros(len(limit))
-        joints = np.arange(len(limit))
+        rates = (self.start_velocities, self.start_accelerations)[order - 1] * self.reference**order
+        wanted, joints = rates * x[0, -1] ** order, np.arange(len(limit))
         jacobian = np.zeros((len(limit), order + 1, x.shape[1]))
         jacobian[joints, :, joints] = stencils.weight[0] / limit[:, None]
-        if order == 1:
-            jacobian[:, 0, -1] = -self.start_velocities * self.reference / limit
+        jacobian[:, 0, -1] = -order * rates * x[0, -1] ** (order - 1) / limit
         value = (stencils.weight[0] @ x[: order + 1, :-1] - wanted) / limit
         support = np.tile(stencils.support[0], (len(limit), 1))
         none = np.zeros(len(limit))

@@ -91,6 +91,12 @@ class KnotsNlp(MotionNlp):
         clearance = _clearance(self.problem, self.margins, share)
         return replace(self, constraints=(clearance, *self.constraints[1:]), share=share)
 
+    def starting_at(self, positions: Floats) -> "KnotsNlp":
+        """Return the program with its first knot elsewhere: where a start in motion can come to rest."""
+        lower, upper = self.lower.copy(), self.upper.copy()
+        lower[0] = upper[0] = positions
+        return replace(self, lower=lower, upper=upper)
+
     def lacks_margin_only(self, at: Linearisation) -> bool:
         """Whether all holds at a point but margins that nobody asked for, and what is required."""
         pairs, asked = self.margins.pairs, ShrunkMargins(self.margins, self.share)

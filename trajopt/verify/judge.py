@@ -72,6 +72,7 @@ class Judge:
         limits: JointLimits | None = None,
         tool_speeds: Sequence[ToolSpeed] = (),
         start_velocities: Floats | None = None,
+        start_accelerations: Floats | None = None,
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
         specification = Specification(
@@ -83,6 +84,7 @@ class Judge:
             limits=limits,
             tool_speeds=tool_speeds,
             start_velocities=start_velocities,
+            start_accelerations=start_accelerations,
         )
         return self.certify(trajectory, specification)
 
@@ -92,7 +94,10 @@ class Judge:
         moving = moving_limits(reduced, specification.limits)
         bounds = group_part(reduced, moving)
         motion = self._motion(trajectory)
-        checks = [*_asked_checks(motion, specification), *limit_checks(motion, moving)]
+        checks = [
+            *_asked_checks(motion, specification),
+            *limit_checks(motion, moving, specification.start_accelerations),
+        ]
         checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification)]
         found = judge_clearance(motion, self._distances, self._search(motion, measured=True))
         return Certificate(
@@ -118,7 +123,7 @@ class Judge:
         moving = moving_limits(reduced, specification.limits)
         motion = self._motion(trajectory)
         held = (
-            limits_hold(motion, moving)
+            limits_hold(motion, moving, specification.start_accelerations)
             and torques_hold(motion, group_part(reduced, moving))
             and all(
                 check.holds or not check.required
@@ -185,7 +190,7 @@ class Judge:
 
 def _asked_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
     """Judge the ends, goals, constraints and waypoints, one after the other."""
-    yield from end_checks(motion, specification.start_velocities)
+    yield from end_checks(motion, specification.start_velocities, specification.start_accelerations)
     for when, requirements in ((When.END, specification.goals), (When.ALWAYS, specification.constraints)):
         for requirement in requirements:
             yield from check_requirement(requirement, motion, when)
@@ -247,6 +252,7 @@ def verify(
     limits: JointLimits | None = None,
     tool_speeds: Sequence[ToolSpeed] = (),
     start_velocities: Floats | None = None,
+    start_accelerations: Floats | None = None,
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
     """Judge a trajectory: prove for all times, not only at samples, what is required of it.
@@ -263,6 +269,7 @@ def verify(
             where None or not named.
         tool_speeds: Largest speeds of tools.
         start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
+        start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
         options: Numbers to judge with.
 
     Raises:
@@ -282,6 +289,7 @@ def verify(
         limits=limits,
         tool_speeds=tool_speeds,
         start_velocities=start_velocities,
+        start_accelerations=start_accelerations,
     )
 
 

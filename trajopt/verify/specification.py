@@ -25,6 +25,7 @@ class Specification(Value):
             where None or not named.
         tool_speeds: Largest speeds of tools.
         start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
+        start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
     """
 
     goals: Sequence[Requirement]
@@ -35,6 +36,7 @@ class Specification(Value):
     limits: JointLimits | None = None
     tool_speeds: Sequence[ToolSpeed] = ()
     start_velocities: Floats | None = None
+    start_accelerations: Floats | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

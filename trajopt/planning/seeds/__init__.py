@@ -11,6 +11,7 @@ from trajopt.planning.seeds.source import MakeSeed as MakeSeed
 from trajopt.planning.seeds.source import NoSeed as NoSeed
 from trajopt.planning.seeds.source import SeedContext as SeedContext
 from trajopt.planning.seeds.source import Source as Source
+from trajopt.planning.seeds.source import with_knots as with_knots
 from trajopt.planning.seeds.straight import StraightLines as StraightLines
 from trajopt.planning.seeds.straight import straight_line as straight_line
 from trajopt.planning.seeds.waypoints import WaypointLine as WaypointLine

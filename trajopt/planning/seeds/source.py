@@ -78,6 +78,21 @@ class GivenSeed(Value):
         return self.knots
 
 
+def with_knots(knots: Floats, count: int) -> Floats:
+    """Return a path with a number of knots, evenly along it; unchanged where it has as many.
+
+    Args:
+        knots: Shape (k, n) [rad | m].
+        count: How many it shall have.
+    """
+    if len(knots) == count:
+        return knots
+    lengths = np.linalg.norm(np.diff(knots, axis=0), axis=1)
+    along = np.concatenate((np.zeros(1), np.cumsum(lengths)))
+    at = np.linspace(0.0, float(along[-1]), count)
+    return np.stack([np.interp(at, along, knots[:, joint]) for joint in range(knots.shape[1])], axis=1)
+
+
 class Source(Protocol):
     """Makes seeds of one kind."""
 

@@ -1,4 +1,4 @@
-"""The two ends of a motion: it starts at the robot's position and velocity, and ends at rest."""
+"""The two ends of a motion: it starts as the robot is and moves, and ends at rest."""
 
 import numpy as np
 
@@ -9,12 +9,16 @@ from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.motion import Motion
 
 
-def end_checks(motion: Motion, start_velocities: Floats | None = None) -> tuple[Check, ...]:
+def end_checks(
+    motion: Motion, start_velocities: Floats | None = None, start_accelerations: Floats | None = None
+) -> tuple[Check, ...]:
     """Judge the start and, where the trajectory states velocities, those at both ends.
 
     Args:
         motion: The motion.
         start_velocities: Of the group's joints at the start, shape (n,) [rad/s | m/s]; at rest when None.
+        start_accelerations: The same of accelerations, shape (n,) [rad/s^2 | m/s^2]; not judged where None or
+            zero, but for the jumps that a limit of jerk forbids.
     """
     off = np.abs(motion.trajectory.positions[0] - motion.reduced.start_positions)
     checks = [_check(motion, "start", off, time=0.0, bound=motion.options.start_error, order=0)]
@@ -28,6 +32,10 @@ def end_checks(motion: Motion, start_velocities: Floats | None = None) -> tuple[
         ):
             rest = motion.options.rest_speed
             checks.append(_check(motion, name, speeds, time=time, bound=rest, order=1))
+    if start_accelerations is not None and start_accelerations.any() and motion.differentiable:
+        off = np.abs(motion.trajectory(0.0, 2) - start_accelerations)
+        error = motion.options.start_acceleration_error
+        checks.append(_check(motion, "start acceleration", off, time=0.0, bound=error, order=2))
     return tuple(checks)
 
 

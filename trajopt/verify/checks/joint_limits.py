@@ -35,36 +35,44 @@ class _Tightest:
     accepted: Floats
 
 
-def limit_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
+def limit_checks(
+    motion: Motion, limits: JointLimits, start_accelerations: Floats | None = None
+) -> tuple[Check, ...]:
     """Judge the limits; where one is passed, every joint that passes it gets a check of its own.
 
     Extremes of polynomials are exact to rounding, so the checks hold for every time. A linear
     trajectory states no acceleration, and so no jerk. Where jerk is limited the acceleration must not jump
-    either, not even from the rest before the motion, or to the rest after it.
+    either, not even from what it is before the motion, or to the rest after it.
 
     Args:
         motion: The motion.
         limits: Limits of all joints that move, mimic joints too, in the model's order.
+        start_accelerations: Of the group's joints before the motion, shape (n,) [rad/s^2 | m/s^2]; none when
+            None.
     """
     checks: list[Check] = []
     for order, (lower, upper) in enumerate(_ranges(motion, limits)):
-        checks += (_jumps(motion, limits) if order == 3 else []) or _of_order(motion, order, lower, upper)
+        checks += (_jumps(motion, limits, start_accelerations) if order == 3 else []) or _of_order(
+            motion, order, lower, upper
+        )
     return tuple(checks)
 
 
-def limits_hold(motion: Motion, limits: JointLimits) -> bool:
+def limits_hold(motion: Motion, limits: JointLimits, start_accelerations: Floats | None = None) -> bool:
     """Say whether all `limit_checks` hold; where bounds of the polynomials prove it, without their extremes.
 
     Args:
         motion: The motion.
         limits: Limits of all joints that move, mimic joints too, in the model's order.
+        start_accelerations: As for `limit_checks`.
     """
     for order, (lower, upper) in enumerate(_ranges(motion, limits)):
         # Half of what is accepted: so the extremes, which are known to a thousandth of that, pass as well.
         below, above = (_accepted(motion, order, side) / 2.0 for side in (lower, upper))
         if not motion.moving(order).within(lower - below, upper + above):
-            return all(check.holds for check in limit_checks(motion, limits))
-    return not (np.isfinite(limits.jerk).any() and motion.differentiable and _jumps(motion, limits))
+            return all(check.holds for check in limit_checks(motion, limits, start_accelerations))
+    jerky = np.isfinite(limits.jerk).any() and motion.differentiable
+    return not (jerky and _jumps(motion, limits, start_accelerations))
 
 
 def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Floats]]:
@@ -83,14 +91,16 @@ def _accepted(motion: Motion, order: int, bounds: Floats) -> Floats:
     return motion.options.excess * (np.maximum(sizes, 1.0) if order == 0 else sizes)
 
 
-def _jumps(motion: Motion, limits: JointLimits) -> list[Check]:
+def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | None) -> list[Check]:
     """State the largest jump of the acceleration of each joint whose jerk is limited, if there is any."""
-    rest = np.zeros((1, len(limits.jerk)))
+    rest = before = np.zeros((1, len(limits.jerk)))
+    if start_accelerations is not None:
+        before = (motion.reduced.mimic_matrix @ start_accelerations)[None]
     cubic, lengths = motion.moving(2).coefficients, np.diff(motion.trajectory.times)
     reached = np.zeros(cubic.shape[1:])
     for coefficient in cubic:
         reached = reached * lengths[:, None] + coefficient
-    jumps = np.abs(np.concatenate((cubic[-1], rest)) - np.concatenate((rest, reached)))
+    jumps = np.abs(np.concatenate((cubic[-1], rest)) - np.concatenate((before, reached)))
     limited = np.isfinite(limits.jerk)
     worst = np.where(limited, jumps.max(axis=0), 0.0)
     # A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.

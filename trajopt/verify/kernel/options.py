@@ -21,6 +21,8 @@ class VerifyOptions:
             velocity and acceleration, absolute for positions and requirements [rad | m].
         start_error: Largest difference from the start state [rad | m].
         rest_speed: Largest speed of a joint that counts as standing still [rad/s | m/s].
+        start_acceleration_error: Largest difference from an acceleration that the start has
+            [rad/s^2 | m/s^2].
         sample_step: Longest time between samples where nothing can be proven, such as torques [s].
         sample_travel: Where no joint can move as far in that time, samples are this far apart instead, and
             at least eight in a piece of the trajectory [rad | m].
@@ -34,6 +36,7 @@ class VerifyOptions:
     excess: float = EXCESS
     start_error: float = 1e-6
     rest_speed: float = 1e-6
+    start_acceleration_error: float = 1e-6
     sample_step: float = 0.01
     sample_travel: float = 1e-3
 

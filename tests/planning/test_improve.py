@@ -1,0 +1,65 @@
+"""A shorter motion than the fastest along its path: both durations are told."""
+
+from dataclasses import replace
+
+import pytest
+
+import trajopt as to
+from trajopt.errors import ProblemError
+from trajopt.methods import method_named
+
+
+def test_both_durations_are_told() -> None:
+    asked = to.named_problem("past_pillar_xarm7")
+    along, found = to.plan(asked), to.plan(asked, improve=True)
+    assert along.along_path is None and along.trajectory is not None
+    plan = found.require()
+    assert found.along_path == plan.along_path == pytest.approx(along.trajectory.duration)
+    assert plan.trajectory.duration < 0.99 * along.trajectory.duration
+    said = f"from {along.trajectory.duration:.3f} s along the path, by "
+    assert said in str(found) and said in str(plan)
+    assert found.method == "free-duration" and "was asked for" in found.because
+    told = found.as_dict()
+    assert told["along_path"] == found.along_path and told["duration"] == plan.trajectory.duration
+    assert told["method"] == {"name": found.method, "because": found.because}
+
+
+def test_where_the_line_is_best_nothing_shorter_is_found() -> None:
+    asked = to.named_problem("planar_fold")
+    start = dict(zip(asked.reduced.joint_names, asked.reduced.start_positions.tolist(), strict=True))
+    first = asked.reduced.joint_names[0]
+    near = to.joint_positions({**start, first: start[first] + 0.2})
+    found = to.plan(replace(asked, goal=near, constraints=()), improve=True)
+    assert found.verified and found.trajectory is not None and found.along_path is not None
+    assert found.trajectory.duration == pytest.approx(found.along_path, rel=0.01)
+    if found.trajectory.duration >= found.along_path:
+        assert "nothing shorter than" in str(found)
+
+
+def test_it_goes_on_from_any_path_over_knots() -> None:
+    asked = to.named_problem("past_pillar_ur5")
+    found = to.plan(asked, method="chomp", improve=True)
+    assert found.verified and found.along_path is not None
+    with pytest.raises(ProblemError, match="bspline"):
+        to.plan(asked, method="bspline", improve=True)
+    with pytest.raises(ProblemError, match="improve"):
+        to.plan(asked, improve="yes")  # pyright: ignore[reportArgumentType]
+    named = to.plan(asked, method=method_named("free-duration"), improve=True)
+    assert named.along_path is not None and named.because == ""
+
+
+def test_what_it_cannot_hold_is_refused_by_name() -> None:
+    asked = replace(to.named_problem("past_pillar_ur5"), tool_speed=to.tool_speed("tool0", linear=0.2))
+    found = to.plan(asked, improve=True)
+    assert found.status is to.Status.METHOD_CANNOT
+    assert "shorter motion" in found.message and "tool speeds" in found.message
+
+
+def test_a_budget_that_improves_goes_on_from_splines_too() -> None:
+    """Their paths have other numbers of knots than the problem."""
+    asked = to.named_problem("past_pillar_xarm7")
+    once, found = (
+        to.plan(asked, improve=True, budget=to.Budget(attempts=attempts, improve=True)) for attempts in (1, 9)
+    )
+    assert found.require().trajectory.duration <= once.require().trajectory.duration
+    assert len(found.attempts) == 9
