@@ -111,7 +111,7 @@ class PlainSearch:
         self._motion, self._distances = motion, distances
         self._options, self._before = motion.options, distances.calls
         self._travel = PairTravel(motion.kinematics, distances)
-        self._windows = Windows(motion.reduced.pairs, motion.duration)
+        self._windows = Windows(motion.reduced.pairs, motion.reduced.pairs.required, motion.duration)
         self._count = len(distances.first)
         self._required = motion.reduced.pairs.required
         self._levels, self._level = np.unique(self._required, return_inverse=True)

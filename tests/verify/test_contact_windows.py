@@ -110,7 +110,7 @@ def test_a_window_longer_than_the_motion(tmp_path: Path) -> None:
 
 def test_windows_lie_on_the_edges_they_name(tmp_path: Path) -> None:
     pairs = lift(tmp_path, first=0.3, last=0.2).pairs
-    windows = Windows(pairs, 1.0)
+    windows = Windows(pairs, pairs.required, 1.0)
     assert windows.edges.tolist() == [0.3, 0.8]
     times = np.array((0.0, 0.3, 0.3000001, 0.7999, 0.8, 1.0))
     pair = np.full(6, pairs.allowances[0][0])
@@ -123,7 +123,7 @@ def test_two_allowances_of_one_pair(tmp_path: Path) -> None:
     number, allowance = pairs.allowances[0]
     landing = ContactAllowance("land", allowance.a, allowance.b, 2e-3, 0.0, 0.2)
     both = replace(pairs, allowances=((number, allowance), (number, landing)))
-    windows = Windows(both, 1.0)
+    windows = Windows(both, both.required, 1.0)
     times, pair = np.array((0.1, 0.5, 0.9)), np.full(3, number)
     assert floor(windows, times, pair).tolist() == [-1e-3, 0.0, -2e-3]
 

@@ -310,11 +310,17 @@ def _emptied(scene: Scene) -> Scene:
 
 def _empty(scene: Scene) -> Scene:
     """Return a scene with the robot of its first size, its tools, and what is to be kept from everything."""
-    everywhere = Clearances(scene.clearances.everywhere)
+    everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
     robot = scene.robot
     if any(body.scale != 1.0 for body in robot.bodies):
         robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
-    return Scene(robot, margin=scene.margin, clearances=everywhere, tools=scene.tools_on_links)
+    return Scene(
+        robot,
+        margin=scene.margin,
+        kind_margins=scene.kind_margins,
+        clearances=everywhere,
+        tools=scene.tools_on_links,
+    )
 
 
 def _with_object(node: Node, scene: Scene, reading: Reading) -> Scene:

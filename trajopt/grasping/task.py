@@ -231,4 +231,4 @@ def in_turn(steps: Sequence[Step], start: Floats) -> tuple[Segment, ...] | Refus
 
 
 def _without_margins(scene: Scene) -> Scene:
-    return replace(scene, margin=0.0, pair_margins={})
+    return replace(scene, margin=0.0, pair_margins={}, kind_margins={})

@@ -1,11 +1,12 @@
 """Scene: a robot among objects, and what may touch what. A value: an edit gives a new one."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from trajopt.arrays import Floats, one_of
 from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, shown
 from trajopt.model.collisions.allowed_collisions import ContactAllowance
+from trajopt.model.collisions.clearances import PairKind
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import PlacementLike
 from trajopt.model.requirements import WORLD
@@ -31,6 +32,7 @@ class Scene(SceneParts):
         clearances: Clearance that is required: no motion is verified that undercuts it.
         allowances: Intended contacts, for a time.
         tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
+        kind_margins: The margin of kinds of pairs, where it differs from that of everything [m].
     """
 
     def add(
@@ -211,29 +213,71 @@ class Scene(SceneParts):
             )
         return replace(self, allowed=matrix)
 
-    def with_clearance(self, value: float, a: str | None = None, b: str | None = None) -> "Scene":
-        """Require a clearance: of everything from everything, or between two named things [m].
+    def with_clearance(
+        self,
+        value: float | None = None,
+        a: str | None = None,
+        b: str | None = None,
+        *,
+        world: float | None = None,
+        carried: float | None = None,
+        robot: float | None = None,
+    ) -> "Scene":
+        """Require a clearance: of everything from everything, of two named things, or by kind [m].
 
-        The judge proves it, and refuses a nearer start or goal. Links nearer by design need their own.
+        `with_clearance(world=0.03)` asks for 30 mm from the world and for nothing between the robot's own
+        links. The judge proves what is required, and refuses a nearer start or goal. Links nearer by design
+        need a clearance of their own, by kind or by name.
+
+        Args:
+            value: Between everything, whatever its kind, or between `a` and `b`.
+            a: One link, frame or object.
+            b: The other.
+            world: From what stands in the world, of the robot and of what it carries.
+            carried: Of what is carried, from everything; from the world it keeps the larger of both.
+            robot: Of the robot's links from each other. A table that is a link of the robot is one of them.
 
         Raises:
-            ShapeError: If the clearance is negative or not finite.
+            ShapeError: If a clearance is negative or not finite.
             FrameNotFound: If a name is no link, frame or object.
-            ModelError: If only one name is given.
+            ModelError: If nothing is given, only one name, names without a value, or names with kinds.
         """
-        return replace(self, clearances=self.clearances.having(value, self._pair("with_clearance", a, b)))
+        pair, kinds = self._asked("with_clearance", value, a, b, (world, carried, robot))
+        kept = self.clearances if value is None else self.clearances.having(value, pair)
+        return replace(self, clearances=replace(kept, kinds={**kept.kinds, **kinds}))
 
-    def with_margin(self, margin: float, a: str | None = None, b: str | None = None) -> "Scene":
+    def with_margin(
+        self,
+        margin: float | None = None,
+        a: str | None = None,
+        b: str | None = None,
+        *,
+        world: float | None = None,
+        carried: float | None = None,
+        robot: float | None = None,
+    ) -> "Scene":
         """Set the margin: what the optimiser keeps where it can, but the judge does not require [m].
 
+        Args:
+            margin: From everything, whatever its kind, or between `a` and `b`.
+            a: One link, frame or object.
+            b: The other.
+            world: As for `with_clearance`.
+            carried: As for `with_clearance`.
+            robot: As for `with_clearance`.
+
         Raises:
-            ShapeError: If the margin is negative or not finite.
+            ShapeError: If a margin is negative or not finite.
             FrameNotFound: If a name is no link, frame or object.
-            ModelError: If only one name is given.
+            ModelError: If nothing is given, only one name, names without a margin, or names with kinds.
         """
-        pair, every = self._pair("with_margin", a, b), replace(self, margin=margin)
-        single = self.pair_margins if pair is None else {**self.pair_margins, pair: every.margin}
-        return every if pair is None else replace(self, pair_margins=single)
+        pair, kinds = self._asked("with_margin", margin, a, b, (world, carried, robot))
+        if pair is not None and margin is not None:
+            checked = replace(self, margin=margin).margin
+            return replace(self, pair_margins={**self.pair_margins, pair: checked})
+        if margin is not None:
+            return replace(self, margin=margin, kind_margins=kinds)
+        return replace(self, kind_margins={**self.kind_margins, **kinds})
 
     def allow_contact(
         self, name: str, a: str, b: str, *, depth: float = 1e-3, first: float = 0.0, last: float = 0.0
@@ -269,6 +313,24 @@ class Scene(SceneParts):
             if over == name:
                 raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
             over = placed[over].frame
+
+    def _asked(
+        self,
+        caller: str,
+        value: float | None,
+        a: str | None,
+        b: str | None,
+        kinds: tuple[float | None, float | None, float | None],
+    ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
+        """Return the pair that is asked of, if it is one, and what is asked of kinds of pairs [m]."""
+        order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
+        stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
+        pair = self._pair(caller, a, b)
+        if pair is not None and (value is None or stated):
+            raise ModelError(f"{caller}: give one value for {shown(a)} and {shown(b)}")
+        if value is None and not stated:
+            raise ModelError(f"{caller}: give a value, or one for world, carried or robot [m]")
+        return pair, stated
 
     def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
         if a is None or b is None:

@@ -10,7 +10,7 @@ from trajopt.errors import FrameNotFound, ObjectNotFound, ShapeError, shown
 from trajopt.model.cached import cached_per_value
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.collisions.bodies import CollisionBody
-from trajopt.model.collisions.clearances import ROOM, Clearances
+from trajopt.model.collisions.clearances import PAIRS_DIFFER, ROOM, Clearances, PairKind, Part, in_kinds, kept
 from trajopt.model.description.pinocchio_model import link_frame, link_placement
 from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.placement import IDENTITY, Placement
@@ -39,6 +39,7 @@ class SceneParts(Value):
         clearances: Clearance that is required: no motion is verified that undercuts it.
         allowances: Intended contacts, for a time.
         tools: Frames of the tools that the robot has in this scene, by name, as objects without a shape.
+        kind_margins: The margin of kinds of pairs, where it differs from that of everything [m].
     """
 
     robot: Robot
@@ -49,12 +50,14 @@ class SceneParts(Value):
     clearances: Clearances = field(default_factory=Clearances)
     allowances: tuple[ContactAllowance, ...] = ()
     tools: Mapping[str, SceneObject] = field(default_factory=dict[str, SceneObject])
+    kind_margins: Mapping[PairKind, float] = field(default_factory=dict[PairKind, float])
 
     def __post_init__(self) -> None:
         """Check the margin; start from the robot's disabled pairs when no matrix was given."""
         robot, margin = one_of("robot", self.robot, Robot), number("margin", self.margin)
-        if margin < 0.0:
-            raise ShapeError("margin", f"is negative: {margin:g} m")
+        for value in (margin, *(number("margin", each) for each in self.kind_margins.values())):
+            if value < 0.0:
+                raise ShapeError("margin", f"is negative: {value:g} m")
         object.__setattr__(self, "margin", margin)
         if self.allowed is FROM_SRDF:
             object.__setattr__(self, "allowed", AllowedCollisions(dict.fromkeys(robot.disabled_pairs, True)))
@@ -159,7 +162,8 @@ class SceneParts(Value):
     def margin_of(self, a: str, b: str) -> float:
         """Return the clearance that the optimiser aims at, always a little above what is required [m]."""
         pair, required = frozenset((self.owner(a), self.owner(b))), self.clearance_of(a, b)
-        margin = self.pair_margins.get(pair, self.margin)
+        by_kind = kept(self.margin, self.kind_margins, self.part(a), self.part(b))
+        margin = self.pair_margins.get(pair, by_kind)
         return max(margin, required + ROOM) if required > 0.0 else margin
 
     def clearance_of(self, a: str, b: str) -> float:
@@ -167,7 +171,21 @@ class SceneParts(Value):
         holders, links = [self.holder(name).link for name in (a, b)], self.clearances.links
         padding = max(links.get(link, 0.0) for link in holders) if WORLD in holders else 0.0
         pair = frozenset((self.owner(a), self.owner(b)))
-        return self.clearances.pairs.get(pair, max(self.clearances.everywhere, padding))
+        by_kind = kept(self.clearances.everywhere, self.clearances.kinds, self.part(a), self.part(b))
+        return self.clearances.pairs.get(pair, max(by_kind, padding))
+
+    def part(self, name: str) -> Part:
+        """Say what a link, a frame or an object is to the robot.
+
+        An object on a link that no joint moves stands in the world: a table placed on the robot's base.
+
+        Raises:
+            FrameNotFound: If it is none of them.
+        """
+        owner = self.owner(name)
+        if owner not in self.objects:
+            return Part.LINK
+        return Part.WORLD if self.holder(owner).link in _standing_links(self.robot) else Part.CARRIED
 
     def __repr__(self) -> str:
         """Say the robot, its tools, the objects and the distances to keep."""
@@ -185,7 +203,8 @@ class SceneParts(Value):
     @property
     def distances(self) -> str:
         """The distances to keep, in words."""
-        return self.clearances.beside(self.margin, self.pair_margins)
+        margin = in_kinds(self.margin, self.kind_margins) + PAIRS_DIFFER * bool(self.pair_margins)
+        return f"{self.clearances}, margin {margin}"
 
     def _entered(self, name: str) -> str:
         """Return the name that a matrix of allowed collisions has for a link, frame or object."""
@@ -216,3 +235,11 @@ def _shaped_links(robot: Robot) -> Mapping[str, str]:
         if frames[place].name in shaped:
             found[link] = str(frames[place].name)
     return found
+
+
+@cached_per_value
+def _standing_links(robot: Robot) -> frozenset[str]:
+    """Return the links that no joint moves, and the world."""
+    model = robot.model
+    fixed = (link for link in robot.links if model.frames[link_frame(model, link)].parentJoint == 0)
+    return frozenset((WORLD, *fixed))

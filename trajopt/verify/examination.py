@@ -21,6 +21,7 @@ from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
+from trajopt.verify.kernel.required import required_clearances
 
 
 class Moment(Enum):
@@ -139,7 +140,7 @@ def examine_with(
     place = floats("positions", positions, (len(reduced.joint_names),))
     measured = distances.nearest(kinematics.poses(place[None]))
     judged = np.isfinite(measured) & ~_excused(reduced, measured, moment)
-    required = reduced.pairs.required
+    required = required_clearances(reduced)
     proven = measured + distances.uncertainty(measured, options.distance_error) <= required
     nearest: dict[tuple[str, str], PairDistance] = {}
     for pair in np.flatnonzero(judged)[np.argsort(measured[judged])].tolist():

@@ -29,6 +29,7 @@ from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
 from trajopt.verify.kernel.pair_distances import PairDistances
+from trajopt.verify.kernel.required import required_clearances
 from trajopt.verify.notes import notes
 from trajopt.verify.search.clearance_search import Findings, search_clearance
 from trajopt.verify.specification import Specification, Verdict
@@ -105,7 +106,7 @@ class Judge:
             clearance=found.clearance,
             pairs=found.pairs,
             unproven=found.unproven,
-            required=_range(reduced.pairs.required),
+            required=_range(required_clearances(reduced)),
             margin=_range(reduced.pairs.margin),
             counts=self._counted(before),
             notes=notes(motion, bounds),

@@ -75,7 +75,9 @@ def _built(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     for item in scene.objects.values():
         bodies.extend(_anchored(item, anchors[item.frame]).bodies)
     objects = tuple(item.contact_traits for item in scene.objects.values())
-    key = (objects, scene.allowed, scene.margin, scene.pair_margins, scene.clearances, scene.allowances)
+    tools = tuple((item.name, item.frame) for item in scene.tools.values())  # objects may be on them
+    margins = (scene.margin, scene.pair_margins, scene.kind_margins)
+    key = (objects, tools, scene.allowed, margins, scene.clearances, scene.allowances)
     return CollisionModel(
         anchors,
         tuple(bodies),
@@ -95,12 +97,15 @@ def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
 def _rules(scene: Scene) -> ContactRules:
     touched = {name: item.touch_links for name, item in scene.objects.items() if item.touch_links}
     carriers = {name: scene.holder(name).link for name in scene.objects} if scene.clearances.links else {}
+    apart = scene.kind_margins or scene.clearances.kinds
     return ContactRules(
         allowed=scene.allowed,
         touch_links=touched,
         margin=scene.margin,
         pair_margins=scene.pair_margins,
+        kind_margins=scene.kind_margins,
         clearances=scene.clearances,
         carriers=carriers,
+        parts={name: scene.part(name) for name in scene.objects} if apart else {},
         allowances=scene.allowances,
     )

@@ -13,7 +13,7 @@ import numpy as np
 from trajopt.arrays import Bools, Floats, Ints, readonly
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.collisions.bodies import FixedBody
-from trajopt.model.collisions.clearances import ROOM, Clearances
+from trajopt.model.collisions.clearances import ROOM, Clearances, PairKind, Part, kept
 from trajopt.model.requirements import WORLD
 
 
@@ -48,8 +48,10 @@ class ContactRules:
         touch_links: Links that may touch an object, by object; those without any may be left out.
         margin: Clearance that the optimiser keeps where it can [m].
         pair_margins: The same of single pairs, where it differs [m].
+        kind_margins: The same of kinds of pairs, where it differs [m].
         clearances: What is required.
         carriers: The link that carries each object, by object; those that stand in the world have none.
+        parts: What each object is to the robot; may be left out where no kind of pairs differs.
         allowances: Intended contacts, for a time.
     """
 
@@ -57,8 +59,10 @@ class ContactRules:
     touch_links: Mapping[str, frozenset[str]]
     margin: float
     pair_margins: Mapping[frozenset[str], float]
+    kind_margins: Mapping[PairKind, float]
     clearances: Clearances
     carriers: Mapping[str, str]
+    parts: Mapping[str, Part]
     allowances: tuple[ContactAllowance, ...]
 
 
@@ -82,8 +86,7 @@ def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: Contact
     first, second = np.minimum(one, other), np.maximum(one, other)
     order = np.argsort(second * len(bodies) + first)
     required, margin = (
-        values[own[at], part[other]][order]
-        for values in (owners.required(rules), owners.values(rules.margin, rules.pair_margins))
+        values[own[at], part[other]][order] for values in (owners.required(rules), owners.margins(rules))
     )
     margin = np.where(required > 0.0, np.maximum(margin, required + ROOM), margin)
     first, second = first[order], second[order]
@@ -123,14 +126,24 @@ class _Owners:
         self.fixed: Bools = joint[self._of_row][:, None] == joint
         self.excused = self._excused(rules)
 
-    def values(self, every: float, single: Mapping[frozenset[str], float]) -> Floats:
-        """Return a value of any two owners that differs for single pairs, shape (rows, o)."""
-        return self._entered(np.full(self.excused.shape, every), single)
+    def margins(self, rules: ContactRules) -> Floats:
+        """Return the margin of any two owners, shape (rows, o) [m]."""
+        return self._entered(self._by_kind(rules.margin, rules.kind_margins, rules), rules.pair_margins)
+
+    def _by_kind(self, every: float, kinds: Mapping[PairKind, float], rules: ContactRules) -> Floats:
+        """Return a value of any two owners that differs for kinds of pairs, shape (rows, o)."""
+        if not kinds:
+            return np.full(self.excused.shape, every)
+        order = tuple(Part)
+        table = np.array([[kept(every, kinds, one, other) for other in order] for one in order])
+        parts = (Part.LINK if name in self._links else rules.parts[name] for name in self.names)
+        code = np.array([order.index(part) for part in parts], dtype=np.int64)
+        return table[code[self._of_row]][:, code]
 
     def required(self, rules: ContactRules) -> Floats:
         """Return the clearance that is required of any two owners, shape (rows, o) [m]."""
         clearances = rules.clearances
-        values = self.values(clearances.everywhere, {})
+        values = self._by_kind(clearances.everywhere, clearances.kinds, rules)
         holders = [name if name in self._links else rules.carriers.get(name, WORLD) for name in self.names]
         least = np.array([clearances.links.get(holder, 0.0) for holder in holders])
         standing = np.array([holder == WORLD for holder in holders], dtype=np.bool_)

@@ -1,6 +1,6 @@
 """Clearance of every pair of bodies over the whole motion, as checks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,6 +9,7 @@ from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.verify.certificate import Check, CheckKind, Evidence, PairClearance, Unproven
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
+from trajopt.verify.kernel.required import rows
 from trajopt.verify.search.clearance_search import Contact, Findings, Tally
 
 _PROBES = 17
@@ -23,8 +24,9 @@ class ClearanceFinding:
     """What the search for a proof of clearance has found.
 
     Attributes:
-        checks: One for every clearance that is required of some pair, the smallest first, and one for every
-            allowance of intended contact. Where the search ended early, those found broken or unproven.
+        checks: One for every clearance that is required of some pair, by kind where the scene states what
+            kinds keep, and one for every allowance of intended contact. Where the search ended early, those
+            found broken or unproven.
         clearance: Proven lower bound, or the smallest measured if there is none [m].
         pairs: Pairs that came near each other, nearest first.
         unproven: First interval without proof, if there is one.
@@ -44,27 +46,30 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
         distances: Workspace for the distances of its bodies.
         search: What the search for a proof has found.
     """
-    required = motion.reduced.pairs.required
-    levels = [np.flatnonzero(required == level) for level in np.unique(required)]
-    contacts = [_followed(motion, search, distances, pairs) for pairs in levels]
+    required, names = search.windows.required, rows(motion.reduced)
+    contacts = [_followed(motion, search, distances, pairs) for _, pairs in names]
     proven = not any(contacts) and search.gap is None
     unproven = None
     if search.gap is not None:
         first, second = distances.owners(search.gap.pair)
         unproven = Unproven(first=first, second=second, begin=search.gap.begin, end=search.gap.end)
     bound = float(search.free.proven.min(initial=np.inf)) if proven else search.free.best()
-    rows: list[Check] = []
-    for pairs, broken in zip(levels, contacts, strict=True):
+    found: list[Check] = []
+    for (name, pairs), broken in zip(names, contacts, strict=True):
         if broken:
-            rows.append(_broken_check(distances, broken[0], float(required[broken[0].pair])))
+            check = _broken_check(distances, broken[0], float(required[broken[0].pair]))
         elif search.gap is not None and not any(contacts) and search.gap.pair in pairs:
             assert unproven is not None
-            rows.append(_unproven_check(search, distances, pairs, unproven))
+            check = _unproven_check(search, distances, pairs, unproven)
         elif proven:
-            rows.append(_proven_check(search, distances, pairs, alone=len(levels) == 1))
-    if not levels:
-        rows.append(_check("", None, 0.0, None, Evidence.PROVEN, "no pair of bodies has to keep apart"))
-    checks = (*rows, *_contact_checks(motion, search, proven=proven))
+            alone = [other for other, _ in names].count(name) == 1
+            check = _proven_check(search, distances, pairs, alone=alone)
+        else:
+            continue
+        found.append(replace(check, name=name))
+    if not names:
+        found.append(_check("", None, 0.0, None, Evidence.PROVEN, "no pair of bodies has to keep apart"))
+    checks = (*found, *_contact_checks(motion, search, proven=proven))
     return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven)
 
 
@@ -83,7 +88,7 @@ def _followed(motion: Motion, search: Findings, distances: PairDistances, pairs:
         sure.add(worst.pair)
         poses = motion.poses(np.array([worst.time]))
         depth = distances.search_depths(poses, np.zeros(1, dtype=np.int64), np.array([worst.pair]))[0]
-        most = 0.0 if search.excused(worst) else float(motion.reduced.pairs.required[worst.pair])
+        most = 0.0 if search.excused(worst) else float(search.windows.required[worst.pair])
         found[0] = Contact(worst.pair, worst.time, min(max(worst.distance, float(depth)), most))
         search.correct(found[0])
     return tuple(found)

@@ -10,6 +10,7 @@ from trajopt.model.shapes import Mesh, Plane
 from trajopt.native import proof
 from trajopt.verify.kernel.forms import form_of
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
+from trajopt.verify.kernel.required import required_clearances
 
 DOUBTFUL = 1e-5
 """Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
@@ -59,7 +60,7 @@ class PairDistances:
             np.array([body.placement.translation for body in bodies]),
             self.first,
             self.second,
-            reduced.pairs.required,
+            required_clearances(reduced),
             ~self.strict,
             error,
         )

@@ -8,6 +8,7 @@ from trajopt.arrays import Bools, Floats, Ints
 from trajopt.model.reduced import BodyPairs
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
+from trajopt.verify.kernel.required import required_clearances
 
 
 class Windows:
@@ -20,10 +21,10 @@ class Windows:
         edges: Times at which a window opens or closes, inside the motion [s].
     """
 
-    def __init__(self, pairs: BodyPairs, duration: float) -> None:
-        """Collect the allowances for a motion of a duration [s]."""
+    def __init__(self, pairs: BodyPairs, required: Floats, duration: float) -> None:
+        """Collect the allowances for a motion of a duration [s], and what is required outside of them [m]."""
         count = len(pairs.first)
-        self.required = pairs.required
+        self.required = required
         self._until: Floats = np.full(count, -np.inf)
         self._from: Floats = np.full(count, np.inf)
         self._first_depth: Floats = np.full(count, np.inf)
@@ -155,7 +156,7 @@ def search_clearance(motion: Motion, distances: PairDistances, *, measured: bool
             everything required is proven, or something is not; the verdict is the same.
     """
     trajectory, reduced, options = motion.trajectory, motion.reduced, motion.options
-    windows = Windows(reduced.pairs, motion.duration)
+    windows = Windows(reduced.pairs, required_clearances(reduced), motion.duration)
     windowed = np.flatnonzero(~distances.strict)
     free, accepted, contacts, gap, configurations = distances.core.search(
         trajectory.times,
