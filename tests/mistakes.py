@@ -3,6 +3,7 @@
 `python -m tests.mistakes` writes the page; `tests/test_mistakes.py` keeps it true.
 """
 
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import chdir
 from dataclasses import dataclass
@@ -13,7 +14,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.cartesian import follows_curve, polyline
-from trajopt.errors import TrajoptError
+from trajopt.errors import TrajoptError, UnitWarning
 from trajopt.grasping import gripper_of
 from trajopt.moveit import read_request, read_scene
 
@@ -22,8 +23,10 @@ PAGE = Path(__file__).parents[1] / "docs" / "mistakes.md"
 HEAD = """# Typical mistakes, and what trajopt says
 
 Misuse raises an error at once: a `TrajoptError` that is also the builtin error which it refines
-(`ValueError`, `KeyError`, ...). It names the argument and, for a name, the known ones that come near it. Not
-finding a plan is no error: planning returns a result with a status and a reason. The last section shows some.
+(`ValueError`, `KeyError`, ...). It names the argument and, for a name, the known ones that come near it. A
+number that can be meant as it is, though another unit is likely, is taken with a `UnitWarning`
+(`trajopt.errors`). Not finding a plan is no error: planning returns a result with a status and a reason. The
+last section shows some.
 
 In the code, `panda` is `to.load("panda")`, `scene` holds a box named "table", `goal` is a joint position,
 `AT` is a placement, and `problem` is a `to.Problem` of these; `planned(...)` makes it with other arguments.
@@ -53,6 +56,7 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
         Mistake('panda.positions("redy")', "StateNotFound"),
         Mistake('panda.positions({"panda_joint8": 0.1})', "JointNotFound"),
         Mistake('scene.object("tabel")', "ObjectNotFound"),
+        Mistake('scene.object("panda_hand")', "ObjectNotFound"),
         Mistake('scene.add("table", to.Sphere(0.1))', "DuplicateObject"),
         Mistake('scene.add("panda_hand", to.Sphere(0.1))', "ModelError"),
         Mistake('scene.add("cup", to.Sphere(0.1), AT, frame="tabel")', "FrameNotFound"),
@@ -66,6 +70,8 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
         Mistake('to.plan(problem, method="chmop")', "SolverNotFound"),
         Mistake('planned(goal=to.joint_positions({"panda_joint0": 1.0}))', "JointNotFound"),
         Mistake('planned(goal=to.frame_placement("panda_tcp", AT))', "FrameNotFound"),
+        Mistake('planned(goal="redy")', "StateNotFound"),
+        Mistake('planned(goal="open")', "StateNotFound"),
         Mistake('planned(constraints=[to.during(to.gravity_torque(0.5), after="via")])', "WaypointNotFound"),
         Mistake('planned(start_velocity={"panda_finger_joint1": 0.01})', "JointNotFound"),
         Mistake('to.joint_positions({"panda_joint1": 1.0}, below={"panda_joint2": 0.1})', "JointNotFound"),
@@ -73,7 +79,12 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
     "Units": (
         Mistake("to.Box(400, 300, 20)", "SizeError"),
         Mistake("to.placement((0.4, 0, 0.3), quaternion=(0, 0, 0, 0))", "ShapeError"),
+        Mistake('scene.add("cup", to.Sphere(0.03), to.placement((400, 0, 300)))', "UnitWarning"),
+        Mistake("to.placement((0.4, 0, 0.3), rpy=(180, 0, 0))", "UnitWarning"),
+        Mistake('to.frame_placement("panda_hand", AT, rotation_tolerance=10)', "UnitWarning"),
         Mistake('to.gaze("panda_hand", (1, 0, 0), angle=30)', "ShapeError"),
+        Mistake('to.point_on_arc("panda_hand", AT, radius=0.1, tolerance=0.001, sweep=90)', "ProblemError"),
+        Mistake('planned(goal=to.joint_positions({"panda_finger_joint1": 2}, degrees=True))', "ProblemError"),
         Mistake('to.axis_alignment("panda_hand", tolerance=5)', "ShapeError"),
         Mistake('planned(start_velocity={"panda_joint1": 90})', "ProblemError"),
         Mistake("planned(velocity_scaling=50)", "ProblemError"),
@@ -84,6 +95,8 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
     ),
     "Shapes and numbers": (
         Mistake("planned(start=[0.0] * 7)", "ShapeError"),
+        Mistake("planned(start=[0.0] * 6)", "ShapeError"),
+        Mistake("planned(start=None)", "ProblemError"),
         Mistake("planned(start=[np.nan] * 9)", "ShapeError"),
         Mistake("to.plan_once(problem, np.zeros((10, 7)))", "ShapeError"),
         Mistake("to.placement((0.4, 0.3))", "ShapeError"),
@@ -107,8 +120,10 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
         Mistake("to.Scene('panda')", "ProblemError"),
         Mistake("to.Problem(scene=panda, start={}, goal=goal)", "ProblemError"),
         Mistake("to.Problem(scene=scene, start={}, goal=goal)", "ProblemError"),
-        Mistake("planned(goal=AT)", "ProblemError"),
+        Mistake("planned(goal=(0.4, 0.0, 0.3))", "ProblemError"),
+        Mistake('planned(goal=AT, group="panda_arm_hand")', "ProblemError"),
         Mistake("planned(goal=[])", "ProblemError"),
+        Mistake('to.any_of({"home": "ready"})', "ProblemError"),
         Mistake('planned(constraints=["upright"])', "ProblemError"),
         Mistake("planned(constraints=goal)", "ProblemError"),
         Mistake("planned(costs=[1.0])", "ProblemError"),
@@ -135,6 +150,10 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
     ),
     "Results without a plan": (
         Mistake('planned(goal=to.joint_positions({"panda_joint1": 3.0}))', "GOAL_OUT_OF_LIMITS"),
+        Mistake('planned(goal=to.joint_positions({"panda_joint1": 90}))', "GOAL_OUT_OF_LIMITS"),
+        Mistake('planned(group="hand", goal={"panda_finger_joint1": 20})', "GOAL_OUT_OF_LIMITS"),
+        Mistake('planned(start={"panda_joint1": 90, "panda_joint4": -90})', "START_OUT_OF_LIMITS"),
+        Mistake("planned(goal=to.placement((400, 0, 300)))", "NO_INVERSE_KINEMATICS"),
         Mistake(
             'planned(goal=to.frame_placement("panda_hand", to.placement((2.0, 0, 0.5))))',
             "NO_INVERSE_KINEMATICS",
@@ -176,10 +195,14 @@ def namespace() -> dict[str, object]:
 
 def said(mistake: Mistake, names: Mapping[str, object]) -> tuple[str, str]:
     """Return the name of the error, or of the status, and the message."""
-    try:
-        value = eval(mistake.code, dict(names))
-    except TrajoptError as error:
-        return type(error).__name__, str(error)
+    with warnings.catch_warnings(record=True) as warned:
+        warnings.simplefilter("always", UnitWarning)
+        try:
+            value = eval(mistake.code, dict(names))
+        except TrajoptError as error:
+            return type(error).__name__, str(error)
+    if warned:
+        return type(warned[0].message).__name__, str(warned[0].message)
     assert isinstance(value, to.Problem), f"{mistake.code}: raises nothing"
     result = to.plan(value)
     return result.status.name, result.reason.removeprefix(f"{result.status.name}: ")

@@ -95,9 +95,9 @@ def test_where_no_method_can_it_says_so() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(ProblemError, match=r"its velocity limit is [0-9.]+ rad/s"):
+    with pytest.raises(ProblemError, match=r"its velocity limit is [0-9.]+ deg/s"):
         moving(1e3)
-    with pytest.raises(ProblemError, match=r"its acceleration limit is [0-9.]+ rad/s\^2"):
+    with pytest.raises(ProblemError, match=r"its acceleration limit is [0-9.]+ deg/s\^2"):
         replace(moving(0.1), start_acceleration={JOINT: -1e3})
     for given in ("start_velocity", "start_acceleration"):
         with pytest.raises(JointNotFound, match=JOINT):

@@ -148,7 +148,7 @@ def test_what_cannot_be_passed_is_said(panda: to.Robot) -> None:
 
 def test_bad_input_is_refused(panda: to.Robot) -> None:
     for call in (
-        lambda: problem(panda, "ready"),
+        lambda: problem(panda, 3.0),
         lambda: problem(panda, []),
         lambda: problem(panda, *[to.joint_positions(START)] * 5, knots=6),
         lambda: transcribe(problem(panda, to.joint_positions(START)), np.zeros((24, 7))),

@@ -1,20 +1,29 @@
 """Problem: what a motion must achieve, frozen; it says what it is when printed."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from typing import cast
 
-from trajopt.arrays import Floats, Value, floats, mapping, number, one_of, sequence, several
+from trajopt.arrays import Floats, Value, number, one_of, sequence, several
 from trajopt.errors import ProblemError, ProblemNotFound, WaypointNotFound, shown
 from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.printed import in_short
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import During, GoalSet, Requirement
-from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.starting import in_motion, start_rates
+from trajopt.model.stated import (
+    GoalLike,
+    StartLike,
+    check_names,
+    only_group,
+    stated_goal,
+    stated_rates,
+    stated_start,
+    stated_waypoints,
+)
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.terms.residual import Constraint, Cost, check_path_constraint
 from trajopt.terms.rolling import default_knots
@@ -39,12 +48,14 @@ class Problem(Value):
         scene: The robot and what is around it, with the clearance to keep.
         start: Name of a state, joint -> position [rad | m], or positions of all joints. Mimic joints are
             where they follow.
-        goal: What must hold at the end: one requirement or several, or any one goal of a set.
+        goal: What must hold at the end: one requirement or several, or any one goal of a set. The name of a
+            state or joint -> position stands for `joint_positions`, a placement for `frame_placement` of the
+            group's tool: its tool frame, where it has one, or the tip of its chain.
         group: The planning group; may be left out where the robot has one only.
         constraints: What must hold all the way, or between waypoints (`during`): requirements, or
             residuals of your own with bounds.
         waypoints: What must hold on the way, in order, by name, or in a sequence and then named "1", "2",
-            ...: for each a requirement or several, held together at one moment that the planner chooses.
+            ...: for each what a goal may be, held at one moment that the planner chooses.
             The timed motion rounds the corners of the path, so tolerances of a millimetre or more are
             kept best.
         costs: What to minimise; squared velocity and acceleration by default.
@@ -56,16 +67,16 @@ class Problem(Value):
             named are at rest.
         start_acceleration: The same for accelerations [rad/s^2 | m/s^2]; joints that are not named have none.
         name: For reports.
+        degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and where
+            joints are given by name in `goal` and `waypoints`.
     """
 
     scene: Scene
-    start: str | Mapping[str, float] | Floats
-    goal: Requirement | Sequence[Requirement] | GoalSet
+    start: StartLike
+    goal: GoalLike | Sequence[GoalLike] | GoalSet
     group: str = ""
     constraints: Sequence[PathConstraint | During[PathConstraint]] = ()
-    waypoints: (
-        Sequence[Requirement | Sequence[Requirement]] | Mapping[str, Requirement | Sequence[Requirement]]
-    ) = ()
+    waypoints: Sequence[GoalLike | Sequence[GoalLike]] | Mapping[str, GoalLike | Sequence[GoalLike]] = ()
     costs: Sequence[Cost] | None = None
     knots: int = 0
     velocity_scaling: float = 1.0
@@ -74,33 +85,32 @@ class Problem(Value):
     start_velocity: Mapping[str, float] = field(default_factory=dict[str, float])
     start_acceleration: Mapping[str, float] = field(default_factory=dict[str, float])
     name: str = "problem"
+    degrees: InitVar[bool] = False
     _start: Floats = field(init=False, repr=False)
     _goals: tuple[Requirement, ...] = field(init=False, repr=False)
     _waypoints: Mapping[str, tuple[Requirement, ...]] = field(init=False, repr=False)
     _tool_speeds: tuple[ToolSpeed, ...] = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, degrees: bool) -> None:
         """Keep each field in one form, its exact type under an underscore, and check names and numbers."""
         robot = one_of("scene", self.scene, Scene).robot
-        object.__setattr__(self, "group", one_of("group", self.group, str) or _only_group(robot))
+        object.__setattr__(self, "group", one_of("group", self.group, str) or only_group(robot))
         object.__setattr__(self, "knots", default_knots(robot, self.group, self.knots))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
-        if isinstance(self.start, str | Mapping):
-            start = robot.positions(self.start)
-        else:
-            start = floats("start, of all joints of the robot", self.start, (len(robot.joint_names),))
-        start = robot.followed(start, checked=robot.mimics)
-        if isinstance(self.goal, GoalSet):
-            goal, goals = self.goal, tuple(chain(*self.goal.alternatives.values()))
-        else:
-            goal = goals = _several("goal", self.goal)
+        start = stated_start(robot, self.group, self.start, degrees=degrees)
+        goal = stated_goal(self.scene, self.group, self.goal, degrees=degrees)
+        goals = tuple(chain(*goal.alternatives.values())) if isinstance(goal, GoalSet) else goal
         constraints = tuple(sequence("constraints", self.constraints))
         _check_kinds(goals, constraints, self.knots)
-        _check_waypoints(waypoints := _named(self.waypoints), self.knots)
+        waypoints = stated_waypoints(self.scene, self.group, self.waypoints, degrees=degrees)
+        _check_waypoints(waypoints, self.knots)
         costs = default_costs() if self.costs is None else several("costs", self.costs, Cost)
         speeds = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else self.tool_speed
         tools = several("tool_speed", speeds, ToolSpeed)
+        for rates in ("start_velocity", "start_acceleration"):
+            stated = stated_rates(robot, rates, getattr(self, rates), degrees=degrees)
+            object.__setattr__(self, rates, stated)
         names = ("start", "_start", "goal", "_goals", "constraints", "costs")
         values = (start, start, goal, goals, constraints, costs)
         names += ("waypoints", "_waypoints", "tool_speed", "_tool_speeds")
@@ -118,9 +128,9 @@ class Problem(Value):
             self.span(part)
         for tool in self._tool_speeds:
             self.scene.holder(tool.frame)
-        if mapping("start_velocity", self.start_velocity):
+        if self.start_velocity:
             _ = self.start_velocities  # names and sizes are checked there
-        if mapping("start_acceleration", self.start_acceleration):
+        if self.start_acceleration:
             _ = self.start_accelerations
 
     @cached_property
@@ -250,9 +260,7 @@ class Problem(Value):
         if isinstance(item, During):
             self._check_names(item.required)
         if isinstance(item, Requirement):
-            self.scene.robot.index(item.joints)
-            for frame in item.frames:
-                self.scene.holder(frame)
+            check_names(self.scene, item)
 
     def __repr__(self) -> str:
         """Say the problem in a line: robot, group and goal."""
@@ -271,10 +279,10 @@ class Problem(Value):
             *((f"  from         {moving}",) if moving else ()),
             *(f"  {what:<12} {words}" for what, words in self.scene.described),
             *(
-                f"  on the way   {name}: {' and '.join(map(str, item))}"
+                f"  on the way   {name}: {' and '.join(each.in_full() for each in item)}"
                 for name, item in zip(self.waypoint_names, self.waypoint_requirements, strict=True)
             ),
-            *(f"  at the end   {goal}" for goal in ends),
+            *(f"  at the end   {end if isinstance(end, GoalSet) else end.in_full()}" for end in ends),
             *(
                 f"  {item.part}  {_words(item.required)}"
                 if isinstance(item, During)
@@ -289,29 +297,8 @@ class Problem(Value):
         return "\n".join(lines)
 
 
-def _only_group(robot: Robot) -> str:
-    if len(robot.groups) != 1:
-        raise ProblemError(f"group: choose one of {', '.join(robot.groups)}")
-    return next(iter(robot.groups))
-
-
-def _named(
-    waypoints: Sequence[Requirement | Sequence[Requirement]]
-    | Mapping[str, Requirement | Sequence[Requirement]],
-) -> dict[str, tuple[Requirement, ...]]:
-    """Return waypoints by name, each as several requirements."""
-    if not isinstance(waypoints, Mapping):
-        given = sequence("waypoints", waypoints)
-        waypoints = {str(number): item for number, item in enumerate(given, start=1)}
-    return {name: _several(f"waypoint {shown(name)}", item) for name, item in waypoints.items()}
-
-
-def _several(name: str, value: Requirement | Sequence[Requirement]) -> tuple[Requirement, ...]:
-    return (value,) if isinstance(value, Requirement) else several(name, value, Requirement)
-
-
 def _words(item: PathConstraint) -> str:
-    return str(item) if isinstance(item, Requirement) else item.residual.name
+    return item.in_full() if isinstance(item, Requirement) else item.residual.name
 
 
 def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: object) -> None:

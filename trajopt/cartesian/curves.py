@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, number, readonly, sequence
 from trajopt.errors import ProblemError
 from trajopt.model.curve import TURN_LENGTH, Curve, Piece, bezier, joined
+from trajopt.model.likely_units import stated_angle
 from trajopt.model.placement import Placement, PlacementLike, as_placement, placement
+from trajopt.model.printed import in_degrees, in_length
 
 NOWHERE = 1e-9
 """Poses nearer to each other than this count as one [m | rad]."""
@@ -55,7 +57,7 @@ def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
         raise ProblemError(f"a polyline needs at least two poses, has {len(poses)}")
     radius = number("blend", blend)
     if radius < 0.0:
-        raise ProblemError(f"blend is a radius and must not be negative, is {radius:g}")
+        raise ProblemError(f"blend is a radius and must not be negative, is {in_length(radius)}")
     sides = [_side(first, second, place) for place, (first, second) in enumerate(pairwise(poses))]
     cut = [0.0, *(min(radius, ROUNDEST * min(a.length, b.length)) for a, b in pairwise(sides)), 0.0]
     pieces: list[Piece] = []
@@ -132,22 +134,33 @@ def arc_through(begin: PlacementLike, interim: ArrayLike, end: PlacementLike) ->
     return _arc(begin, end, centre, -normal)
 
 
-def circle(centre: PlacementLike, *, radius: float, rotation: ArrayLike, sweep: float = 2.0 * np.pi) -> Curve:
+def circle(
+    centre: PlacementLike,
+    *,
+    radius: float,
+    rotation: ArrayLike,
+    sweep: float | None = None,
+    degrees: bool = False,
+) -> Curve:
     """Return a circle, or an arc of one, with a fixed orientation of the tool.
 
     Args:
         centre: Of the circle: about its z axis, it begins on its x axis and turns towards y.
         radius: Its radius [m].
         rotation: Of the tool in the world, shape (3, 3).
-        sweep: Angle of the arc, not 0; negative turns the other way [rad].
+        sweep: Angle of the arc, not 0; negative turns the other way [rad]; the whole circle when None.
+        degrees: Whether `sweep` is in degrees.
 
     Raises:
         ProblemError: If radius or sweep is out of its range.
     """
-    size, angle = number("radius", radius), number("sweep", sweep)
+    size = number("radius", radius)
+    angle = stated_angle("sweep", sweep, degrees=degrees, default=2.0 * np.pi)
     centre = as_placement("centre", centre)
     if size <= 0.0 or abs(angle) < NOWHERE:
-        raise ProblemError(f"a circle needs a positive radius and a sweep, not {size:g} m and {angle:g} rad")
+        raise ProblemError(
+            f"a circle needs a positive radius and a sweep, not {in_length(size)} and {in_degrees(angle)}"
+        )
     turned = placement(rotation=rotation).rotation
     piece = Piece(
         readonly(centre.translation[None]),
@@ -174,7 +187,7 @@ def spline(poses: Sequence[PlacementLike]) -> Curve:
     """
     from scipy.interpolate import CubicSpline
 
-    poses = [as_placement("pose", pose) for pose in poses]
+    poses = [as_placement("pose", pose) for pose in sequence("poses", poses)]
     if len(poses) < 3:
         raise ProblemError(f"a spline needs at least three poses, has {len(poses)}; use line(...)")
     sides = [_side(first, second, place) for place, (first, second) in enumerate(pairwise(poses))]

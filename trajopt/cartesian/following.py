@@ -1,6 +1,5 @@
 """follow(...): from a curve to a timed, judged motion along it, as far as it goes, and why not farther."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -21,6 +20,7 @@ from trajopt.infeasibility import reasons
 from trajopt.model.printed import in_degrees, in_length
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.scene import Scene
+from trajopt.model.stated import StartLike
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Path
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
@@ -102,13 +102,14 @@ def follow(
     scene: Scene,
     required: FollowsCurve,
     *,
-    start: str | Mapping[str, float] | Floats,
+    start: StartLike,
     group: str = "",
     options: FollowOptions = DEFAULT_OPTIONS,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
     progress: Progress | None = None,
+    degrees: bool = False,
 ) -> Followed:
     """Follow a curve with a frame, as far as it goes, and say why not farther.
 
@@ -128,6 +129,7 @@ def follow(
             and `improve` do not apply.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and every step of the solver.
+        degrees: Whether angles in `start` are in degrees.
 
     Returns:
         How far the curve is followed, why not farther, and the motion with its certificate.
@@ -147,6 +149,7 @@ def follow(
         acceleration_scaling=options.acceleration_scaling,
         tool_speed=options.tool_speed,
         name="curve",
+        degrees=degrees,
     )
     draws = unless_none("rng", rng, np.random.Generator) or np.random.default_rng(0)
     return _Following(problem, required, options, draws, tracker).run()

@@ -1,6 +1,6 @@
 """Grasp and place: how a gripper takes hold of an object, where it puts it down, and the options of both."""
 
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,6 @@ from trajopt.methods import Knots, Method
 from trajopt.model.placement import Placement, as_placement
 from trajopt.model.requirements import (
     POSITION_TOLERANCE,
-    ROTATION_TOLERANCE,
     WORLD,
     FramePlacement,
     frame_placement,
@@ -98,29 +97,32 @@ class Place(Value):
         placement: Of the object in `frame`.
         frame: "world", or an object that stands still.
         position_tolerance: Along the axes of `placement`, one or shape (3,) [m]; inf leaves an axis free.
-        rotation_tolerance: About them, one or shape (3,) [rad]; inf leaves an axis free.
+        rotation_tolerance: About them, one or shape (3,) [rad]; inf leaves an axis free, None is 1e-3 rad.
         lower: The straight motion down to what it will stand on.
         retreat: The straight motion of the opened gripper off the object.
         name: For reports.
+        degrees: Whether the rotation tolerance is given in degrees.
     """
 
     placement: Placement
     frame: str = WORLD
     position_tolerance: ArrayLike = POSITION_TOLERANCE
-    rotation_tolerance: ArrayLike = ROTATION_TOLERANCE
+    rotation_tolerance: ArrayLike | None = None
     lower: Straight = field(default_factory=Straight)
     retreat: Straight = field(default_factory=Straight)
     name: str = "place"
+    degrees: InitVar[bool] = False
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, degrees: bool) -> None:
         """Check the tolerances, and the types of all fields."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
         one_of("frame", self.frame, str)
         for way in ("lower", "retreat"):
             one_of(way, getattr(self, way), Straight)
-        self.requirement(WORLD)
+        asked = self.requirement(WORLD, degrees=degrees)
+        object.__setattr__(self, "rotation_tolerance", asked.rotation_tolerance)
 
-    def requirement(self, name: str) -> FramePlacement:
+    def requirement(self, name: str, *, degrees: bool = False) -> FramePlacement:
         """Return the requirement on the object of that name."""
         return frame_placement(
             name,
@@ -128,6 +130,7 @@ class Place(Value):
             reference=self.frame,
             position_tolerance=self.position_tolerance,
             rotation_tolerance=self.rotation_tolerance,
+            degrees=degrees,
         )
 
     def error(self, placed: Placement, frame: Placement) -> Floats:

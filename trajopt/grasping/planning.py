@@ -1,11 +1,11 @@
 """Picking and placing as one sequence: candidates in order, the cheap checks of all stages first."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats, one_of, sequence, unless_none
+from trajopt.arrays import one_of, sequence, unless_none
 from trajopt.errors import ProblemError, shown
 from trajopt.grasping.grasp import Grasp, GraspingOptions, Place
 from trajopt.grasping.gripper import Gripper, arm_of, gripper_of
@@ -14,12 +14,11 @@ from trajopt.grasping.search import Search
 from trajopt.grasping.task import Task
 from trajopt.model.requirements import WORLD, Requirement
 from trajopt.model.scene import Scene
+from trajopt.model.stated import StartLike, stated_start
 from trajopt.planning.budget import Budget, BudgetTracker, Progress
 from trajopt.planning.plan import NO_BOUNDS
 from trajopt.terms.residual import Constraint
 
-Start = str | Mapping[str, float] | Floats
-"""Name of a state, joint -> position [rad | m], or positions of all joints."""
 Constraints = Sequence[Requirement | Constraint]
 """What must hold while the object is in the hand."""
 LET_GO = 0.02
@@ -30,7 +29,7 @@ def pick_and_place(
     scene: Scene,
     name: str,
     *,
-    start: Start,
+    start: StartLike,
     grasps: Sequence[Grasp],
     places: Place | Sequence[Place],
     group: str = "",
@@ -41,6 +40,7 @@ def pick_and_place(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
     progress: Progress | None = None,
+    degrees: bool = False,
 ) -> PickPlaceResult:
     """Plan to take an object and put it down elsewhere, as one sequence that is verified stage by stage.
 
@@ -63,6 +63,7 @@ def pick_and_place(
         budget: Time and work for the whole sequence; its `attempts` are for each motion, 16 when None.
         cancel: Set it from another thread to stop.
         progress: Called at every stage and every step of the solver.
+        degrees: Whether angles in `start` are in degrees.
 
     Returns:
         The sequence with the grasp and place that were chosen, or why there is none.
@@ -74,7 +75,7 @@ def pick_and_place(
             improve a motion.
     """
     tracker = _tracker(budget, cancel, progress)
-    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
+    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
     return Search(task, _places(task.scene, places)).take(_graspable(task, grasps))
 
 
@@ -82,7 +83,7 @@ def pick(
     scene: Scene,
     name: str,
     *,
-    start: Start,
+    start: StartLike,
     grasps: Sequence[Grasp],
     group: str = "",
     gripper: Gripper | None = None,
@@ -92,13 +93,14 @@ def pick(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
     progress: Progress | None = None,
+    degrees: bool = False,
 ) -> PickPlaceResult:
     """Plan to take an object and lift it; see `pick_and_place`.
 
     `final_scene` of what is returned has the object attached to the hand.
     """
     tracker = _tracker(budget, cancel, progress)
-    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
+    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
     return Search(task, ()).take(_graspable(task, grasps))
 
 
@@ -106,7 +108,7 @@ def place(
     scene: Scene,
     name: str,
     *,
-    start: Start,
+    start: StartLike,
     places: Place | Sequence[Place],
     opening: float | None = None,
     group: str = "",
@@ -117,6 +119,7 @@ def place(
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
     progress: Progress | None = None,
+    degrees: bool = False,
 ) -> PickPlaceResult:
     """Plan to put down an object that is in the hand; see `pick_and_place`.
 
@@ -134,12 +137,13 @@ def place(
         budget: As in `pick_and_place`.
         cancel: As in `pick_and_place`.
         progress: As in `pick_and_place`.
+        degrees: As in `pick_and_place`.
 
     Raises:
         ProblemError: If the object is not attached.
     """
     tracker = _tracker(budget, cancel, progress)
-    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker)
+    task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
     if scene.holder(name).link == WORLD:
         raise ProblemError(f"object {shown(name)} is not in a hand; pick it first, or attach it")
     if opening is None:
@@ -151,13 +155,15 @@ def place(
 def _task(
     scene: Scene,
     name: str,
-    start: Start,
+    start: StartLike,
     group: str,
     gripper: Gripper | None,
     constraints: Constraints,
     options: GraspingOptions | None,
     rng: np.random.Generator | None,
     tracker: BudgetTracker,
+    *,
+    degrees: bool,
 ) -> Task:
     """Check the arguments and fill in defaults."""
     robot = one_of("scene", scene, Scene).robot
@@ -165,14 +171,10 @@ def _task(
     hand = gripper_of(robot) if gripper is None else one_of("gripper", gripper, Gripper)
     arm = one_of("group", group, str) or arm_of(robot, hand)
     robot.group(arm)
-    if isinstance(start, str | Mapping):
-        begin = robot.positions(start)
-    else:
-        begin = floats("start", start, (len(robot.joint_names),))
     return Task(
         scene=scene,
         name=name,
-        start=begin,
+        start=stated_start(robot, arm, start, degrees=degrees),
         group=arm,
         gripper=hand,
         constraints=sequence("constraints", constraints),

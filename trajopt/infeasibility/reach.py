@@ -4,6 +4,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.infeasibility.chain import Chain
+from trajopt.model.likely_units import meant_at_distance
 from trajopt.model.placement import Placement
 from trajopt.model.printed import in_length
 from trajopt.model.reduced import ReducedModel
@@ -38,7 +39,7 @@ def out_of_reach(required: Requirement, reduced: ReducedModel) -> str:
     return (
         f"{required.frame} would have to be at least {length + missing:.3f} m from "
         f"{reduced.model.names[first]}, but the arm is only {length:.3f} m long from there: "
-        f"{in_length(missing)} too short"
+        f"{in_length(missing)} too short{meant_at_distance(length + missing, length)}"
     )
 
 

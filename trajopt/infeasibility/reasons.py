@@ -1,7 +1,7 @@
 """Why there is no plan: what stands in the way, by how much and where, as data and in words."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -10,6 +10,7 @@ from trajopt.infeasibility import ClosedCut
 from trajopt.kinematics.goal_candidates import GoalCandidates
 from trajopt.model.collisions.clearances import how_near
 from trajopt.model.description.pinocchio_model import effort_unit, joint_unit
+from trajopt.model.likely_units import meant_in_joint
 from trajopt.model.limits import EXCESS, LimitKind
 from trajopt.model.printed import in_joint_position, in_range, in_unit
 from trajopt.model.requirements import JointPositions, Requirement
@@ -158,7 +159,9 @@ def overloaded(overloads: Sequence[Overload], where: str) -> str:
 
 def out_of_limits(seen: Examination) -> str:
     """Say which joints are outside their limits at an examined configuration; empty for none."""
-    return "; ".join(item.words for item in blocks_of(seen) if item.kind is BlockKind.JOINT_LIMIT)
+    words = "; ".join(item.words for item in blocks_of(seen) if item.kind is BlockKind.JOINT_LIMIT)
+    sizes = ((item.joint, item.position, item.lower, item.upper, item.unit) for item in seen.out_of_limits)
+    return words + next(filter(None, (meant_in_joint(*item) for item in sizes)), "")
 
 
 def collisions(seen: Examination) -> str:
@@ -171,6 +174,7 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
     """Return the joints whose goal no position within their limits reaches, whatever its tolerance."""
     limits = problem.reduced.limits
     blocks: list[Block] = []
+    meant: list[str] = []
     for goal in without_followers(problem.goals, problem.reduced):
         if not isinstance(goal, JointPositions):
             continue
@@ -187,6 +191,9 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
                 words += limits.because(joint, LimitKind.UPPER if wanted > upper else LimitKind.LOWER)
                 kind = BlockKind.JOINT_LIMIT
                 blocks.append(Block(kind=kind, subjects=(joint,), amount=excess, place=None, words=words))
+                meant.append(meant_in_joint(joint, wanted, lower, upper, unit))
+    if any(meant):
+        blocks[-1] = replace(blocks[-1], words=blocks[-1].words + next(filter(None, meant)))
     return tuple(blocks)
 
 

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from typing import cast
 
 from trajopt.arrays import one_of, sequence
-from trajopt.errors import FrameNotFound, ProblemError, ShapeError, shown
+from trajopt.errors import ProblemError, ShapeError, shown
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
+from trajopt.model.stated import check_names
 
 
 def count_of(name: str, value: int) -> int:
@@ -28,8 +29,7 @@ def frame_of(reduced: ReducedModel, name: str) -> str:
         FrameNotFound: If it is not.
         ProblemError: If it is not a name.
     """
-    if one_of("frame", name, str) not in reduced.anchors:
-        raise FrameNotFound("frame", name, reduced.anchors)
+    reduced.attachment(one_of("frame", name, str))
     return name
 
 
@@ -46,7 +46,5 @@ def requirements_of(
     for item in wanted:
         if not isinstance(cast("object", item), Requirement):
             raise ProblemError(f"{name}: {shown(item)} is not a requirement")
-        reduced.scene.robot.index(item.joints)
-        for frame in item.frames:
-            reduced.scene.holder(frame)
+        check_names(reduced.scene, item)
     return wanted

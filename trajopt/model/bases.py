@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import floats, number, one_of, sequence
@@ -108,6 +109,7 @@ def planar_base(
     groups: Sequence[str] = (),
     drive: Drive = Drive.HOLONOMIC,
     drift: float = DRIFT,
+    degrees: bool = False,
 ) -> MovingBase:
     """Let a robot's base move in the plane: joints `NAME/x` and `NAME/y` [m], then `NAME/theta` [rad].
 
@@ -133,6 +135,7 @@ def planar_base(
         groups: Groups that move the base besides those that the SRDF says so of.
         drive: How it is driven.
         drift: How far a base whose wheels roll may stray from the planned motion, > 0 [m].
+        degrees: Whether yaw, its velocity and its acceleration are in degrees.
 
     Raises:
         ShapeError: If a number is not usable.
@@ -143,6 +146,8 @@ def planar_base(
     speed, turn = (positive("velocity", value) for value in _pair("velocity", velocity))
     rise, turn_rise = (positive("acceleration", value) for value in _pair("acceleration", acceleration))
     least, most = (0.0, 0.0) if yaw is None else _pair("yaw", yaw)
+    if one_of("degrees", degrees, bool):
+        turn, turn_rise, least, most = np.deg2rad((turn, turn_rise, least, most)).tolist()
     turning = "continuous" if yaw is None else "revolute"
     x, y, theta = PLANAR
     return MovingBase(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ShapeError, SizeError, shown
+from trajopt.model.likely_units import stated_angles
 from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
 
 FARTHEST = 1e6
@@ -110,6 +111,7 @@ def placement(
     rpy: ArrayLike | None = None,
     quaternion: ArrayLike | None = None,
     rotation: ArrayLike | None = None,
+    degrees: bool = False,
 ) -> Placement:
     """Place a frame by its position and one form of its orientation.
 
@@ -118,6 +120,7 @@ def placement(
         rpy: Roll, pitch, yaw about the fixed axes x, y, z in this order (URDF's), shape (3,) [rad].
         quaternion: (x, y, z, w), shape (4,); normalised here.
         rotation: Rotation matrix, shape (3, 3), orthonormal to 1e-6, right-handed.
+        degrees: Whether `rpy` is in degrees.
 
     Returns:
         The placement; identity orientation when none of the three is given.
@@ -126,6 +129,10 @@ def placement(
         ShapeError: If a number is not finite, the quaternion has no length, the matrix is no
             rotation, or more than one orientation is given.
         SizeError: If the position is farther than 1e6 m: there a micrometre would be lost in rounding.
+        ProblemError: If `degrees` is neither true nor false.
+
+    Warns:
+        UnitWarning: If an angle in radians is beyond a whole turn.
     """
     translation = floats("xyz", xyz, (3,))
     if np.abs(translation).max() > FARTHEST:
@@ -134,7 +141,7 @@ def placement(
         raise ShapeError("orientation", "give one of rpy, quaternion and rotation, not several")
     matrix = np.eye(3)
     if rpy is not None:
-        matrix = from_rpy(*floats("rpy", rpy, (3,)).tolist())
+        matrix = from_rpy(*stated_angles("rpy", rpy, (3,), degrees=degrees).tolist())
     elif quaternion is not None:
         parts = floats("quaternion", quaternion, (4,))
         length = float(np.linalg.norm(parts))

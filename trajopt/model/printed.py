@@ -64,8 +64,10 @@ def in_number(items: Sized, one: str, several: str = "") -> str:
     return f"{len(items)} {one if len(items) == 1 else several or one + 's'}"
 
 
-def in_radians(angle: float) -> str:
-    """Print an angle that was given wrong, and what it would be had it been meant in degrees."""
+def in_stated_angle(angle: float, *, degrees: bool) -> str:
+    """Print an angle that was given wrong [rad]; of one given in radians, what it would be in degrees."""
+    if degrees:
+        return f"{np.rad2deg(angle):g} deg"
     meant = f" rad: were degrees meant? {angle:g} deg are {np.deg2rad(angle):.4g} rad"
     return f"{angle:g}{meant if abs(angle) > np.pi else ' rad'}"
 
@@ -81,6 +83,36 @@ def in_axis(direction: Floats) -> str:
         if abs(float(direction[index])) > 1.0 - 1e-9:
             return name if direction[index] > 0.0 else f"-{name}"
     return f"({_numbers(direction)})"
+
+
+ON_AXIS = float(np.cos(np.deg2rad(0.5)))
+"""Directions nearer to an axis than half a degree are said to be along it."""
+
+
+def in_direction(direction: Floats, reference: str) -> str:
+    """Say where a unit vector points: "up", "along -x", "along (0.5, 0, -0.866), 60 deg down".
+
+    Args:
+        direction: Its coordinates in the reference, shape (3,).
+        reference: "world", whose z is up, or the name of another frame.
+    """
+    coordinates = direction.tolist()
+    axis = next((index for index, value in enumerate(coordinates) if abs(value) > ON_AXIS), None)
+    if axis is not None:
+        if axis == 2 and reference == "world":
+            return "up" if coordinates[2] > 0.0 else "down"
+        sign = "" if coordinates[axis] > 0.0 else "-"
+        return f"along {sign}{'xyz'[axis]}{of_frame(reference)}"
+    words = f"along ({', '.join(f'{value + 0.0:.3g}' for value in direction.round(3).tolist())})"
+    if reference != "world":
+        return words + of_frame(reference)
+    tilt = float(np.rad2deg(np.arcsin(np.clip(coordinates[2], -1.0, 1.0))))
+    return f"{words}, {abs(tilt):.3g} deg {'up' if tilt > 0.0 else 'down'}" if abs(tilt) >= 0.5 else words
+
+
+def of_frame(reference: str) -> str:
+    """Name the frame whose axes are meant, unless it is the world."""
+    return "" if reference == "world" else f" of {reference}"
 
 
 def seen_from(reference: str) -> str:

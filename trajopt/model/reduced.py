@@ -125,7 +125,8 @@ class ReducedModel:
         """
         found = self.anchors.get(name)
         if found is None:
-            raise FrameNotFound("frame", name, self.anchors)
+            objects = self.scene.objects
+            raise FrameNotFound("frame", name, self.anchors.keys() - objects.keys(), objects=objects)
         return found.joint, found.placement
 
 

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, floats, mapping, number, one_of, sequence
+from trajopt.arrays import Floats, Ints, mapping, number, one_of, sequence
 from trajopt.errors import (
     FrameNotFound,
     GroupNotFound,
@@ -26,11 +26,13 @@ from trajopt.model.description.pinocchio_model import (
     ModelData,
     configuration,
     fixed_joint_names,
+    joint_unit,
     link_names,
     model_data,
     model_of,
 )
 from trajopt.model.frame_attachment import FrameAttachment
+from trajopt.model.likely_units import stated_angle
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import IDENTITY
 from trajopt.model.printed import in_number, in_short
@@ -236,7 +238,11 @@ class Robot(RobotParts):
         return np.array([self.joint_names.index(joint) for joint in names], dtype=np.int64)
 
     def positions(
-        self, values: Mapping[str, float] | str | None = None, *, group: str | None = None
+        self,
+        values: Mapping[str, float] | str | None = None,
+        *,
+        group: str | None = None,
+        degrees: bool = False,
     ) -> Floats:
         """Return positions of all joints.
 
@@ -246,6 +252,7 @@ class Robot(RobotParts):
                 mimic joint is named, the joint that it follows is placed to suit. Positions of mimic
                 joints in a named state do not count: they follow, as in MoveIt.
             group: The group whose named state is meant; any group that has it when None.
+            degrees: Whether positions of joints that turn are in degrees; a named state is as it is.
 
         Returns:
             Positions, shape (number of joints,), read-only.
@@ -258,7 +265,10 @@ class Robot(RobotParts):
         stated = dict[str, float]() if values is None else values
         named = self.state(stated, group=group) if isinstance(stated, str) else mapping("positions", stated)
         for joint, value in named.items():
-            result[self.index([joint])[0]] = float(floats(f"position of {joint}", value, ()))
+            place = self.index([joint])[0]  # the name is checked before it is asked how the joint moves
+            turns = one_of("degrees", degrees, bool) and joint_unit(self.model, joint) == "rad"
+            in_degrees = turns and not isinstance(values, str)
+            result[place] = stated_angle(f"position of {joint}", value, degrees=in_degrees)
         return completed(
             self.joint_names, self.mimics, result, given=() if isinstance(values, str) else named
         )

@@ -98,7 +98,7 @@ class Scene(SceneParts):
         if one_of("on", on, str) == WORLD:
             raise ModelError(f"{shown(name)} would stand in the world, not on the robot: add it as an object")
         if on not in self.frame_names and on not in self.objects:
-            raise FrameNotFound("frame", on, (*self.frame_names, *self.objects))
+            raise FrameNotFound("frame", on, self.frame_names, objects=self.objects)
         return self._with_tool(SceneObject(name, (), object_placement(name, placement), on))
 
     def remove(self, name: str) -> "Scene":

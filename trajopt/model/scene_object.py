@@ -10,6 +10,7 @@ import numpy as np
 from trajopt.arrays import Floats, Value, number, readonly
 from trajopt.errors import ModelError, ShapeError, shown
 from trajopt.model.collisions.bodies import Anchor, FixedBody
+from trajopt.model.likely_units import warn_of_far_object
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
@@ -107,8 +108,15 @@ def object_placement(name: str, value: PlacementLike | None) -> Placement:
 
     Raises:
         ShapeError: If it is no placement.
+
+    Warns:
+        UnitWarning: If it is farther away than any shape may be large.
     """
-    return IDENTITY if value is None else as_placement(f"placement of {shown(name)}", value)
+    if value is None:
+        return IDENTITY
+    where = as_placement(label := f"placement of {shown(name)}", value)
+    warn_of_far_object(label, where.translation)
+    return where
 
 
 def covered_parts(

@@ -69,7 +69,7 @@ class SceneParts(Value):
             ObjectNotFound: If there is none of that id.
         """
         if one_of("object", name, str) not in self.objects:
-            raise ObjectNotFound("object", name, self.objects)
+            raise ObjectNotFound("object", name, self.objects, frames=self.frame_names)
         return self.objects[name]
 
     @property
@@ -120,7 +120,7 @@ class SceneParts(Value):
         if name in self.objects:
             return name
         if name not in self.robot.frames and name not in self.robot.links:
-            raise FrameNotFound(kind, name, (*self.frame_names, *self.objects))
+            raise FrameNotFound(kind, name, self.frame_names, objects=self.objects)
         link = self.robot.frame(name).link
         return _shaped_links(self.robot).get(link, link)
 
@@ -212,9 +212,9 @@ class SceneParts(Value):
         return name if name in self.robot.links else owner
 
     def _check_frame(self, name: str) -> None:
-        known = (WORLD, *self.frame_names, *self.objects)
-        if one_of("frame", name, str) not in known:
-            raise FrameNotFound("frame", name, known)
+        known = (WORLD, *self.frame_names)
+        if one_of("frame", name, str) not in known and name not in self.objects:
+            raise FrameNotFound("frame", name, known, objects=self.objects)
 
     def _owners(self, names: Iterable[str]) -> frozenset[str]:
         return frozenset(self.owner(name, "touch link") for name in several("touch_links", names, str))

@@ -8,6 +8,7 @@ import pinocchio as pin
 from trajopt.arrays import Floats, number, readonly
 from trajopt.errors import JointNotFound, ProblemError
 from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.likely_units import meant_at_speed
 from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.printed import in_unit
 
@@ -40,10 +41,10 @@ def start_rates(
         unit = joint_unit(model, joint, order=1 + KINDS.index(kind))
         rates[place] = number(f"start {kind.value} of {joint}", value)
         if abs(rates[place]) > most[place]:
-            words = (
-                f"{joint} cannot start at {value:g} {unit}: its {kind.value} limit is {most[place]:g} {unit}"
-            )
-            raise ProblemError(words + limits.because(joint, kind))
+            here, limit = (in_unit(float(rate), unit) for rate in (rates[place], most[place]))
+            words = f"{joint} cannot start at {here}: its {kind.value} limit is {limit}"
+            meant = meant_at_speed(abs(float(rates[place])), float(most[place]), unit)
+            raise ProblemError(words + limits.because(joint, kind) + meant)
     return readonly(rates)
 
 

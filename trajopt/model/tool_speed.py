@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Value, floats, number
+from trajopt.arrays import Floats, Value, floats, number, one_of
 from trajopt.errors import ProblemError, shown
+from trajopt.model.likely_units import stated_angle
 from trajopt.model.printed import in_degrees, in_length
 
 SLOWEST = 1e-9
@@ -54,6 +55,7 @@ def tool_speed(
     angular: float = np.inf,
     offset: ArrayLike = (0.0, 0.0, 0.0),
     steady: float = np.inf,
+    degrees: bool = False,
 ) -> ToolSpeed:
     """Limit the speed of a tool: `tool_speed("panda_hand_tcp", linear=0.25)`.
 
@@ -67,15 +69,18 @@ def tool_speed(
         offset: The point whose speed counts, in the frame's coordinates, shape (3,) [m].
         steady: Share of the linear limit, in (0, 1), by which the speed may fall below it between its
             ramps at both ends; any speed below the limit will do when left out.
+        degrees: Whether the angular speed is in deg/s.
 
     Raises:
         ShapeError: If a number is not usable.
         ProblemError: If a limit is not positive or below 1e-9, or there is none, or a steady speed has no
             limit.
     """
-    limits = {"linear": linear, "angular": angular}
+    one_of("frame", frame, str)
+    turning = stated_angle(f"angular speed of {shown(frame)}", angular, degrees=degrees, infinite=True)
+    limits = {"linear": linear, "angular": turning}
     for name, limit in limits.items():
-        speed = number(f"{name} speed of {frame}", limit, infinite=True)
+        speed = number(f"{name} speed of {shown(frame)}", limit, infinite=True)
         if 0.0 < speed < SLOWEST:
             least = f"{SLOWEST:g} {'m/s' if name == 'linear' else 'rad/s'} is the least"
             raise ProblemError(f"tool_speed({shown(frame)}): the {name} limit is {limit:g}; {least}")
@@ -83,11 +88,11 @@ def tool_speed(
             raise ProblemError(f"tool_speed({shown(frame)}): the {name} limit must be positive, is {limit:g}")
     if np.isinf(list(limits.values())).all():
         raise ProblemError(f"tool_speed({shown(frame)}): give a linear limit, an angular one or both")
-    if number(f"steady speed of {frame}", steady, infinite=True) != np.inf and (
+    if number(f"steady speed of {shown(frame)}", steady, infinite=True) != np.inf and (
         not 0.0 < steady < 1.0 or np.isinf(linear)
     ):
         raise ProblemError(
             f"tool_speed({shown(frame)}): steady is a share in (0, 1) of a linear limit, "
             f"is {steady:g} of {linear:g}"
         )
-    return ToolSpeed(frame, float(linear), float(angular), floats("offset", offset, (3,)), float(steady))
+    return ToolSpeed(frame, float(linear), turning, floats("offset", offset, (3,)), float(steady))

@@ -9,6 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.io.document import Node
 from trajopt.model.bases import PLANAR
 from trajopt.model.placement import Placement, placement
+from trajopt.model.rotations import from_rpy
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import moments, read_times
 from trajopt.moveit.pose import read_placement, read_vector
@@ -28,7 +29,8 @@ def planar_joints(joint_names: Sequence[str]) -> tuple[str, ...]:
 
 def planar_placement(x: float, y: float, yaw: float) -> Placement:
     """Return where a planar joint has its link, in the frame before it."""
-    return placement((x, y, 0.0), rpy=(0.0, 0.0, yaw))
+    turned = from_rpy(0.0, 0.0, yaw)  # which may count whole turns
+    return placement((x, y, 0.0), rotation=turned)
 
 
 def in_the_plane(node: Node, notes: list[str]) -> tuple[float, float, float]:

@@ -39,6 +39,17 @@ def joint_above(model: pin.Model, link: str) -> str:
     return str(model.frames[model.frames[link_frame(model, link)].parentFrame].name)
 
 
+def link_joint(model: pin.Model, link: str) -> int:
+    """Return the number of the joint that moves a link; 0 where none does."""
+    return int(model.frames[link_frame(model, link)].parentJoint)
+
+
+def link_above(model: pin.Model, link: str) -> str:
+    """Return the name of the link that a link hangs on, by a joint that may be fixed."""
+    joint = model.frames[model.frames[link_frame(model, link)].parentFrame]
+    return str(model.frames[joint.parentFrame].name)
+
+
 def distinct_links(model: pin.Model) -> pin.Model:
     """Return the model, or a copy whose links have names that no joint has where some do."""
     names = [frame.name for frame in model.frames]

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, number
+from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
-from trajopt.model.printed import in_axis, in_degrees, in_radians
+from trajopt.model.likely_units import stated_angle
+from trajopt.model.printed import in_axis, in_degrees, in_stated_angle
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
@@ -60,6 +61,7 @@ def axis_alignment(
     direction: ArrayLike = (0.0, 0.0, 1.0),
     tolerance: float,
     reference: str = WORLD,
+    degrees: bool = False,
 ) -> AxisAlignment:
     """Keep an axis of a frame along a direction: `axis_alignment("cup", tolerance=0.1)` is upright.
 
@@ -69,13 +71,17 @@ def axis_alignment(
         direction: Direction in `reference`, shape (3,), any length but zero.
         tolerance: Largest angle between the two, in (0, pi) [rad].
         reference: "world", or the name of what the direction is relative to.
+        degrees: Whether the tolerance is in degrees.
 
     Raises:
         ShapeError: If a vector has no length or the tolerance is outside (0, pi).
+        ProblemError: If `degrees` is neither true nor false.
     """
-    angle = number("tolerance", tolerance)
+    angle = stated_angle("tolerance", tolerance, degrees=degrees)
     if not 0.0 < angle < np.pi:
-        raise ShapeError("tolerance", f"must lie in (0, pi) rad, is {in_radians(angle)}")
+        raise ShapeError(
+            "tolerance", f"must lie in (0, pi) rad, is {in_stated_angle(angle, degrees=degrees)}"
+        )
     return AxisAlignment(
         frame, direction_of("axis", axis), direction_of("direction", direction), angle, reference
     )

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, number, one_of
 from trajopt.errors import ProblemError
 from trajopt.model.curve import Curve
+from trajopt.model.likely_units import stated_angle
 from trajopt.model.printed import in_axis, in_degrees, in_length, in_point
 from trajopt.model.requirements.requirement import (
     MILLIMETRES,
@@ -87,11 +88,12 @@ def follows_curve(
     curve: Curve,
     *,
     position_tolerance: float = CURVE_POSITION,
-    rotation_tolerance: float = CURVE_ROTATION,
+    rotation_tolerance: float | None = None,
     until: float | None = None,
     spin: ArrayLike | None = None,
     reference: str = WORLD,
     offset: ArrayLike = (0.0, 0.0, 0.0),
+    degrees: bool = False,
 ) -> FollowsCurve:
     """Require a frame to follow a curve from its beginning, never backwards, at all times.
 
@@ -99,11 +101,13 @@ def follows_curve(
         frame: Link, tool frame or attached object.
         curve: What is followed, seen from `reference`.
         position_tolerance: Largest distance from the location on the curve [m].
-        rotation_tolerance: Largest angle from the orientation there [rad]; inf leaves it free.
+        rotation_tolerance: Largest angle from the orientation there [rad]; inf leaves it free, None is
+            0.1 deg.
         until: How far along the curve [m]; to its end when None.
         spin: Axis in the frame about which it may turn freely; none when None.
         reference: "world", or the name of what the curve is seen from.
         offset: The point, in the frame's coordinates, shape (3,) [m].
+        degrees: Whether the rotation tolerance is in degrees.
 
     Raises:
         ShapeError: If a number is not usable.
@@ -112,12 +116,15 @@ def follows_curve(
     way = one_of("curve", curve, Curve)
     end = way.length if until is None else number("until", until)
     if not 0.0 <= end <= way.length:
-        raise ProblemError(f"until must lie on the curve, in [0, {way.length:.6g}] m, is {end:g}")
+        raise ProblemError(f"until must lie on the curve, in [0, {way.length:.6g}] m, is {end:g} m")
+    turned = stated_angle(
+        "rotation_tolerance", rotation_tolerance, degrees=degrees, default=CURVE_ROTATION, infinite=True
+    )
     return FollowsCurve(
         frame,
         way,
         positive("position_tolerance", position_tolerance),
-        positive("rotation_tolerance", rotation_tolerance, infinite=True),
+        positive("rotation_tolerance", turned, infinite=True),
         end,
         None if spin is None else direction_of("spin", spin),
         reference,

@@ -6,9 +6,11 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, readonly
+from trajopt.arrays import Floats, floats, one_of, readonly
 from trajopt.errors import ProblemError, ShapeError, shown
+from trajopt.model.likely_units import stated_angles
 from trajopt.model.placement import Placement, PlacementLike, as_placement
+from trajopt.model.printed import in_direction
 from trajopt.model.requirements.requirement import (
     DEGREES,
     MILLIMETRES,
@@ -108,6 +110,13 @@ class FramePlacement(Requirement):
         seen = "" if self.reference == WORLD else f" from {self.reference}"
         return ", ".join((f"{self.frame} at {self.placement}{seen}", f"within {' and '.join(within)}", *free))
 
+    def in_full(self) -> str:
+        """Say it, and where the frame's axes point, unless they are free to tilt."""
+        if not np.isfinite(self.rotation_tolerance).all():
+            return str(self)
+        z, x = (in_direction(self.placement.rotation[:, axis], self.reference) for axis in (2, 0))
+        return f"{self}; its z points {z}, its x {x}"
+
 
 def _within(tolerance: Floats, unit: ShownUnit) -> str:
     """Return a tolerance in words: one number where all axes have the same; empty where all are free."""
@@ -127,9 +136,10 @@ def frame_placement(
     *,
     reference: str = WORLD,
     position_tolerance: ArrayLike = POSITION_TOLERANCE,
-    rotation_tolerance: ArrayLike = ROTATION_TOLERANCE,
+    rotation_tolerance: ArrayLike | None = None,
     coordinates: RotationCoordinates = RotationCoordinates.ROTATION_VECTOR,
     offset: ArrayLike = (0.0, 0.0, 0.0),
+    degrees: bool = False,
 ) -> FramePlacement:
     """Require a frame at a placement: as a goal at the end, as a path constraint all the way.
 
@@ -138,13 +148,17 @@ def frame_placement(
         placement: Where it must be, seen from `reference`.
         reference: "world", or the name of what the placement is relative to.
         position_tolerance: One for all axes or one each [m]; inf leaves an axis free.
-        rotation_tolerance: One for all axes or one each [rad]; inf leaves an axis free.
+        rotation_tolerance: One for all axes or one each [rad]; inf leaves an axis free, None is 1e-3 rad.
         coordinates: How the rotation error is expressed.
         offset: Point of the frame that is placed, in the frame's coordinates, shape (3,) [m].
+        degrees: Whether the rotation tolerance is in degrees.
 
     Raises:
         ShapeError: If a number is not usable.
         ProblemError: If a tolerance is negative or every axis is free.
+
+    Warns:
+        UnitWarning: If a rotation tolerance in radians is beyond a whole turn.
     """
 
     def three(name: str, value: ArrayLike) -> Floats:
@@ -158,7 +172,12 @@ def frame_placement(
         return array
 
     position = three("position_tolerance", position_tolerance)
-    rotation = three("rotation_tolerance", rotation_tolerance)
+    if rotation_tolerance is None:
+        one_of("degrees", degrees, bool)
+        rotation = three("rotation_tolerance", ROTATION_TOLERANCE)
+    else:
+        given = three("rotation_tolerance", rotation_tolerance)
+        rotation = stated_angles("rotation_tolerance", given, (3,), degrees=degrees, infinite=True)
     if np.isinf(position).all() and np.isinf(rotation).all():
         raise ProblemError(f"frame_placement({shown(frame)}): every axis is free, nothing is required")
     return FramePlacement(

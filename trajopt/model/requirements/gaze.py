@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.printed import in_degrees, in_length, in_point, in_radians, seen_from
+from trajopt.model.likely_units import stated_angle
+from trajopt.model.printed import in_degrees, in_length, in_point, in_stated_angle, seen_from
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
 
 
@@ -72,6 +73,7 @@ def gaze(
     nearest: float = 0.0,
     farthest: float = np.inf,
     reference: str = WORLD,
+    degrees: bool = False,
 ) -> Gaze:
     """Keep looking at a point: `gaze("camera", (0.5, 0, 0.2), angle=0.3)`.
 
@@ -84,14 +86,15 @@ def gaze(
         nearest: Smallest distance of the target [m]; 0 for none.
         farthest: Largest distance of the target [m]; inf for none.
         reference: "world", or the name of what the target is fixed to; it may move.
+        degrees: Whether the angle is in degrees.
 
     Raises:
         ShapeError: If a number is not usable, or the angle is outside (0, pi).
         ProblemError: If the range is not 0 <= nearest < farthest.
     """
-    half = number("angle", angle)
+    half = stated_angle("angle", angle, degrees=degrees)
     if not 0.0 < half < np.pi:
-        raise ShapeError("angle", f"must lie in (0, pi) rad, is {in_radians(half)}")
+        raise ShapeError("angle", f"must lie in (0, pi) rad, is {in_stated_angle(half, degrees=degrees)}")
     near, far = number("nearest", nearest), number("farthest", farthest, infinite=True)
     if not 0.0 <= near < far:
         raise ProblemError(f"gaze: needs 0 <= nearest < farthest, has {near:g} m and {far:g} m")

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from trajopt.arrays import mapping, sequence
+from trajopt.arrays import mapping, several
 from trajopt.errors import ProblemError, shown
 from trajopt.model.requirements.requirement import Requirement
 
@@ -36,10 +36,10 @@ def any_of(goals: Mapping[str, Requirement | Sequence[Requirement]]) -> GoalSet:
     """
     alternatives: dict[str, tuple[Requirement, ...]] = {}
     for name, goal in mapping("any_of: goals", goals).items():
-        parts = (goal,) if isinstance(goal, Requirement) else sequence(f"goal {shown(name)}", goal)
-        if not parts:
+        several_held = (goal,) if isinstance(goal, Requirement) else goal
+        alternatives[name] = several(f"goal {shown(name)}", several_held, Requirement)
+        if not alternatives[name]:
             raise ProblemError(f"goal {shown(name)} requires nothing")
-        alternatives[name] = tuple(parts)
     if not alternatives:
         raise ProblemError("a goal set needs at least one goal")
     return GoalSet(alternatives)

@@ -6,8 +6,9 @@ from typing import cast
 
 import numpy as np
 
-from trajopt.arrays import mapping, number
+from trajopt.arrays import mapping
 from trajopt.errors import JointNotFound, ProblemError
+from trajopt.model.likely_units import stated_angle
 from trajopt.model.limits import EXCESS
 from trajopt.model.requirements.requirement import RADIANS, Relaxation, Requirement
 
@@ -19,12 +20,14 @@ JOINT_TOLERANCE = 1e-4
 class JointPositions(Requirement):
     """Joints at given positions, within a tolerance below and above.
 
-    Made by `joint_positions`: `below` and `above` are its tolerances, by joint.
+    Made by `joint_positions`: `below` and `above` are its tolerances, by joint. All are in radians or metres;
+    `in_degrees` says that they were given in degrees, so that all joints must be ones that turn.
     """
 
     positions: Mapping[str, float]
     below: Mapping[str, float]
     above: Mapping[str, float]
+    in_degrees: bool = False
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -59,17 +62,19 @@ class JointPositions(Requirement):
 def joint_positions(
     positions: Mapping[str, float],
     *,
-    tolerance: float | Mapping[str, float] = JOINT_TOLERANCE,
+    tolerance: float | Mapping[str, float] | None = None,
     below: Mapping[str, float] | None = None,
     above: Mapping[str, float] | None = None,
+    degrees: bool = False,
 ) -> JointPositions:
     """Require joints at given positions.
 
     Args:
         positions: Joint -> position [rad | m]; at least one.
-        tolerance: Largest deviation, one for all or by joint [rad | m].
+        tolerance: Largest deviation, one for all or by joint [rad | m]; 1e-4 where none is given.
         below: Tolerance below by joint, where it differs.
         above: Tolerance above by joint, where it differs.
+        degrees: Whether positions and tolerances are in degrees; then all joints must turn.
 
     Raises:
         ProblemError: If no joint is named, or a tolerance is negative.
@@ -77,7 +82,9 @@ def joint_positions(
         JointNotFound: If a tolerance names a joint without a position.
     """
     given = mapping("joint_positions: positions", positions)
-    values = {joint: number(f"position of {joint}", value) for joint, value in given.items()}
+    values = {
+        joint: stated_angle(f"position of {joint}", value, degrees=degrees) for joint, value in given.items()
+    }
 
     if not values:
         raise ProblemError("joint_positions: name at least one joint")
@@ -91,15 +98,15 @@ def joint_positions(
     def bounds(side: Mapping[str, float] | None) -> dict[str, float]:
         result: dict[str, float] = {}
         for joint in values:
-            common = (
-                tolerance if not isinstance(tolerance, Mapping) else tolerance.get(joint, JOINT_TOLERANCE)
-            )
-            result[joint] = number(f"tolerance of {joint}", (side or {}).get(joint, common), infinite=True)
-            if result[joint] < 0.0:
-                raise ProblemError(f"tolerance of {joint} is negative: {result[joint]:g}")
+            common = tolerance.get(joint) if isinstance(tolerance, Mapping) else tolerance
+            given, name = (side or {}).get(joint, common), f"tolerance of {joint}"
+            size = stated_angle(name, given, degrees=degrees, default=JOINT_TOLERANCE, infinite=True)
+            if size < 0.0:
+                raise ProblemError(f"{name} is negative: {given:g}")
+            result[joint] = size
         return result
 
-    return JointPositions(values, bounds(below), bounds(above))
+    return JointPositions(values, bounds(below), bounds(above), degrees)
 
 
 def together(required: Sequence[Requirement]) -> tuple[Requirement, ...]:

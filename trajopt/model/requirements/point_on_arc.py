@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, floats, number
+from trajopt.arrays import Floats, floats
 from trajopt.errors import ProblemError
+from trajopt.model.likely_units import stated_angle
 from trajopt.model.placement import Placement, PlacementLike, as_placement
-from trajopt.model.printed import in_degrees, in_length, seen_from
+from trajopt.model.printed import in_degrees, in_length, in_stated_angle, seen_from
 from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
 
@@ -65,9 +66,10 @@ def point_on_arc(
     *,
     radius: float,
     tolerance: float,
-    sweep: float = 2.0 * np.pi,
+    sweep: float | None = None,
     reference: str = WORLD,
     offset: ArrayLike = (0.0, 0.0, 0.0),
+    degrees: bool = False,
 ) -> PointOnArc:
     """Require a point of a frame on an arc.
 
@@ -77,9 +79,10 @@ def point_on_arc(
             axis and turns towards y.
         radius: Radius of the circle [m].
         tolerance: Largest distance from the arc, less than the radius [m].
-        sweep: Angle of the arc, in (0, 2 pi]; the whole circle by default [rad].
+        sweep: Angle of the arc, in (0, 2 pi] [rad]; the whole circle when None.
         reference: "world", or the name of what the circle is placed in; it may move.
         offset: The point, in the frame's coordinates, shape (3,) [m].
+        degrees: Whether `sweep` is in degrees.
 
     Raises:
         ShapeError: If a number is not usable.
@@ -87,9 +90,11 @@ def point_on_arc(
     """
     size, within = positive("radius", radius), positive("tolerance", tolerance)
     if within >= size:
-        raise ProblemError(f"tolerance must be less than the radius {size:g}, is {within:g}")
-    angle = number("sweep", sweep)
+        raise ProblemError(
+            f"tolerance must be less than the radius {in_length(size)}, is {in_length(within)}"
+        )
+    angle = stated_angle("sweep", sweep, degrees=degrees, default=2.0 * np.pi)
     if not 0.0 < angle <= 2.0 * np.pi:
-        raise ProblemError(f"sweep must lie in (0, 2 pi] rad, is {angle:g}")
+        raise ProblemError(f"sweep must lie in (0, 2 pi] rad, is {in_stated_angle(angle, degrees=degrees)}")
     where = as_placement("centre", centre)
     return PointOnArc(frame, where, size, angle, within, reference, floats("offset", offset, (3,)))

@@ -50,6 +50,10 @@ class Requirement(Value):
             return super().__repr__()
         return f"{type(self).__name__}({self})"
 
+    def in_full(self) -> str:
+        """Say it as in a printed problem: with what helps to see whether it is what was meant."""
+        return str(self)
+
     @property
     def frames(self) -> tuple[str, ...]:
         """The frames and objects it names, so that a problem with unknown ones is an error at once."""

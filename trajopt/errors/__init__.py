@@ -1,13 +1,18 @@
 """Errors of misuse: typed, naming the offender and what it may have meant.
 
 Not finding a plan is no error: it is a `Status`. These are raised for input that is not a valid
-problem at all. Each class also derives from the builtin exception that it refines.
+problem at all. Each class also derives from the builtin exception that it refines. `UnitWarning` is for
+numbers that are taken as they are, though another unit is likely.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from difflib import get_close_matches
-from reprlib import Repr
 from typing import Any
+
+from trajopt.errors.shown import end_of as end_of
+from trajopt.errors.shown import listed as listed
+from trajopt.errors.shown import shown as shown
+from trajopt.errors.unit_warning import UnitWarning as UnitWarning
 
 OPENGL_PACKAGES = "apt-get install libegl1 libgl1-mesa-dri (or libosmesa6, and MUJOCO_GL=osmesa)"
 """Packages with OpenGL for a Debian or Ubuntu without a graphics card."""
@@ -47,14 +52,36 @@ class NameNotFound(ModelError, KeyError):
         known: All known names.
     """
 
-    def __init__(self, kind: str, name: str, known: Iterable[str], *, left_out: str = "") -> None:
-        """Find the near matches of `name` among `known`; `left_out` says why a file's entry is missing."""
+    def __init__(
+        self,
+        kind: str,
+        name: str,
+        known: Iterable[str],
+        *,
+        left_out: str = "",
+        objects: Iterable[str] = (),
+        frames: Container[str] = (),
+    ) -> None:
+        """Find the near matches of a name among the known ones.
+
+        Args:
+            kind: What was looked for.
+            name: Its name.
+            known: Names of what there is of the kind.
+            left_out: Why a file's entry of this name is missing.
+            objects: Objects that would do as well: one is named where it is nearer than all that is known.
+            frames: Frames that would not do, of which this may be the name of one.
+        """
         self.kind, self.name = kind, name
-        names = sorted(known)
-        self.known: Sequence[str] = tuple(names)
-        self.near: Sequence[str] = tuple(get_close_matches(shown(name).strip("'"), names, n=3, cutoff=0.4))
+        names, word = sorted(known), shown(name).strip("'")
+        self.known: Sequence[str] = (*names, *objects)
+        near = get_close_matches(word, names, n=3, cutoff=0.4)
+        nearest = get_close_matches(word, [*near[:1], *objects], n=1, cutoff=0.4)
+        self.near: Sequence[str] = tuple(near if nearest == near[:1] else [*nearest, *near[:2]])
         if left_out:
             hint = f"it was left out: {left_out}"
+        elif name in frames:
+            hint = "it is a frame of the robot"
         elif self.near:
             hint = "did you mean " + " or ".join(map(shown, self.near)) + "?"
         else:
@@ -286,64 +313,3 @@ class PlanningFailed(TrajoptError):
         """Keep the result beside its sentence."""
         self.result = result
         super().__init__(message)
-
-
-LISTED = 12
-"""Names that a message lists."""
-
-
-def listed(names: Sequence[str]) -> str:
-    """Return names, the first of them where they are many: for messages."""
-    return ", ".join(end_of(name) for name in names[:LISTED]) + (", ..." if len(names) > LISTED else "")
-
-
-SHOWN_LENGTH = 80
-"""Characters of a value in a message."""
-VECTOR = 8
-"""Numbers of a vector that is written out in a message."""
-
-
-class _Short(Repr):
-    """Looks at a few members of a few levels only, so that nothing large is ever written out."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.maxlevel = 3
-        self.maxtuple = self.maxlist = self.maxdict = self.maxset = self.maxfrozenset = self.maxarray = 4
-        self.maxstring = self.maxother = self.maxlong = SHOWN_LENGTH
-
-    def repr_int(self, x: int, level: int) -> str:
-        """Show a whole number; Python itself refuses to write one of thousands of digits."""
-        return repr(x) if x.bit_length() < 200 else f"a whole number of {x.bit_length()} bits"
-
-    def repr_ndarray(self, x: Any, level: int) -> str:
-        """Show the numbers of a short vector, and the shape of anything larger."""
-        if x.ndim == 1 and x.size <= VECTOR and x.dtype.kind == "f":
-            return "[" + ", ".join(f"{value:.4g}" for value in x.tolist()) + "]"
-        return f"array of shape {x.shape}"
-
-    def repr_bytes(self, x: bytes, level: int) -> str:
-        """Show the beginning of bytes."""
-        return repr(x[:SHOWN_LENGTH])
-
-
-def shown(value: object) -> str:
-    """Return a value as Python writes it, cut short before it is written: for messages.
-
-    Args:
-        value: Anything, however large, deep or tangled.
-
-    Returns:
-        At most `SHOWN_LENGTH` characters.
-    """
-    text = _Short().repr(value)
-    return text if len(text) <= SHOWN_LENGTH else f"{text[: SHOWN_LENGTH - 3]}..."
-
-
-PATH_LENGTH = 200
-"""Characters of a path in a message."""
-
-
-def end_of(path: str) -> str:
-    """Return a path as it is, or only its end where it is very long: for messages."""
-    return path if len(path) <= PATH_LENGTH else f"...{path[3 - PATH_LENGTH :]}"

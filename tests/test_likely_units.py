@@ -1,0 +1,177 @@
+"""Degrees for radians and millimetres for metres: what is taken, warned of, and asked back."""
+
+import inspect
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.cartesian import circle, follows_curve, line
+from trajopt.errors import UnitWarning
+from trajopt.grasping import Place
+from trajopt.model.likely_units import meant_at_distance, meant_at_speed, meant_in_joint
+from trajopt.model.printed import in_direction
+
+AT = to.placement((0.4, 0.0, 0.5))
+NEXT = to.placement((0.4, 0.1, 0.5))
+TURNED = np.eye(3)
+
+IN_DEGREES: dict[str, tuple[Callable[..., Any], Callable[[Any], Any]]] = {
+    "placement": (lambda a, **k: to.placement(rpy=(0, 0, a), **k), lambda made: made.rpy[2]),
+    "joint_positions": (lambda a, **k: to.joint_positions({"j": a}, **k), lambda made: made.positions["j"]),
+    "tolerance of joints": (
+        lambda a, **k: to.joint_positions({"j": 0.0}, tolerance=a, **k), lambda made: made.below["j"],
+    ),
+    "frame_placement": (
+        lambda a, **k: to.frame_placement("f", AT, rotation_tolerance=a, **k),
+        lambda made: made.rotation_tolerance[1],
+    ),
+    "follows_curve": (
+        lambda a, **k: follows_curve("f", line(AT, NEXT), rotation_tolerance=a, **k),
+        lambda made: made.rotation_tolerance,
+    ),
+    "axis_alignment": (lambda a, **k: to.axis_alignment("f", tolerance=a, **k), lambda made: made.tolerance),
+    "gaze": (lambda a, **k: to.gaze("f", (1, 0, 0), angle=a, **k), lambda made: made.angle),
+    "point_on_arc": (
+        lambda a, **k: to.point_on_arc("f", AT, radius=0.1, tolerance=0.01, sweep=a, **k),
+        lambda made: made.sweep,
+    ),
+    "circle": (
+        lambda a, **k: circle(AT, radius=0.1, rotation=TURNED, sweep=a, **k),
+        lambda made: made.pieces[0].sweep,
+    ),
+    "tool_speed": (lambda a, **k: to.tool_speed("f", angular=a, **k), lambda made: made.angular),
+    "planar_base": (
+        lambda a, **k: to.bases.planar_base(
+            (-1, -1), (1, 1), velocity=(1, a), acceleration=(1, a), yaw=(-a, a), **k
+        ),
+        lambda made: (made.joints[2].upper + made.joints[2].velocity + made.joints[2].acceleration) / 3.0,
+    ),
+    "Place": (
+        lambda a, **k: Place(placement=AT, rotation_tolerance=a, **k),
+        lambda made: made.rotation_tolerance[0],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", IN_DEGREES)
+def test_angles_are_taken_in_degrees(name: str) -> None:
+    make, angle = IN_DEGREES[name]
+    assert angle(make(57.0, degrees=True)) == pytest.approx(np.deg2rad(57.0))
+    assert angle(make(0.4)) == pytest.approx(0.4)
+    assert angle(make(0.4, degrees=False)) == pytest.approx(0.4)
+    with pytest.raises(to.TrajoptError, match="degrees must be a bool, is 'yes'"):
+        make(0.4, degrees="yes")
+
+
+def test_defaults_stay_what_they_are_in_degrees() -> None:
+    for make in (
+        lambda **k: to.frame_placement("f", AT, **k).rotation_tolerance.tolist(),
+        lambda **k: follows_curve("f", line(AT, NEXT), **k).rotation_tolerance,
+        lambda **k: to.point_on_arc("f", AT, radius=0.1, tolerance=0.01, **k).sweep,
+        lambda **k: circle(AT, radius=0.1, rotation=TURNED, **k).length,
+        lambda **k: to.joint_positions({"j": 0.0}, **k).below,
+        lambda **k: Place(placement=AT, **k).rotation_tolerance,
+    ):
+        np.testing.assert_equal(make(degrees=True), make())
+
+
+def test_every_function_of_the_short_way_that_takes_angles_takes_degrees() -> None:
+    """By its documentation: what has an argument in radians has one that says so of degrees."""
+    for name, function in vars(to).items():
+        if not inspect.isfunction(function) or name in {"plan_once", "examine", "coupled_joints"}:
+            continue  # positions of joints as arrays, and weights of sums
+        arguments = (inspect.getdoc(function) or "").partition("Args:")[2].partition("Returns:")[0]
+        if "[rad" in arguments.partition("Raises:")[0]:
+            assert "degrees" in inspect.signature(function).parameters, name
+
+
+@pytest.mark.parametrize("angle", [180.0, -90, 6.4])
+def test_an_orientation_beyond_a_whole_turn_is_warned_of(angle: float) -> None:
+    with pytest.warns(UnitWarning, match=r"rpy is \(.* rad, beyond a whole turn: were degrees meant") as said:
+        made = to.placement(rpy=(angle, 0, 0))
+    assert said[0].filename == __file__, "the line of the caller"
+    assert made.rpy[0] == pytest.approx(np.angle(np.exp(1j * angle)))
+
+
+def test_whole_turns_and_degrees_are_not_warned_of() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        to.placement(rpy=(2.0 * np.pi, -6.2832, 0))
+        to.placement(rpy=(360.0, 0, 720.0), degrees=True)
+        to.frame_placement("f", AT, rotation_tolerance=(0.1, 0.1, np.inf))
+    with pytest.warns(UnitWarning, match="^rotation_tolerance is"):
+        to.frame_placement("f", AT, rotation_tolerance=10)
+
+
+@pytest.mark.parametrize(
+    ("value", "lower", "upper", "unit", "meant"),
+    [
+        (90.0, -2.9, 2.9, "rad", "degrees"),
+        (-170.0, -3.0, 3.0, "rad", "degrees"),
+        (9.0, -2.9, 2.9, "rad", ""),  # within a turn of the limits: wound, or a little too far
+        (200.0, -2.9, 2.9, "rad", ""),  # outside in degrees too
+        (20.0, 0.0, 0.04, "m", "millimetres"),
+        (0.05, 0.0, 0.04, "m", ""),
+        (1.0, 0.0, 0.04, "m", ""),  # a metre is as likely as a millimetre
+        (900.0, -1.0, 1.0, "m", "millimetres"),
+        (5.0, -1.0, 1.0, "m", ""),
+    ],
+)
+def test_what_is_meant_of_a_joint_fits(
+    value: float, lower: float, upper: float, unit: str, meant: str
+) -> None:
+    words = meant_in_joint("j", value, lower, upper, unit)
+    assert (f"were {meant} meant? j at {value:g}" in words) if meant else words == ""
+
+
+def test_what_is_meant_of_a_distance_and_a_speed_fits() -> None:
+    assert "millimetres" in meant_at_distance(400.0, 0.9)
+    assert meant_at_distance(3.0, 0.9) == "" == meant_at_distance(5000.0, 0.9)
+    assert "degrees" in meant_at_speed(90.0, 2.2, "rad/s") and "millimetres" in meant_at_speed(
+        250, 0.6, "m/s"
+    )
+    assert meant_at_speed(3.0, 2.2, "rad/s") == ""
+
+
+def test_objects_far_away_are_warned_of() -> None:
+    scene = to.Scene(to.load("planar2"))
+    with pytest.warns(UnitWarning, match=r"placement of 'cup' is \(400, 0, 300\) m: were millimetres meant"):
+        scene = scene.add("cup", to.Sphere(0.03), to.placement((400, 0, 300)))
+    with pytest.warns(UnitWarning, match="'cup'"):
+        scene.move("cup", to.placement((400, 0, 0)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene.move("cup", to.placement((20, 0, 40)))
+
+
+@pytest.mark.parametrize(
+    ("direction", "reference", "words"),
+    [
+        ((0, 0, 1), "world", "up"),
+        ((0, 0, -1), "world", "down"),
+        ((0, 0, -1), "cup", "along -z of cup"),
+        ((-1, 0, 0), "world", "along -x"),
+        ((0.6, 0, -0.8), "world", "along (0.6, 0, -0.8), 53.1 deg down"),
+        ((0.6, 0.8, 0), "world", "along (0.6, 0.8, 0)"),
+        ((0.6, 0.8, 0), "cup", "along (0.6, 0.8, 0) of cup"),
+    ],
+)
+def test_directions_in_words(direction: tuple[float, ...], reference: str, words: str) -> None:
+    assert in_direction(np.array(direction, dtype=float), reference) == words
+
+
+def test_a_printed_problem_says_where_the_axes_of_a_goal_point() -> None:
+    scene = to.Scene(to.load("panda"))
+
+    def printed(goal: Any) -> str:
+        return str(to.Problem(scene=scene, group="panda_arm", start="ready", goal=goal))
+
+    for_down, w_first = (0.0, 1.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
+    assert "its z points down, its x along -x" in printed((AT.translation, for_down))
+    assert "its z points down, its x along x" in printed((AT.translation, w_first))
+    free = to.frame_placement("panda_hand", AT, rotation_tolerance=np.inf)
+    assert "points" not in printed(free)

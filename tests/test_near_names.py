@@ -1,0 +1,52 @@
+"""What is suggested for a name that is not found: frames for a frame, objects for an object."""
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.errors import FrameNotFound, ObjectNotFound
+from trajopt.kinematics import forward_kinematics
+
+AT = to.placement((0.4, 0.0, 0.3))
+
+
+@pytest.fixture(scope="module")
+def scene() -> to.Scene:
+    ball = to.Sphere(0.05)
+    return to.Scene(to.load("panda")).add("panda_hat", ball, AT).add("hand", ball, AT).add("table", ball, AT)
+
+
+def test_a_frame_is_answered_with_frames(scene: to.Scene) -> None:
+    for call in (
+        lambda: to.Problem(
+            scene=scene, group="panda_arm", start="ready", goal=to.frame_placement("panda_hadn", AT)
+        ),
+        lambda: scene.placement_of("panda_hadn", np.zeros(9)),
+        lambda: scene.allow("panda_hadn", "table"),
+        lambda: scene.with_tool("tcp", on="panda_hadn"),
+        lambda: forward_kinematics(problem(scene).reduced, "panda_hadn", np.zeros(7)),
+    ):
+        with pytest.raises(FrameNotFound, match="'panda_hand' or 'panda_hand_tcp'") as raised:
+            call()
+        assert not set(raised.value.near) & set(scene.objects)
+
+
+def test_an_object_that_is_nearer_than_every_frame_is_named_first(scene: to.Scene) -> None:
+    with pytest.raises(FrameNotFound) as raised:
+        scene.add("cup", to.Sphere(0.03), frame="tabel")
+    assert raised.value.near[0] == "table"
+
+
+def test_an_object_is_answered_with_objects(scene: to.Scene) -> None:
+    with pytest.raises(ObjectNotFound, match="did you mean 'table'") as raised:
+        scene.object("tabel")
+    assert set(raised.value.near) <= set(scene.objects)
+    for frame in ("panda_hand", "panda_link8"):
+        with pytest.raises(ObjectNotFound, match="it is a frame of the robot"):
+            scene.object(frame)
+    with pytest.raises(ObjectNotFound, match="it is a frame of the robot"):
+        scene.remove("panda_hand")
+
+
+def problem(scene: to.Scene) -> to.Problem:
+    return to.Problem(scene=scene, group="panda_arm", start="ready", goal="ready")

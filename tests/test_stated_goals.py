@@ -1,0 +1,174 @@
+"""Starts, goals and waypoints in all their forms: names of states, joints, placements, degrees."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import trajopt as to
+from tests.robots_for_tests import odd_arm
+from trajopt.errors import JointNotFound, ProblemError, ShapeError, StateNotFound
+from trajopt.kinematics import inverse_kinematics
+from trajopt.model.requirements import FramePlacement, JointPositions
+
+AT = to.placement((0.4, 0.1, 0.5), rpy=(180, 0, 90), degrees=True)
+READY = {
+    f"panda_joint{n}": q
+    for n, q in zip(range(1, 8), (0, -0.785398, 0, -2.35619, 0, 1.5708, 0.785398), strict=True)
+}
+
+
+@pytest.fixture(scope="module")
+def panda() -> to.Scene:
+    return to.Scene(to.load("panda"))
+
+
+@pytest.fixture(scope="module")
+def odd(tmp_path_factory: pytest.TempPathFactory) -> to.Scene:
+    return to.Scene(odd_arm(tmp_path_factory.mktemp("odd")))
+
+
+def problem(scene: to.Scene, **fields: Any) -> to.Problem:
+    given = {"group": "panda_arm", "start": "ready", "goal": "ready"} if "panda" in scene.robot.name else {}
+    return to.Problem(**{"scene": scene, **given, **fields})
+
+
+def goal_of(scene: to.Scene, goal: Any, **fields: Any) -> Any:
+    (only,) = problem(scene, goal=goal, **fields).goals
+    return only
+
+
+def test_a_state_is_a_goal_as_it_is_a_start(panda: to.Scene) -> None:
+    named = goal_of(panda, "ready")
+    assert isinstance(named, JointPositions)
+    assert named.positions == pytest.approx(READY, abs=1e-5)
+    assert goal_of(panda, "ready", group="panda_manipulator").positions == named.positions
+    to.plan(problem(panda, start="extended", goal="ready")).require()
+
+
+def test_a_state_of_other_joints_is_no_goal(panda: to.Scene) -> None:
+    with pytest.raises(StateNotFound, match=r"no state of group 'panda_arm' named 'open'; known: extended, "):
+        problem(panda, goal="open")
+    both = to.Scene(to.load("two_pandas"))
+    with pytest.raises(StateNotFound, match=r"of group 'both' named 'left_ready'; did you mean 'ready'"):
+        to.Problem(scene=both, group="both", start="ready", goal="left_ready")
+
+
+def test_joints_by_name_are_a_goal(panda: to.Scene) -> None:
+    assert goal_of(panda, {"panda_joint1": 0.3}).positions == {"panda_joint1": 0.3}
+    with pytest.raises(JointNotFound):
+        problem(panda, goal={"panda_joint9": 0.3})
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        AT,
+        pin.SE3(AT.rotation, AT.translation),
+        AT.homogeneous,
+        AT.homogeneous.tolist(),
+        (AT.translation, AT.quaternion),
+        [AT],
+        (AT.homogeneous,),
+    ],
+    ids=["placement", "SE3", "matrix", "nested lists", "pair", "list of one", "tuple of one matrix"],
+)
+def test_a_placement_is_where_the_tool_must_be(panda: to.Scene, form: Any) -> None:
+    asked = goal_of(panda, form)
+    assert isinstance(asked, FramePlacement)
+    assert asked.frame == "panda_link8" and asked.reference == "world"
+    np.testing.assert_allclose(asked.placement.homogeneous, AT.homogeneous, atol=1e-9)
+    assert goal_of(panda, form, group="panda_manipulator").frame == "panda_hand_tcp"
+
+
+def test_forms_are_mixed_and_are_waypoints_too(panda: to.Scene) -> None:
+    mixed = problem(
+        panda, goal=[AT, to.gravity_torque(0.9)], waypoints=["extended", [AT, {"panda_joint1": 0.1}]]
+    )
+    assert [type(item).__name__ for item in mixed.goals] == ["FramePlacement", "GravityTorque"]
+    assert [len(each) for each in mixed.waypoint_requirements] == [1, 2]
+    assert mixed.waypoint_names == ("1", "2")
+    again = replace(mixed, knots=30)
+    assert again.goals == mixed.goals and again.waypoint_requirements == mixed.waypoint_requirements
+
+
+def test_the_tool_is_the_one_that_the_robot_was_given(odd: to.Scene, tmp_path: Path) -> None:
+    assert goal_of(odd, AT, start={}).frame == "finger"  # the last of the group of all joints
+    path = Path(odd.robot.urdf_path)
+    one = to.Scene(to.Robot.from_urdf(path, frames={"tcp": ("finger", to.placement((0, 0, 0.05)))}))
+    assert goal_of(one, AT, start={}).frame == "tcp"
+    assert goal_of(one.with_tool("gun", on="tcp"), AT, start={}).frame == "gun"
+    assert goal_of(one.with_tool("base_camera", on="base"), AT, start={}).frame == "tcp"
+    aside = one.add("stand", to.Sphere(0.1)).with_tool("marker", on="stand")
+    assert goal_of(aside, AT, start={}).frame == "tcp"
+    frames = {"tcp": ("finger", AT), "camera": ("finger", AT)}
+    with pytest.raises(ProblemError, match=r"no single tool frame .* frame_placement.* tcp, camera"):
+        problem(to.Scene(to.Robot.from_urdf(path, frames=frames)), start={}, goal=AT)
+
+
+def test_where_no_frame_is_the_tool_the_ends_are_named() -> None:
+    both = to.Scene(to.load("two_pandas"))
+    with pytest.raises(
+        ProblemError, match=r"'both' has no single tool.* left_panda_link8, right_panda_link8"
+    ):
+        to.Problem(scene=both, group="both", start="ready", goal=AT)
+
+
+@pytest.mark.parametrize("goal", [None, 3, [0.1] * 7, (0.4, 0.0, 0.3), np.zeros(7), object(), [AT, 3.0]])
+def test_what_is_no_goal_is_refused_in_words(panda: to.Scene, goal: Any) -> None:
+    with pytest.raises(ProblemError, match=r"^goal must be a requirement or several, the name of a state"):
+        problem(panda, goal=goal)
+
+
+def test_missing_numbers_of_a_start_are_named(panda: to.Scene, odd: to.Scene) -> None:
+    with pytest.raises(
+        ShapeError, match=r"has 7 numbers.*those of group panda_arm, panda_finger_joint1 and panda"
+    ):
+        problem(panda, start=[0.0] * 7)
+    with pytest.raises(
+        ShapeError, match=r"has 5 numbers, and the robot has 9 joints: panda_joint1, .*_joint2"
+    ):
+        problem(panda, start=np.zeros(5))
+    with pytest.raises(ShapeError, match=r"4 numbers, and the robot has 5 joints: if .*, follow is missing"):
+        problem(odd, start=(0.0,) * 4, goal={"pan": 1.0})
+    with pytest.raises(ProblemError, match=r"^start must be the name of a state, joint -> position, or "):
+        problem(panda, start=None)
+
+
+def test_degrees_are_taken_where_joints_turn(odd: to.Scene) -> None:
+    asked = {"elbow": 30.0, "reach": 0.1}
+    stated = problem(
+        odd, start=asked, goal={"elbow": 60.0, "reach": 0.2}, waypoints=[{"wrist": 45.0}],
+        start_velocity={"elbow": 10.0, "reach": 0.05}, start_acceleration={"wrist": 20.0}, degrees=True,
+    )  # fmt: skip
+    index = odd.robot.index(("elbow", "reach"))
+    np.testing.assert_allclose(stated.start_positions[index], (np.pi / 6, 0.1))
+    np.testing.assert_allclose(odd.robot.positions(asked, degrees=True)[index], (np.pi / 6, 0.1))
+    (goal,) = stated.goals
+    assert isinstance(goal, JointPositions)
+    assert goal.positions == pytest.approx({"elbow": np.pi / 3, "reach": 0.2})
+    ((via,),) = stated.waypoint_requirements
+    assert isinstance(via, JointPositions) and via.positions == pytest.approx({"wrist": np.pi / 4})
+    assert stated.start_velocity == pytest.approx({"elbow": np.deg2rad(10.0), "reach": 0.05})
+    assert stated.start_acceleration == pytest.approx({"wrist": np.deg2rad(20.0)})
+    again = replace(stated, knots=30)
+    np.testing.assert_array_equal(again.start_positions, stated.start_positions)
+    assert again.goals == stated.goals and again.start_velocity == stated.start_velocity
+    array = problem(odd, start=np.array((90.0, 0.1, 30.0, 0.0, 11.459155902616464)), goal=asked, degrees=True)
+    np.testing.assert_allclose(array.start_positions[:3], (np.pi / 2, 0.1, np.pi / 6))
+
+
+def test_joint_positions_are_taken_in_degrees_where_all_turn(odd: to.Scene) -> None:
+    asked = to.joint_positions({"elbow": 30.0}, tolerance=2.0, above={"elbow": 3.0}, degrees=True)
+    sides = (asked.positions, asked.below, asked.above)
+    assert [side["elbow"] for side in sides] == pytest.approx(np.deg2rad((30.0, 2.0, 3.0)))
+    assert to.joint_positions({"elbow": 30.0}, degrees=True).below == {"elbow": 1e-4}
+    slides = to.joint_positions({"elbow": 30.0, "reach": 0.1}, degrees=True)
+    with pytest.raises(ProblemError, match=r"position of reach is in degrees, and the joint slides"):
+        problem(odd, start={}, goal=slides)
+    reduced = problem(odd, start={}, goal={"elbow": 0.1}).reduced
+    with pytest.raises(ProblemError, match=r"position of reach is in degrees"):
+        inverse_kinematics(reduced, slides, rng=np.random.default_rng(0))
