@@ -7,11 +7,12 @@ import pytest
 
 import trajopt as to
 from tests.conftest import PLANAR_ARM
-from trajopt.errors import JointNotFound, ProblemError
+from trajopt.errors import JointNotFound, ProblemError, ShapeError
 from trajopt.infeasibility.too_fast import least_travel
 from trajopt.methods import method_named
 from trajopt.methods.free_duration import FreeDuration
 from trajopt.methods.stopping import stopping_motion
+from trajopt.planning import on_the_way
 from trajopt.planning.judgement import judge
 from trajopt.planning.status import Certainty
 
@@ -20,14 +21,6 @@ JOINT = "shoulder_pan_joint"
 
 def moving(speed: float) -> to.Problem:
     return replace(to.named_problem("past_pillar_ur5"), start_velocity={JOINT: speed})
-
-
-def on_the_way(problem: to.Problem, running: to.Trajectory, time: float) -> to.Problem:
-    """The problem from where a running motion is at a time."""
-    names = problem.reduced.joint_names
-    start = dict(zip(problem.scene.robot.joint_names, problem.start_positions.tolist(), strict=True))
-    q, v, a = (dict(zip(names, running(time, order).tolist(), strict=True)) for order in range(3))
-    return replace(problem, start={**start, **q}, start_velocity=v, start_acceleration=a)
 
 
 @pytest.mark.parametrize("speed", [0.4, -0.3])
@@ -204,3 +197,22 @@ def test_joints_without_a_jerk_limit_stop_as_well(planar_arm: to.Robot) -> None:
         start_acceleration={"shoulder": 3.0, "elbow": 2.0},
     )
     assert to.plan(problem).verified
+
+
+def test_a_problem_starts_where_the_running_motion_is() -> None:
+    asked = to.named_problem("past_pillar_ur5")
+    running = to.plan(asked).require().trajectory
+    half = running.duration / 2.0
+    turned = running.ordered(running.joint_names[::-1])
+    for motion in (running, turned):
+        ahead = on_the_way(asked, motion, half)
+        assert np.array_equal(ahead.reduced.start_positions, running(half))
+        assert np.array_equal(ahead.start_velocities, running(half, 1))
+        assert np.array_equal(ahead.start_accelerations, running(half, 2))
+    after = on_the_way(asked, running, running.duration + 1.0)
+    assert not after.starts_moving
+    assert np.array_equal(after.reduced.start_positions, running.positions[-1])
+    with pytest.raises(ShapeError, match="begins at 0 s"):
+        on_the_way(asked, running, -0.1)
+    with pytest.raises(ProblemError, match="cannot start at"):
+        on_the_way(replace(asked, velocity_scaling=0.05), running, half)

@@ -2,10 +2,8 @@
 
 import json
 import os
-import re
 import shutil
 import socket
-import subprocess
 import sys
 import types
 from collections.abc import Iterator
@@ -18,34 +16,15 @@ import yaml
 import trajopt as to
 from tests.export.stand_ins import Clock, Franka, MujocoArm, pylibfranka
 from tests.export.urscript import Controller
+from tests.pages import Page
 from trajopt.arrays import Floats
 
-PAGE = Path(__file__).parents[2] / "docs" / "your-robot.md"
-SECTION = re.compile(r"^##+ ([^\n]+)\n(.*?)(?=^##|\Z)", re.DOTALL | re.MULTILINE)
-BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 READY = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]
 ROS2 = """#!{python}
 import sys, yaml, pathlib
 assert sys.argv[1:3] == ["action", "send_goal"] and sys.argv[4].endswith("FollowJointTrajectory"), sys.argv
 pathlib.Path("sent.yaml").write_text(yaml.safe_dump(yaml.safe_load(sys.argv[5])))
 """
-
-
-class Page:
-    """The blocks of the page by section, run in one folder."""
-
-    def __init__(self, folder: Path) -> None:
-        self.sections = dict(SECTION.findall(PAGE.read_text()))
-        self.folder, self.names = folder, {"__name__": "page"}
-
-    def run(self, *sections: str) -> None:
-        """Run the blocks of sections, which may use what earlier ones made."""
-        for section in sections:
-            for kind, text in BLOCK.findall(self.sections[section]):
-                if kind == "bash":
-                    subprocess.run(["bash", "-euc", text], cwd=self.folder, check=True, timeout=240)
-                else:
-                    exec(compile(text, f"{PAGE.name}, {section}", "exec"), self.names)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +50,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         patch.setenv("ROS_PACKAGE_PATH", str(share_folder()))
         patch.setenv("PATH", f"{folder / 'bin'}{os.pathsep}{os.environ['PATH']}")
         patch.chdir(folder)
-        page = Page(folder)
+        page = Page("your-robot.md", folder)
         page.run("From the URDF", "A plan from where the arm stands")
         yield page
 
@@ -159,8 +138,7 @@ def test_a_loop_at_100_hz_keeps_the_tool_within_a_millimetre_of_the_plan(
     assert not away.visited
 
 
-def test_every_section_is_run() -> None:
+def test_every_section_is_run(page: Page) -> None:
     """Those of the tests above: a new one needs a stand-in and a test of its own."""
     text = Path(__file__).read_text()
-    with_blocks = [name for name, body in SECTION.findall(PAGE.read_text()) if BLOCK.search(body)]
-    assert len(with_blocks) == 7 and all(f'"{name}"' in text for name in with_blocks)
+    assert len(page.with_blocks) == 7 and all(f'"{name}"' in text for name in page.with_blocks)

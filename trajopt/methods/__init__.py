@@ -12,4 +12,5 @@ from trajopt.methods.registry import METHODS as METHODS
 from trajopt.methods.registry import method_named as method_named
 from trajopt.methods.registry import method_names as method_names
 from trajopt.methods.registry import method_of as method_of
+from trajopt.methods.stopping import stopping_motion as stopping_motion
 from trajopt.methods.timing import retime_path as retime_path

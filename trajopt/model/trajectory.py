@@ -12,9 +12,9 @@ from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequ
 from trajopt.errors import JointNotFound, ShapeError, listed
 from trajopt.model.printed import in_number
 
-MEETING = 1e-6
-"""How much two motions may be apart where one follows the other [rad | m, and by second and second squared]:
-as much as the judge takes for the start state."""
+MEETING = 1e-5
+"""How much two motions may be apart where one follows the other [rad | m, by second, by second squared]: the
+judge takes a tenth of it for the start state."""
 
 
 @dataclass(frozen=True, eq=False)
