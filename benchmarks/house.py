@@ -25,8 +25,8 @@ NOT_CODE = {
     *(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT),
     *(tokenize.ENCODING, tokenize.ENDMARKER),
 }
-CORE = ("banded.py", "solve")
-"""File and name of the function that calls the native core for a step of the SQP."""
+CORE = ("native_descent.py", "descend")
+"""File and name of the function that calls the native core for the steps of the SQP."""
 
 
 def layers() -> str:
@@ -83,7 +83,7 @@ def files_of_requirements() -> dict[str, int]:
 
 
 def calls_to_the_core(planning: Callable[[to.Problem], object]) -> list[str]:
-    """Return the functions of trajopt that lead from a call to the native core of a step, outermost first."""
+    """Return the functions of trajopt that lead from a call to the core of a descent, outermost first."""
     chain: list[str] = []
 
     def watch(frame: FrameType, event: str, argument: object) -> None:
@@ -140,8 +140,8 @@ def numbers() -> str:
         "C++ files / lines": f"{len(native)} / {sum(text.count(chr(10)) for text in native):,}",
         "import circles of files": str(len(circles(file_graph()))),
         "layers / rooms": f"{len(ORDER)} / {sum(map(len, ORDER))}",
-        "functions from `plan` to the core of a QP": str(len(calls_to_the_core(to.plan)) + 1),
-        "functions from `plan_once` to the core of a QP": str(len(calls_to_the_core(once)) + 1),
+        "functions from `plan` to the core of a descent": str(len(calls_to_the_core(to.plan)) + 1),
+        "functions from `plan_once` to the core of a descent": str(len(calls_to_the_core(once)) + 1),
         "names in `import trajopt as to`": str(len(public_names())),
         "code lines of tests / of `trajopt/`": f"{tested / code:.2f} ({functions:,} test functions)",
         "files that name a built-in requirement, median / most": (

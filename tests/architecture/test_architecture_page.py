@@ -54,7 +54,7 @@ def test_what_else_is_drawn_exists(name: str) -> None:
 
 def test_one_attempt_leads_to_the_core() -> None:
     chain = calls_to_the_core(once)
-    assert chain[0] == "plan_once" and chain[-1] == "BandedStep.solve"
+    assert chain[0] == "plan_once" and chain[-1] == "NativeDescent.descend"
 
 
 def test_lines_of_code_are_counted() -> None:

@@ -52,6 +52,7 @@ ONLY_IN = {
 CORES = {
     "proximity": "query",
     "banded": "solvers",
+    "descent": "solvers",
     "reachability": "retime",
     "proof": "verify",
     "covers": "model",

@@ -6,8 +6,7 @@ from collections.abc import Callable
 import pytest
 
 import trajopt as to
-from trajopt.query import Query
-from trajopt.solvers.banded import BandedStep
+from trajopt.solvers.native_descent import NativeDescent
 
 MOST_FRAMES = 8
 """Python frames from `plan` to the one that calls a native core, both counted."""
@@ -27,8 +26,8 @@ def frames_of_plan(names: list[str]) -> Callable[[], None]:
     return note
 
 
-@pytest.mark.parametrize(("kind", "name"), [(Query, "close_pairs"), (BandedStep, "solve")])
-def test_few_calls_from_plan_to_the_first_native_call_of_a_descent(
+@pytest.mark.parametrize(("kind", "name"), [(NativeDescent, "begin"), (NativeDescent, "descend")])
+def test_few_calls_from_plan_to_the_native_calls_of_a_descent(
     kind: type, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     names: list[str] = []

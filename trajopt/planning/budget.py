@@ -185,24 +185,18 @@ class BudgetTracker:
         return replace(budget, seconds=seconds, work=work)
 
     @contextmanager
-    def optimising(self, counts: Counts) -> Generator[Callable[[Iteration], None]]:
+    def optimising(self, counts: Counts) -> Generator["StepWatch"]:
         """Count and bound the work of a solver; yields what it is to call after every step.
 
         Args:
             counts: Of the program that it solves; whatever is added to them from now on is its work.
         """
-        before = replace(counts)
-
-        def step(iteration: Iteration) -> None:
-            if self.progress is not None:
-                self.progress("optimise", iteration)
-            self.check(counts.since(before))
-
+        watch = StepWatch(self, counts, replace(counts))
         with self.stage("optimise"):
             try:
-                yield step
+                yield watch
             finally:
-                self.count_work(counts.since(before))
+                self.count_work(counts.since(watch.before))
 
     def count(self, **numbers: int) -> None:
         """Add to the counts."""
@@ -253,3 +247,37 @@ class BudgetTracker:
         other._before, used, wall = so_far
         other._begin, other._wall_begin = budget.clock() - used, monotonic() - wall
         return other
+
+
+@dataclass(frozen=True, eq=False)
+class StepWatch:
+    """What a solver calls after its steps; raises `Stopped` when planning must stop.
+
+    It may be called late, unless somebody listens.
+
+    Attributes:
+        tracker: Bounds the work, and tells of it.
+        counts: Of the program that is solved.
+        before: The same when it began.
+    """
+
+    tracker: BudgetTracker
+    counts: Counts
+    before: Counts
+
+    @property
+    def patience(self) -> int | None:
+        """Configurations that may be evaluated before it must be called; any number when None."""
+        tracker = self.tracker
+        if tracker.progress is not None:
+            return 0
+        work = tracker.budget.work
+        return (
+            None if work is None else work - tracker.work - self.counts.since(self.before).forward_kinematics
+        )
+
+    def __call__(self, iteration: Iteration, /) -> None:
+        """Take a step."""
+        if self.tracker.progress is not None:
+            self.tracker.progress("optimise", iteration)
+        self.tracker.check(self.counts.since(self.before))

@@ -113,6 +113,11 @@ class Query:
         self._supports = reduced.derived(_supports)
         self._core = proximity.Query(cell(reduced))
 
+    @property
+    def core(self) -> proximity.Query:
+        """What other cores measure distances with; it remembers what this does, and counts nothing here."""
+        return self._core
+
     @cached_property
     def dynamics(self) -> DynamicsQuery:
         """Inverse dynamics with what is carried."""

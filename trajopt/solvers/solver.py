@@ -120,6 +120,20 @@ Progress = Callable[[Iteration], None]
 """Called after every step."""
 
 
+@runtime_checkable
+class Patient(Protocol):
+    """A `Progress` that need not be called at once: of several steps in turn, a little later."""
+
+    @property
+    def patience(self) -> int | None:
+        """Configurations that may be evaluated before it must be called; any number when None."""
+        ...
+
+    def __call__(self, iteration: Iteration, /) -> None:
+        """Take a step."""
+        ...
+
+
 class Solver(Protocol):
     """A solver of an `Nlp`: a frozen value whose fields are its options."""
 

@@ -16,16 +16,23 @@ from trajopt.terms.motion import Motion
 
 
 def _differences(knots: Floats, order: int) -> Rows:
-    value = np.diff(knots, n=order, axis=0) if len(knots) > order else np.empty((0, knots.shape[1]))
+    windows = max(len(knots) - order, 0)
+    value = np.zeros((windows, knots.shape[1]))
+    for k, factor in enumerate(_factors(order)):
+        value += factor * knots[k : k + windows]
     return Rows(value.ravel(), *_stencils(*knots.shape, order))
+
+
+def _factors(order: int) -> list[float]:
+    """Return the factors of consecutive knots in a difference."""
+    return [(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)]
 
 
 @lru_cache(maxsize=32)
 def _stencils(count: int, joints: int, order: int) -> tuple[Floats, Ints, Ints, Floats]:
     """Return Jacobian, knots, component and place of all differences: the same at every point."""
     windows = max(count - order, 0)
-    binomial = np.array([(-1.0) ** (order - k) * comb(order, k) for k in range(order + 1)])
-    block = binomial[None, :, None] * np.eye(joints)[:, None, :]
+    block = np.array(_factors(order))[None, :, None] * np.eye(joints)[:, None, :]
     first = np.repeat(np.arange(windows, dtype=np.int64), joints)
     return (
         readonly(np.tile(block, (windows, 1, 1))),

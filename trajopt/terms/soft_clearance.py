@@ -53,18 +53,24 @@ class SoftClearance:
         Raises:
             ObjectNotFound: If a single pair names what is neither link nor object.
         """
-        reduced = motion.query.reduced
-        cached = reduced.derived(_by_term)
-        if self not in cached:
-            cached[self] = self._by_pair(reduced)
-        distance, root = cached[self]
+        distance, root = self.by_pair(motion.query.reduced)
         contacts = motion.query.close_pairs(motion.positions, distance)
         factor = root[contacts.pair]
         missing = factor * (distance[contacts.pair] - contacts.distance)
         return motion.rows(contacts.sample, missing, -factor[:, None] * contacts.jacobian, contacts.pair)
 
-    def _by_pair(self, reduced: ReducedModel) -> tuple[Floats, Floats]:
-        """Return the preferred distance and the root of the weight of each pair, shape (p,) both."""
+    def by_pair(self, reduced: ReducedModel) -> tuple[Floats, Floats]:
+        """Return the preferred distance and the root of the weight of each pair, shape (p,) both.
+
+        Raises:
+            ObjectNotFound: If a single pair names what is neither link nor object.
+        """
+        cached = reduced.derived(_by_term)
+        if self not in cached:
+            cached[self] = self._found_by_pair(reduced)
+        return cached[self]
+
+    def _found_by_pair(self, reduced: ReducedModel) -> tuple[Floats, Floats]:
         owners = [frozenset(reduced.owners(pair)) for pair in range(len(reduced.pairs.first))]
         known, scene = sorted({name for pair in owners for name in pair}), reduced.scene
         for name in sorted({name for pair in self.single for name in pair}):

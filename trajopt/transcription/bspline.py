@@ -12,8 +12,8 @@ from trajopt.arrays import Floats, Ints, readonly
 from trajopt.model.trajectory import Path
 from trajopt.terms.motion import Motion
 from trajopt.transcription.basis import SplineBasis
+from trajopt.transcription.compilable import CompilableMotionNlp
 from trajopt.transcription.knots import KnotsNlp, swept_samples
-from trajopt.transcription.motion_nlp import MotionNlp
 
 COARSE_SAMPLES = 2
 """Samples per piece while the motion is not free yet."""
@@ -39,7 +39,7 @@ class Places:
 
 
 @dataclass(eq=False)
-class BsplineNlp(MotionNlp):
+class BsplineNlp(CompilableMotionNlp):
     """The program over control points.
 
     Attributes:

@@ -20,9 +20,9 @@ from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, WHOLE
 from trajopt.terms.rolling import rolling
+from trajopt.transcription.compilable import CompilableMotionNlp
 from trajopt.transcription.holding import holding_rows
 from trajopt.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable, tapered_margins
-from trajopt.transcription.motion_nlp import MotionNlp
 from trajopt.transcription.tapered_bounds import tapered
 
 SWEEP = 0.02
@@ -65,7 +65,7 @@ PRISMATIC_STEP = 0.5
 
 
 @dataclass(eq=False)
-class KnotsNlp(MotionNlp):
+class KnotsNlp(CompilableMotionNlp):
     """The program over knots, between which the motion is straight.
 
     Build one with `transcribe(problem, seed)`.

@@ -11,7 +11,7 @@ from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Rows
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.terms.motion import Motion
-from trajopt.terms.residual import WHOLE, Constraint, Window
+from trajopt.terms.residual import WHOLE, Constraint, Cost, Window
 
 ROUNDING = 1e-9
 """Samples this far outside a window still belong to it [knots]."""
@@ -50,19 +50,23 @@ class MotionNlp(ABC):
     def linearise(self, x: Floats, sampling: Ints) -> Linearisation:
         """Evaluate and linearise every cost and constraint on the given samples."""
         motion = self.motion(x, sampling)
-        costs: list[CostRows] = []
-        for cost in self.problem.costs or ():
-            residual = cost.residual
-            rows = self._rows(residual.linearise(self._samples(motion, cost.window)), cost.window)
-            weight = np.full(len(rows.value), cost.weight)
-            costs.append(CostRows(residual.name, rows, weight, cost.loss, type(residual)))
-        constraints: list[ConstraintRows] = []
-        for item in self.constraints:
-            rows = item.residual.linearise(self._samples(motion, item.window))
-            constraints.append(self._bounded(item, self._rows(rows, item.window)))
-        return Linearisation(x, tuple(costs), tuple(constraints), sampling)
+        costs = tuple(self.cost_rows(cost, motion) for cost in self.problem.costs or ())
+        constraints = tuple(self.constraint_rows(item, motion) for item in self.constraints)
+        return Linearisation(x, costs, constraints, sampling)
 
-    def _samples(self, motion: Motion, window: Window) -> Motion:
+    def cost_rows(self, cost: Cost, motion: Motion) -> CostRows:
+        """Evaluate and linearise one cost."""
+        residual = cost.residual
+        rows = self._rows(residual.linearise(self.samples_within(motion, cost.window)), cost.window)
+        weight = np.full(len(rows.value), cost.weight)
+        return CostRows(residual.name, rows, weight, cost.loss, type(residual))
+
+    def constraint_rows(self, item: Constraint, motion: Motion) -> ConstraintRows:
+        """Evaluate and linearise one constraint."""
+        rows = item.residual.linearise(self.samples_within(motion, item.window))
+        return self._bounded(item, self._rows(rows, item.window))
+
+    def samples_within(self, motion: Motion, window: Window) -> Motion:
         """Return the samples within a window."""
         return motion if window == WHOLE else motion.where(self._within(motion.place, window))
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "../arrays.hpp"
-#include "interior_point.hpp"
+#include "step.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -31,32 +31,19 @@ Program* make_program(int joints, const Vector<bool>& moves) {
 // Step, predicted reduction, outcome, iterations, multipliers of the rows.
 auto solve(Program& program, const Vector<double>& lower, const Vector<double>& upper, double regularisation,
            double accuracy, int max_iterations) {
-  const auto& columns = program.columns();
-  expect(lower.shape(0) == columns.size() && upper.shape(0) == columns.size(), "two bounds for each variable");
-  std::vector<double> low(program.size()), high(program.size()), step(columns.size(), 0.0);
-  for (std::size_t variable = 0; variable < columns.size(); ++variable) {
-    if (columns[variable] < 0) continue;
-    low[columns[variable]] = lower(variable);
-    high[columns[variable]] = upper(variable);
-  }
-  Solution solution;
-  double reduction = 0.0;
+  const std::size_t variables = program.columns().size();
+  expect(lower.shape(0) == variables && upper.shape(0) == variables, "two bounds for each variable");
+  Options options;
+  options.accuracy = accuracy;
+  options.max_iterations = max_iterations;
+  Step step;
   {
     nb::gil_scoped_release release;
-    program.assemble(regularisation);
-    Options options;
-    options.accuracy = accuracy;
-    options.max_iterations = max_iterations;
-    solution = InteriorPoint(program, low.data(), high.data(), options).solve();
-    const std::vector<double> still(program.hessian.room(), 0.0);
-    reduction = program.objective(still.data()) - program.objective(solution.x.data());
-    for (std::size_t variable = 0; variable < columns.size(); ++variable) {
-      if (columns[variable] >= 0) step[variable] = solution.x[columns[variable]];
-    }
+    step = best_step(program, lower.data(), upper.data(), regularisation, options);
   }
-  const std::size_t variables = step.size(), rows = solution.multiplier.size();
-  return nb::make_tuple(hand_over(std::move(step), {variables}), reduction, static_cast<int>(solution.outcome),
-                        solution.iterations, hand_over(std::move(solution.multiplier), {rows}));
+  const std::size_t rows = step.multiplier.size();
+  return nb::make_tuple(hand_over(std::move(step.change), {variables}), step.reduction, static_cast<int>(step.outcome),
+                        step.iterations, hand_over(std::move(step.multiplier), {rows}));
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include "../coal_boxes.hpp"
 #include "dynamics.hpp"
 #include "path_search.hpp"
-#include "tracker.hpp"
+#include "query.hpp"
 
 namespace nb = nanobind;
 namespace bp = boost::python;
@@ -83,15 +83,6 @@ Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vec
   const auto [gjk, epa, epa_again] = accuracy;
   return new Cell(std::move(robot), std::move(bodies), std::move(pairs), {gjk, epa, epa_again});
 }
-
-// What one thread asks a cell with.
-struct Query {
-  explicit Query(const Cell& asked) : cell(asked), kinematics(asked.robot), tracker(asked) {}
-
-  const Cell& cell;
-  Kinematics kinematics;
-  Tracker tracker;
-};
 
 void expect_positions(const Query& query, const Matrix<double>& positions) {
   expect(static_cast<int>(positions.shape(1)) == query.cell.robot.dofs(), "one position for each joint of the group");
@@ -232,6 +223,7 @@ std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matri
 
 NB_MODULE(proximity, m) {
   coal_boxes::settle();
+  nb::module_::import_("trajopt.native.descent");  // which knows what a DistanceQuery is
   nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a);
   nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
@@ -242,7 +234,7 @@ NB_MODULE(proximity, m) {
       .def(nb::new_(&make_dynamics), "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())
       .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a)
       .def("gravity", &gravity, "positions"_a);
-  nb::class_<Query>(m, "Query")
+  nb::class_<Query, distances::DistanceQuery>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
       .def("close_pairs", &close_pairs, "positions"_a, "reach"_a)
       .def("placements", &placements, "positions"_a)

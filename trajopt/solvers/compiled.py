@@ -1,0 +1,240 @@
+"""A program in parts that the core evaluates without Python: what an `Nlp` may offer besides itself."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol, cast, runtime_checkable
+
+import numpy as np
+
+from trajopt.arrays import Bools, Floats, Ints, Value
+from trajopt.native import descent
+from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Nlp, Rows
+
+KINDS = {
+    Loss.SQUARED: descent.Kind.SQUARED,
+    Loss.ABSOLUTE: descent.Kind.ABSOLUTE,
+    Loss.HINGE: descent.Kind.HINGE,
+}
+"""The losses, as the core names them."""
+
+Block = CostRows | ConstraintRows
+"""Rows of a cost or of a constraint."""
+
+
+def _role(block: Block) -> descent.Role:
+    """Return what rows are for, as the core needs it."""
+    if isinstance(block, CostRows):
+        return descent.cost(KINDS[block.loss], block.weight)
+    return descent.bounds(block.lower, block.upper, block.tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPart(Value):
+    """Rows whose values are linear in the knots, and all else of which is the same at every point.
+
+    Attributes:
+        at_zero: The rows where all knots are zero.
+    """
+
+    at_zero: Block
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        rows = self.at_zero.rows
+        program.add_linear(_role(self.at_zero), rows.value, np.ascontiguousarray(rows.jacobian), rows.knots)
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        return replace(self.at_zero, rows=replace(self.at_zero.rows, value=made.value))
+
+
+@dataclass(frozen=True, eq=False)
+class Samples(Value):
+    """Samples of a curve: each is a weighted mean of few knots.
+
+    Attributes:
+        knots: The knots of each, shape (S, k).
+        weight: Their weights, shape (S, k).
+        place: Along the motion, in knots, shape (S,).
+    """
+
+    knots: Ints
+    weight: Floats
+    place: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Taper(Value):
+    """How the distances that p pairs must keep change along a motion; shape (p,) each, unless told otherwise.
+
+    Attributes:
+        required: What is required in any case [m].
+        at_start: What a fixed start has [m].
+        at_end: What a fixed end has [m].
+        contact_until: Knot up to which contact is allowed; -1 for none.
+        contact_from: Knot from which contact is allowed; inf for none.
+        depth: Penetration accepted there [m].
+        gives: Which pairs may do with a share of what goes beyond the requirement.
+        last: The last knot.
+        knots: Over how many knots it grows from what an end has to its full size.
+        share: The share.
+    """
+
+    required: Floats
+    at_start: Floats
+    at_end: Floats
+    contact_until: Floats
+    contact_from: Floats
+    depth: Floats
+    gives: Bools
+    last: float
+    knots: float
+    share: float
+
+    def in_core(self, full: Floats) -> descent.Margins:
+        """Hand it to the core, with the full margins, shape (p,) [m]."""
+        return descent.tapered(
+            full=full,
+            required=self.required,
+            at_start=self.at_start,
+            at_end=self.at_end,
+            contact_until=self.contact_until,
+            contact_from=self.contact_from,
+            depth=self.depth,
+            gives=self.gives,
+            last=self.last,
+            taper=self.knots,
+            share=self.share,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DistancePart(Value):
+    """factor (distance - margin) of every one of p pairs that is nearer than its reach.
+
+    Attributes:
+        empty: The cost or constraint, without rows; its weight or its bounds are one number, or one a pair.
+        samples: Where distances are measured.
+        reach: Pairs farther apart have no row, shape (p,) [m].
+        factor: Shape (p,).
+        margin: The full margins, shape (p,) [m].
+        taper: How they change along the motion; not at all when None.
+    """
+
+    empty: Block
+    samples: Samples
+    reach: Floats
+    factor: Floats
+    margin: Floats
+    taper: Taper | None
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        at, role = self.samples, _role(self.empty)
+        margins = descent.Margins(self.margin) if self.taper is None else self.taper.in_core(self.margin)
+        program.add_distances(role, at.knots, at.weight, at.place, self.reach, self.factor, margins)
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
+        if isinstance(self.empty, CostRows):
+            return replace(self.empty, rows=rows, weight=made.weight)
+        return replace(self.empty, rows=rows, lower=made.lower, upper=made.upper)
+
+
+@dataclass(frozen=True, eq=False)
+class PythonPart(Value):
+    """Rows that the program itself evaluates at every point, in Python.
+
+    Attributes:
+        role: The loss of a cost, or the tolerance of a constraint.
+    """
+
+    role: Loss | float
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        none = np.zeros(0)
+        if isinstance(self.role, Loss):
+            program.add_outside(descent.cost(KINDS[self.role], none))
+        else:
+            program.add_outside(descent.bounds(none, none, self.role))
+
+
+Part = LinearPart | DistancePart | PythonPart
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledProgram:
+    """A program on given samples, in parts.
+
+    Attributes:
+        lower: Lower bounds of the knots, shape (N, n).
+        upper: Upper bounds, shape (N, n).
+        scale: A step of ordinary size in each variable, shape (n,).
+        sampling: The samples per segment, shape (N - 1,).
+        distances: Measures the distances.
+        costs: Parts of the costs.
+        constraints: Parts of the constraints.
+        span: Knots between the first and the last that one row depends on, at most.
+    """
+
+    lower: Floats
+    upper: Floats
+    scale: Floats
+    sampling: Ints
+    distances: descent.DistanceQuery
+    costs: tuple[Part, ...]
+    constraints: tuple[Part, ...]
+    span: int
+
+    @cached_property
+    def core(self) -> descent.Program:
+        """The program in the core."""
+        program = descent.Program(self.lower, self.upper, self.scale, self.distances)
+        for part in (*self.costs, *self.constraints):
+            part.add_to(program)
+        return program
+
+    def linearised(self, point: descent.Point) -> Linearisation:
+        """Return everything at a point."""
+        in_python = iter(cast(tuple[Block, ...], point.kept or ()))
+        blocks = [
+            next(in_python) if isinstance(part, PythonPart) else part.block(self.core.rows(point, number))
+            for number, part in enumerate((*self.costs, *self.constraints))
+        ]
+        costs = tuple(block for block in blocks if isinstance(block, CostRows))
+        constraints = tuple(block for block in blocks if isinstance(block, ConstraintRows))
+        return Linearisation(point.x.reshape(self.lower.shape), costs, constraints, self.sampling)
+
+
+class WorkCounts(Protocol):
+    """Exact numbers of the work done so far.
+
+    Attributes:
+        forward_kinematics: Configurations evaluated.
+        bounds: Bounds of distances compared.
+        distances: Distances measured.
+    """
+
+    forward_kinematics: int
+    bounds: int
+    distances: int
+
+
+@runtime_checkable
+class CompilableNlp(Nlp, Protocol):
+    """A program that may be evaluated in the core; its `linearise` says the same of the same point."""
+
+    @property
+    def counts(self) -> WorkCounts:
+        """The work done so far, which the core adds to."""
+        ...
+
+    def compiled(self, sampling: Ints) -> CompiledProgram | None:
+        """Return the program in parts on given samples; None if one of its terms is unknown to the core."""
+        ...
+
+    def python_rows(self, x: Floats, sampling: Ints) -> tuple[Block, ...]:
+        """Return the rows of those parts that the core asks for, at a point."""
+        ...
