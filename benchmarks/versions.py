@@ -82,7 +82,7 @@ def row(name: str, both: Sequence[tuple[Answer, Answer]]) -> list[str]:
     old, new = (np.array([pair[side]["ms"] for pair in both]) for side in (0, 1))
     solved = [[pair[side]["status"] == "SOLVED" for pair in both] for side in (0, 1)]
     longer = [new["duration"] / old["duration"] for old, new in both if old["duration"] and new["duration"]]
-    calls = [np.median([pair[side]["counts"]["distance_calls"] for pair in both]) for side in (0, 1)]
+    calls = [np.median([pair[side]["counts"].get("distance_calls", 0) for pair in both]) for side in (0, 1)]
     parts = [np.percentile(side, (50, 90)) for side in (old, new)]
     return [
         name,

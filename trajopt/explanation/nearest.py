@@ -115,7 +115,7 @@ def least_missed(
 def _effort(problem: Problem) -> Floats | None:
     """Return the effort limits within which the joints must hold still; None where they always can."""
     effort = problem.limits.effort
-    return effort if (problem.reduced.derived(largest_gravity_torques) > effort).any() else None
+    return effort if (largest_gravity_torques(problem.reduced) > effort).any() else None
 
 
 def _best(

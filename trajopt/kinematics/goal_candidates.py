@@ -228,7 +228,7 @@ def holding_load(query: Query, positions: Floats, effort: Floats | None) -> Floa
         effort: Effort limits of the group's joints, shape (n,) [Nm | N]; zeros are returned when None, or
             where no configuration needs as much.
     """
-    if effort is None or not (query.reduced.derived(largest_gravity_torques) > effort).any():
+    if effort is None or not (largest_gravity_torques(query.reduced) > effort).any():
         return np.zeros(len(positions))
     return (np.abs(query.dynamics.gravity(positions).torque) / effort).max(axis=1, initial=0.0)
 

@@ -7,13 +7,14 @@ ball; from the base to the tip, the angle between axis and gravity by an interva
 that turn are left out: most of them turn nearly all the way.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats
-from trajopt.model.payload import loaded_model
+from trajopt.model.payload import loaded_model, payloads
 from trajopt.model.reduced import ReducedModel
 
 ENDLESS = 1e6
@@ -47,6 +48,10 @@ def largest_gravity_torques(reduced: ReducedModel) -> Floats:
     Args:
         reduced: The robot with what it carries.
     """
+    return _derived(reduced, _largest_torques)
+
+
+def _largest_torques(reduced: ReducedModel) -> Floats:
     arm = _Enclosed.of(reduced)
     largest = np.zeros(len(arm.slides) - 1)
     for joint, (low, high) in enumerate(arm.tilts[1:], start=1):
@@ -57,6 +62,11 @@ def largest_gravity_torques(reduced: ReducedModel) -> Floats:
             upright = low <= np.pi / 2.0 <= high
             largest[joint - 1] = moments.radius * (1.0 if upright else max(np.sin(low), np.sin(high)))
     return arm.gravity * (np.abs(reduced.mimic_matrix).T @ largest)
+
+
+def _derived(reduced: ReducedModel, build: Callable[[ReducedModel], Floats]) -> Floats:
+    """Return what is built of an arm that carries nothing once for all scenes, else once for each."""
+    return reduced.derived(build) if payloads(reduced) else reduced.derived_of_robot(build)
 
 
 def largest_gravity_slopes(reduced: ReducedModel) -> Floats:
@@ -71,6 +81,10 @@ def largest_gravity_slopes(reduced: ReducedModel) -> Floats:
     Returns:
         Derivatives of the torque of each joint (rows) by the position of each, shape (n, n).
     """
+    return _derived(reduced, _largest_slopes)
+
+
+def _largest_slopes(reduced: ReducedModel) -> Floats:
     arm = _Enclosed.of(reduced)
     slopes = np.zeros((len(arm.slides) - 1, len(arm.slides) - 1))
     for outer in range(1, len(arm.slides)):

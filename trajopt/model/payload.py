@@ -28,6 +28,10 @@ class Payload(Value):
 
 def payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
     """Return the objects with a mass that the reduced model's joints carry."""
+    return reduced.derived(_payloads)
+
+
+def _payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
     found: list[Payload] = []
     for item in reduced.scene.objects.values():
         joint, where = reduced.attachment(item.name)

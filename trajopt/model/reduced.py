@@ -85,6 +85,17 @@ class ReducedModel:
             kept[build] = build(self)
         return kept[build]
 
+    def derived_of_robot(self, build: Callable[["ReducedModel"], T]) -> T:
+        """Return what a function builds of the robot alone, built at the first call.
+
+        All scenes with the same robot and the same joints fixed share it, so it must not depend on what is in
+        a scene, nor on where the group starts; nor may it refer to the model.
+        """
+        kept = _kept_of_robot(self.model)
+        if build not in kept:
+            kept[build] = build(self)
+        return kept[build]
+
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         """Be rebuilt from the scene; a model that carries a load is stored."""
         robot = reduce_robot(self.scene.robot, self.group, self.start)
@@ -134,6 +145,13 @@ class ReducedModel:
 def _kept(collision_model: CollisionModel) -> dict[Callable[[ReducedModel], Any], Any]:
     """Return what was derived of reduced models with these bodies, by the function that built it."""
     del collision_model
+    return {}
+
+
+@cached_per_value
+def _kept_of_robot(model: pin.Model) -> dict[Callable[[ReducedModel], Any], Any]:
+    """Return what was derived of robots with these joints free, by the function that built it."""
+    del model
     return {}
 
 

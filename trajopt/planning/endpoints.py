@@ -190,6 +190,8 @@ class EndpointChecks:
     def waypoints(self, rng: np.random.Generator) -> Sequence[Floats] | Result:
         """Return a configuration for each waypoint, or why one has none."""
         work, problem, counts = self.workspace, self.workspace.problem, Counts()
+        if not problem.waypoint_names:
+            return ()
         try:
             chosen = choose_waypoints(
                 problem.reduced,
@@ -243,8 +245,11 @@ class EndpointChecks:
     def _broken(self, positions: Floats, stop: int) -> str:
         """Say which path constraint does not hold at a configuration, or nothing."""
         problem = self.workspace.problem
+        held = problem.requirements_at(stop)
+        if not held:
+            return ""
         motion = Motion.single(positions, Query(problem.reduced))
-        for required in problem.requirements_at(stop):
+        for required in held:
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):
                 excess = replace(item, tolerance=max(item.tolerance, EXCESS)).excess(motion)
                 if excess > 0.0:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints
 from trajopt.model.cached import cached_per_value
+from trajopt.model.collisions.bodies import FixedBody
 from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
@@ -88,10 +89,18 @@ class BoundingBoxes:
         """Bound the bodies of a reduced model."""
         bodies = reduced.bodies
         joint = np.array([body.joint for body in bodies], dtype=np.int64)
-        rotation = np.array([body.placement.rotation for body in bodies]).reshape(-1, 3, 3)
-        translation = np.array([body.placement.translation for body in bodies]).reshape(-1, 3)
-        boxes = np.array([bounding_box(body.shape) for body in bodies]).reshape(-1, 2, 3)
-        corners = np.clip(boxes, -PLANE_EXTENT, PLANE_EXTENT)
-        half = (corners[:, 1] - corners[:, 0]) / 2
-        centre = np.einsum("bij,bj->bi", rotation, corners.mean(axis=1)) + translation
-        return BoundingBoxes(joint, rotation, translation, centre, half, np.linalg.norm(half, axis=1))
+        rows = np.array([_bounds(body) for body in bodies]).reshape(-1, 18)
+        rotation, translation, centre, half = (
+            np.ascontiguousarray(part) for part in np.split(rows, (9, 12, 15), axis=1)
+        )
+        radius = np.linalg.norm(half, axis=1)
+        return BoundingBoxes(joint, rotation.reshape(-1, 3, 3), translation, centre, half, radius)
+
+
+@cached_per_value
+def _bounds(body: FixedBody) -> Floats:
+    """Return a body's rotation and translation, and its box's centre and half edges, shape (18,)."""
+    rotation, translation = body.placement.rotation, body.placement.translation
+    lower, upper = (np.clip(side, -PLANE_EXTENT, PLANE_EXTENT) for side in bounding_box(body.shape))
+    centre = rotation @ (0.5 * (lower + upper)) + translation
+    return np.concatenate((rotation.ravel(), translation, centre, 0.5 * (upper - lower)))

@@ -110,7 +110,7 @@ class Query:
         """
         self.reduced = reduced
         self.counts = Counts() if counts is None else counts
-        self._supports = reduced.derived(_supports)
+        self._supports = reduced.derived_of_robot(_supports)
         self._core = proximity.Query(cell(reduced))
 
     @property

@@ -35,7 +35,7 @@ def holding_rows(problem: Problem, query: Query, stops: Floats) -> tuple[Constra
         stops: Configurations that the motion passes in any case, shape (k, n) [rad | m].
     """
     effort = problem.limits.effort
-    heavy = problem.reduced.derived(largest_gravity_torques) > SHARE * effort
+    heavy = largest_gravity_torques(problem.reduced) > SHARE * effort
     if not heavy.any() or any(isinstance(item, GravityTorque) for item in problem.requirements):
         return ()
     given = np.abs(query.dynamics.gravity(stops).torque / effort).max(axis=0)

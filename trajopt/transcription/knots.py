@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import ProblemError
+from trajopt.model.cached import cached_per_value
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement, together
@@ -119,6 +120,7 @@ class KnotsNlp(CompilableMotionNlp):
         return Path(self.problem.reduced.joint_names, readonly(np.array(x)))
 
 
+@cached_per_value
 def fixed_goal(problem: Problem) -> Floats | None:
     """Return the group's positions at the goal, shape (n,), if the goals fix all of them.
 
@@ -131,13 +133,14 @@ def fixed_goal(problem: Problem) -> Floats | None:
     return None if (upper - lower > WIDE).any() else centre
 
 
+@cached_per_value
 def goal_centre(problem: Problem) -> Floats | None:
     """Return the middle of goals of all joints, shape (n,), moved into the limits as far as they tolerate."""
     asked = fixed_positions(problem.goals, problem.reduced)
     if asked is None:
         return None
     lower, upper = joint_box(problem.goals, problem.reduced)
-    return np.where(lower <= upper, np.clip(asked, lower, upper), asked)
+    return readonly(np.where(lower <= upper, np.clip(asked, lower, upper), asked))
 
 
 def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float:
@@ -178,7 +181,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     stops = seed[[0, *waypoint_knots, len(seed) - 1]]
     shortest = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
     duration = 1.5 * max(shortest, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
-    margins = tapered_margins(Query(reduced, counts), count, goal, duration)
+    margins = tapered_margins(query, count, goal, duration)
     fixed = [reduced.start_positions, *seed[list(waypoint_knots)], *(() if goal is None else (goal,))]
     items: list[Constraint] = [_clearance(problem, margins, 1.0), *rolling(reduced, count)]
     items.extend(holding_rows(problem, query, np.stack(fixed)))

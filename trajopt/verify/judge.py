@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from types import MappingProxyType
 
-from trajopt.arrays import Floats, one_of
+from trajopt.arrays import Floats, floats, one_of
 from trajopt.errors import WaypointNotFound
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
@@ -24,7 +24,7 @@ from trajopt.verify.checks.rolling import rolling_checks
 from trajopt.verify.checks.sampled import SampledCheck, sampled_check
 from trajopt.verify.checks.tool_speed import tool_speed_checks
 from trajopt.verify.checks.waypoints import passages
-from trajopt.verify.examination import Examination, Moment, examine_with, motion_at_rest, requirements_with
+from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
@@ -156,8 +156,8 @@ class Judge:
             ShapeError: If there is not one finite position for each joint.
         """
         bounds = group_part(self.reduced, moving_limits(self.reduced, limits))
-        standing = motion_at_rest(self._kinematics, positions, self.options)
-        return overloads(standing, standing.trajectory.positions[0], bounds)
+        place = floats("positions", positions, (len(self.reduced.joint_names),))
+        return overloads(self._kinematics, place, bounds)
 
     def check(self, positions: Floats, requirements: Sequence[Requirement]) -> tuple[Check, ...]:
         """Check requirements at a configuration, as at the end of a motion.

@@ -40,4 +40,4 @@ def _(requirement: GravityTorque, motion: Motion, when: When) -> tuple[Check, ..
 
 def _shares(motion: Motion, times: Floats) -> Floats:
     """Torque at rest of each of the group's joints, as a share of its limit, shape (c, n)."""
-    return np.abs(torques_at_rest(motion, motion.trajectory(times))) / motion.reduced.limits.effort
+    return np.abs(torques_at_rest(motion.kinematics, motion.trajectory(times))) / motion.reduced.limits.effort

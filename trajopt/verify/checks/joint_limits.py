@@ -93,14 +93,10 @@ def _accepted(motion: Motion, order: int, bounds: Floats) -> Floats:
 
 def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | None) -> list[Check]:
     """State the largest jump of the acceleration of each joint whose jerk is limited, if there is any."""
-    rest = before = np.zeros((1, len(limits.jerk)))
+    off = np.array(motion.acceleration_jumps)
     if start_accelerations is not None:
-        before = (motion.reduced.mimic_matrix @ start_accelerations)[None]
-    cubic, lengths = motion.moving(2).coefficients, np.diff(motion.trajectory.times)
-    reached = np.zeros(cubic.shape[1:])
-    for coefficient in cubic:
-        reached = reached * lengths[:, None] + coefficient
-    jumps = np.abs(np.concatenate((cubic[-1], rest)) - np.concatenate((before, reached)))
+        off[0] -= start_accelerations
+    jumps = np.abs(off @ motion.reduced.mimic_matrix.T)
     limited = np.isfinite(limits.jerk)
     worst = np.where(limited, jumps.max(axis=0), 0.0)
     # A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.

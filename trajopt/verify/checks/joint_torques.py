@@ -10,11 +10,15 @@ from trajopt.model.description.pinocchio_model import effort_unit
 from trajopt.model.limits import JointLimits
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import counting, steps_in_pieces
+from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.payload import payload_torques
 
 SAMPLES_PER_SEGMENT = 4
 """Fewest samples of a segment, both its ends included: accelerations may jump in between."""
+
+ROUNDING = 1e-9
+"""Accelerations that differ by this part of the largest differ by rounding."""
 
 LEFT = 2e-6
 """A joint with less than this part of its effort limit left cannot begin to move, or come to rest, there."""
@@ -57,18 +61,18 @@ class Overload:
         )
 
 
-def overloads(motion: Motion, positions: Floats, limits: JointLimits) -> tuple[Overload, ...]:
+def overloads(kinematics: Kinematics, positions: Floats, limits: JointLimits) -> tuple[Overload, ...]:
     """Return the joints that cannot hold still at a configuration, the one that lacks most torque first.
 
     Args:
-        motion: Any motion of the arm; gives what is carried.
+        kinematics: Of the arm and what it carries.
         positions: Of the group's joints, shape (n,) [rad | m].
         limits: Limits of the group's joints.
     """
-    torque, effort = np.abs(torques_at_rest(motion, positions[None])[0]), limits.effort
+    torque, effort = np.abs(torques_at_rest(kinematics, positions[None])[0]), limits.effort
     broken = np.flatnonzero(torque >= effort * (1.0 - LEFT))
     order: Sequence[int] = broken[np.argsort(effort[broken] - torque[broken], kind="stable")].tolist()
-    names, model = motion.reduced.joint_names, motion.reduced.scene.robot.model
+    names, model = kinematics.reduced.joint_names, kinematics.reduced.scene.robot.model
     return tuple(
         Overload(
             joint=names[joint],
@@ -140,25 +144,26 @@ def _shares(motion: Motion, limits: JointLimits) -> tuple[Floats, Floats, Floats
     return times, torques, np.where(limited, np.abs(torques) / limits.effort, -np.inf)
 
 
-def torques_at_rest(motion: Motion, positions: Floats) -> Floats:
+def torques_at_rest(kinematics: Kinematics, positions: Floats) -> Floats:
     """Return the torques that hold the arm still at configurations, shape (s, n) [Nm | N].
 
     Args:
-        motion: Any motion of the arm; gives what is carried.
+        kinematics: Of the arm and what it carries.
         positions: Of the group's joints, shape (s, n) [rad | m].
     """
-    reduced = motion.reduced
+    reduced = kinematics.reduced
     still = np.zeros((len(positions), len(reduced.mimic_matrix)))
-    torques = motion.kinematics.torques(motion.kinematics.configurations(positions), still, still)
-    return (torques + payload_torques(motion, positions, still, still)) @ reduced.mimic_matrix
+    torques = kinematics.torques(kinematics.configurations(positions), still, still)
+    return (torques + payload_torques(kinematics, positions, still, still)) @ reduced.mimic_matrix
 
 
 def _ends(motion: Motion) -> tuple[Floats, Floats]:
     """Return the times of those ends that are at rest, shape (e,), and the torques to stand there, (e, n)."""
-    times = np.array((0.0, motion.duration))
-    at, speeds = motion.trajectory(times), np.abs(motion.trajectory(times, 1))
-    rests = speeds.max(axis=1, initial=0.0) <= motion.options.rest_speed
-    return times[rests], torques_at_rest(motion, at[rests])
+    velocities = motion.trajectory.velocities
+    assert velocities is not None  # The motion is differentiable.
+    rests = np.abs(velocities[[0, -1]]).max(axis=1, initial=0.0) <= motion.options.rest_speed
+    at = motion.trajectory.positions[[0, -1]]
+    return np.array((0.0, motion.duration))[rests], torques_at_rest(motion.kinematics, at[rests])
 
 
 def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
@@ -176,15 +181,22 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
         states[2] @ reduced.mimic_matrix.T,
     )
     torques = motion.kinematics.torques(configurations, velocities, accelerations)
-    torques = torques + payload_torques(motion, states[0], velocities, accelerations)
+    torques = torques + payload_torques(motion.kinematics, states[0], velocities, accelerations)
     return times, torques @ reduced.mimic_matrix
 
 
 def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:
-    """Sample each segment from its own polynomial: times (s,), and orders 0 to 2, each (s, n)."""
+    """Sample each segment from its own polynomial: times (s,), and orders 0 to 2, each (s, n).
+
+    Where the acceleration does not jump, the end of a segment is the start of the next as well.
+    """
     knots = motion.trajectory.times
-    lengths = np.diff(knots)
     counts = np.maximum(steps_in_pieces(motion) + 1, SAMPLES_PER_SEGMENT)
-    segment = np.repeat(np.arange(len(lengths)), counts)
-    local = lengths[segment] * counting(counts) / (counts[segment] - 1)
+    segment, number = np.repeat(np.arange(len(counts)), counts), counting(counts)
+    jumps = np.abs(motion.acceleration_jumps)
+    again = jumps.max(axis=1) <= ROUNDING * np.abs(motion.group[2].coefficients[-1]).max(initial=0.0)
+    again[0] = False
+    kept = (number > 0) | ~again[segment]
+    segment, number = segment[kept], number[kept]
+    local = np.diff(knots)[segment] * number / (counts[segment] - 1)
     return knots[segment] + local, [motion.group[order].at(segment, local) for order in (0, 1, 2)]

@@ -25,6 +25,50 @@ class Poses:
     translation: Floats
 
 
+@dataclass(frozen=True, eq=False)
+class _Joints:
+    """The joints of a model, the world first; the same for all scenes.
+
+    Attributes:
+        parents: Parent joint of each joint.
+        revolute: Whether a joint turns, shape (joints,).
+        axes: Unit axis of each joint in its own frame, shape (joints, 3).
+        first: Place of each joint's first number in pinocchio's configurations, without the world.
+        circular: Whether it has two, cosine and sine.
+        arm: The joints as the core knows them.
+    """
+
+    parents: tuple[int, ...]
+    revolute: Bools
+    axes: Floats
+    first: tuple[int, ...]
+    circular: tuple[bool, ...]
+    arm: proof.Arm
+
+    @staticmethod
+    def of(reduced: ReducedModel) -> "_Joints":
+        model = reduced.model
+        parents = tuple(int(parent) for parent in model.parents)
+        axes, revolute = np.zeros((len(parents), 3)), np.zeros(len(parents), dtype=np.bool_)
+        neutral, joints = pin.neutral(model), list(model.joints)[1:]
+        for number, joint in enumerate(joints, start=1):
+            data = joint.createData()
+            joint.calc(data, neutral)
+            subspace = np.asarray(data.S, dtype=np.float64).reshape(6)
+            revolute[number] = bool(np.abs(subspace[3:]).max() > 0.5)
+            axes[number] = subspace[3:] if revolute[number] else subspace[:3]
+        placements = list(model.jointPlacements)
+        arm = proof.arm(
+            np.array(parents, dtype=np.int64),
+            revolute,
+            axes,
+            np.array([placement.rotation for placement in placements]),
+            np.array([placement.translation for placement in placements]),
+        )
+        first = tuple(int(joint.idx_q) for joint in joints)
+        return _Joints(parents, revolute, axes, first, tuple(int(joint.nq) == 2 for joint in joints), arm)
+
+
 class Kinematics:
     """Workspace for kinematics and dynamics of a model, by the native core; one for each thread.
 
@@ -38,32 +82,14 @@ class Kinematics:
     """
 
     def __init__(self, reduced: ReducedModel) -> None:
-        """Read the joints."""
-        model = reduced.model
+        """Read the joints, once for all scenes."""
         self.reduced = reduced
-        self.parents: tuple[int, ...] = tuple(int(parent) for parent in model.parents)
-        self.axes: Floats = np.zeros((len(self.parents), 3))
-        self.revolute: Bools = np.zeros(len(self.parents), dtype=np.bool_)
+        joints = reduced.derived_of_robot(_Joints.of)
+        self.parents, self.revolute, self.axes, self.arm = (
+            joints.parents, joints.revolute, joints.axes, joints.arm,
+        )  # fmt: skip
+        self._first, self._circular = joints.first, joints.circular
         self.calls = 0
-        self._first: list[int] = []
-        self._circular: list[bool] = []
-        neutral = pin.neutral(model)
-        for number, joint in enumerate(list(model.joints)[1:], start=1):
-            data = joint.createData()
-            joint.calc(data, neutral)
-            subspace = np.asarray(data.S, dtype=np.float64).reshape(6)
-            self.revolute[number] = bool(np.abs(subspace[3:]).max() > 0.5)
-            self.axes[number] = subspace[3:] if self.revolute[number] else subspace[:3]
-            self._first.append(int(joint.idx_q))
-            self._circular.append(int(joint.nq) == 2)
-        placements = list(model.jointPlacements)
-        self.arm = proof.arm(
-            np.array(self.parents, dtype=np.int64),
-            self.revolute,
-            self.axes,
-            np.array([placement.rotation for placement in placements]),
-            np.array([placement.translation for placement in placements]),
-        )
 
     def chain(self, joint: int) -> tuple[int, ...]:
         """Return a joint and those it hangs on, outermost first, without the world."""

@@ -1,5 +1,7 @@
 """A trajectory moving a robot: positions of its joints and bounds on how they change."""
 
+from functools import cached_property
+
 import numpy as np
 
 from trajopt.arrays import Floats
@@ -62,6 +64,19 @@ class Motion:
         if len(matrix) == len(self.reduced.joint_names):
             return self.group[order]
         return self.group[order].combined(matrix, offset if order == 0 else np.zeros_like(offset))
+
+    @cached_property
+    def acceleration_jumps(self) -> Floats:
+        """By how much the group's accelerations jump at each of the trajectory's times, from and to rest.
+
+        Of shape (k, n) [rad/s^2 | m/s^2].
+        """
+        coefficients, lengths = self.group[2].coefficients, np.diff(self.trajectory.times)
+        reached = np.zeros(coefficients.shape[1:])
+        for coefficient in coefficients:
+            reached = reached * lengths[:, None] + coefficient
+        rest = np.zeros((1, coefficients.shape[2]))
+        return np.concatenate((coefficients[-1], rest)) - np.concatenate((rest, reached))
 
     @property
     def duration(self) -> float:

@@ -101,10 +101,14 @@ class PairDistances:
         Returns:
             Shape (p,) [m].
         """
-        bodies = self.reduced.bodies
-        meshes = np.array([isinstance(body.shape, Mesh) for body in bodies], dtype=np.bool_)
-        hulled = (meshes[self.first] | meshes[self.second]) & ~self.planar & (distance <= 0.0)
+        hulled = self._meshed & ~self.planar & (distance <= 0.0)
         return np.where(hulled, np.inf, 2.0 * error + DOUBTFUL)
+
+    @cached_property
+    def _meshed(self) -> Bools:
+        """Whether an exact mesh is in each pair, shape (p,)."""
+        meshes = np.array([isinstance(body.shape, Mesh) for body in self.reduced.bodies], dtype=np.bool_)
+        return meshes[self.first] | meshes[self.second]
 
     @property
     def calls(self) -> int:

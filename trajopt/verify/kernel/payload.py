@@ -11,15 +11,16 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.payload import Payload, payloads
-from trajopt.verify.kernel.kinematics import Poses
-from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.kinematics import Kinematics, Poses
 
 
-def payload_torques(motion: Motion, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
+def payload_torques(
+    kinematics: Kinematics, positions: Floats, velocities: Floats, accelerations: Floats
+) -> Floats:
     """Return the torques that the carried masses need.
 
     Args:
-        motion: The motion; its model says what is carried.
+        kinematics: Of the arm; its model says what is carried.
         positions: Of the group's joints, shape (s, n) [rad | m].
         velocities: Of the model's joints, shape (s, joints) [rad/s | m/s].
         accelerations: Of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
@@ -28,18 +29,17 @@ def payload_torques(motion: Motion, positions: Floats, velocities: Floats, accel
         Of the model's joints, shape (s, joints) [Nm | N].
     """
     total = np.zeros(velocities.shape)
-    carried = payloads(motion.reduced)
+    carried = payloads(kinematics.reduced)
     if carried:
-        poses = motion.kinematics.poses(positions)
+        poses = kinematics.poses(positions)
         for item in carried:
-            total += _torques(motion, item, poses, velocities, accelerations)
+            total += _torques(kinematics, item, poses, velocities, accelerations)
     return total
 
 
 def _torques(
-    motion: Motion, item: Payload, poses: Poses, velocities: Floats, accelerations: Floats
+    kinematics: Kinematics, item: Payload, poses: Poses, velocities: Floats, accelerations: Floats
 ) -> Floats:
-    kinematics = motion.kinematics
     point = poses.rotation[:, item.joint] @ item.point + poses.translation[:, item.joint]
     spin: Floats = np.zeros(point.shape)
     acceleration: Floats = np.zeros(point.shape)
@@ -57,7 +57,7 @@ def _torques(
         if kinematics.revolute[joint]:
             spin = spin + speed * axis
         levers[joint] = lever
-    gravity = np.array(motion.reduced.model.gravity.linear)
+    gravity = np.array(kinematics.reduced.model.gravity.linear)
     force = item.mass * (acceleration - gravity)
     torques = np.zeros(velocities.shape)
     for joint, lever in levers.items():

@@ -36,7 +36,7 @@ class Windows:
             if allowance.last > 0.0:
                 self._from[pair] = min(self._from[pair], duration - allowance.last)
                 self._last_depth[pair] = min(self._last_depth[pair], allowance.depth)
-        edges = np.concatenate((self._until, self._from))
+        edges = np.concatenate((self._until, self._from)) if pairs.allowances else np.empty(0)
         self.edges: Floats = np.unique(edges[(edges > 0.0) & (edges < duration)])
 
     def rows(self, pair: Ints) -> Floats:
