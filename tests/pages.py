@@ -17,11 +17,16 @@ class Page:
         self.folder, self.names = folder, {"__name__": "page"}
 
     def run(self, *sections: str) -> None:
-        """Run the blocks of sections, which may use what earlier ones made."""
+        """Run the blocks of sections, which may use what earlier ones made.
+
+        A block of YAML becomes the file that the comment at its top names.
+        """
         for section in sections:
             for kind, text in BLOCK.findall(self.sections[section]):
                 if kind == "bash":
                     subprocess.run(["bash", "-euc", text], cwd=self.folder, check=True, timeout=240)
+                elif kind == "yaml":
+                    (self.folder / text.split()[1]).write_text(text)
                 else:
                     exec(compile(text, f"{self.name}, {section}", "exec"), self.names)
 

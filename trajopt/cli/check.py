@@ -8,6 +8,7 @@ import typer
 
 from trajopt.cli.options import (
     ExactOption,
+    JerkOption,
     JsonOption,
     LimitsOption,
     PackageOption,
@@ -37,13 +38,15 @@ def check(
     package_dir: PackageOption = None,
     exact_meshes: ExactOption = False,
     torque_scaling: TorqueOption = 1.0,
+    limit_jerk: JerkOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
 
     Between points that have accelerations it is quintic, with velocities cubic, with neither linear.
     """
-    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes, torque_scaling)
+    folders = tuple(package_dir or ())
+    source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
     around, asked = read_files(source.load(), scene, request)
     problem = asked.problem()
     motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)

@@ -35,6 +35,10 @@ TorqueOption = Annotated[
     float,
     typer.Option("--torque-scaling", metavar="X", help="Factor on the limits of torque; inf turns them off."),
 ]
+JerkOption = Annotated[
+    bool,
+    typer.Option("--limit-jerk", help="Limit the jerk of joints that state no limit: acceleration in 0.1 s."),
+]
 ExactOption = Annotated[
     bool,
     typer.Option("--exact-meshes", help="With a URDF file: keep collision meshes as triangles."),
@@ -63,6 +67,7 @@ class RobotSource:
         package_dirs: Folders of packages.
         exact_meshes: Whether collision meshes stay triangles.
         torque_scaling: Factor on the limits of torque.
+        limit_jerk: Whether joints that state no limit of their jerk get one.
     """
 
     robot: str
@@ -71,6 +76,7 @@ class RobotSource:
     package_dirs: tuple[Path, ...] = ()
     exact_meshes: bool = False
     torque_scaling: float = 1.0
+    limit_jerk: bool = False
 
     def load(self) -> Robot:
         """Load the robot; convex pieces of new meshes take a while, so a line says so."""
@@ -85,6 +91,7 @@ class RobotSource:
             package_dirs=self.package_dirs,
             meshes=MeshPolicy(exact=True) if self.exact_meshes else None,
             torque_scaling=self.torque_scaling,
+            limit_jerk=self.limit_jerk,
         )
 
     def as_dict(self) -> dict[str, object]:
@@ -97,6 +104,7 @@ class RobotSource:
             "package_dirs": [str(folder.resolve()) for folder in self.package_dirs],
             "exact_meshes": self.exact_meshes,
             "torque_scaling": self.torque_scaling if isfinite(self.torque_scaling) else None,
+            "limit_jerk": self.limit_jerk,
         }
 
     @staticmethod
@@ -119,6 +127,7 @@ class RobotSource:
             else (),
             bool(document.get("exact_meshes")),
             _torque_scaling(path, document.get("torque_scaling", 1.0)),
+            bool(document.get("limit_jerk")),
         )
 
 

@@ -9,6 +9,7 @@ import typer
 
 from trajopt.cli.options import (
     ExactOption,
+    JerkOption,
     JsonOption,
     LimitsOption,
     PackageOption,
@@ -59,6 +60,7 @@ def plan(
     package_dir: PackageOption = None,
     exact_meshes: ExactOption = False,
     torque_scaling: TorqueOption = 1.0,
+    limit_jerk: JerkOption = False,
     explain: ExplainOption = False,
     as_json: JsonOption = False,
     portfolio: PortfolioOption = True,
@@ -68,7 +70,8 @@ def plan(
     workers: WorkersOption = 1,
 ) -> None:
     """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
-    source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes, torque_scaling)
+    folders = tuple(package_dir or ())
+    source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
     budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
     around, asked = read_files(source.load(), scene, request)
     with progress_line() as line:

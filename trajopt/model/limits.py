@@ -96,12 +96,6 @@ class JointLimits(Value):
             acceleration=readonly(self.acceleration * acceleration),
         )
 
-    def with_effort_scaled(self, scaling: float, index: Ints) -> "JointLimits":
-        """Return these limits with the effort of the joints at some places multiplied; inf turns it off."""
-        effort = np.array(self.effort)
-        effort[index] *= scaling
-        return replace(self, effort=readonly(effort))
-
 
 def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator) -> Floats:
     """Draw positions evenly within limits; joints without any within half a turn of zero.

@@ -8,7 +8,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from xml.etree import ElementTree
 
-from trajopt.arrays import path
+from trajopt.arrays import one_of, path
 from trajopt.errors import FileFormatError, MissingExtra, ModelError, RobotNotFound, shown
 from trajopt.model.bases import MovingBase
 from trajopt.model.meshes.mesh_cover import MeshPolicy
@@ -32,6 +32,7 @@ def load(
     meshes: MeshPolicy | None = None,
     base: MovingBase | None = None,
     torque_scaling: float = 1.0,
+    limit_jerk: bool = False,
 ) -> Robot:
     """Load an installed robot by name ("panda"), or any robot from its URDF, xacro or MJCF file.
 
@@ -48,6 +49,7 @@ def load(
         base: With a path or a description: how the robot's base moves, made by `trajopt.bases`; it
             stands still when None.
         torque_scaling: Factor on the limits of torque, `Robot.with_torque_scaling`; inf turns them off.
+        limit_jerk: Whether joints that state no limit of their jerk get one, `Robot.with_jerk_limits`.
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
@@ -60,26 +62,26 @@ def load(
     if str(robot) in installed:
         if srdf or limits or package_dirs or xacro or meshes or base:
             raise ModelError(f"robot {shown(robot)} is installed by name and brings its own files")
-        return _scaled(installed[str(robot)].load()(), torque_scaling)
+        return _limited(installed[str(robot)].load()(), torque_scaling, limit_jerk)
     file = path("robot", robot)
     if str(robot).isidentifier() and str(robot).endswith(_SUFFIX) and not isfile(file):
         urdf, folders = _description(str(robot), installed)
         dirs = (*package_dirs, *folders)
-        return _scaled(
-            Robot.from_urdf(urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes, base=base),
-            torque_scaling,
+        described = Robot.from_urdf(
+            urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes, base=base
         )
+        return _limited(described, torque_scaling, limit_jerk)
     if not isfile(file):  # never raises, as `Path.is_file` does on what cannot be a path
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     if _root(file) == "mujoco":
         if package_dirs or xacro:
             raise ModelError(f"{shown(robot)} is MJCF: it finds its meshes itself, and holds no xacro")
         mjcf = Robot.from_mjcf(file, srdf=srdf, limits=limits, meshes=meshes, base=base)
-        return _scaled(mjcf, torque_scaling)
+        return _limited(mjcf, torque_scaling, limit_jerk)
     loaded = Robot.from_urdf(
         robot, srdf=srdf, limits=limits, package_dirs=package_dirs, xacro=xacro, meshes=meshes, base=base
     )
-    return _scaled(loaded, torque_scaling)
+    return _limited(loaded, torque_scaling, limit_jerk)
 
 
 def _root(file: Path) -> str:
@@ -98,8 +100,9 @@ def _root(file: Path) -> str:
     return tag
 
 
-def _scaled(robot: Robot, scaling: float) -> Robot:
-    return robot if scaling == 1.0 else robot.with_torque_scaling(scaling)
+def _limited(robot: Robot, scaling: float, limit_jerk: bool) -> Robot:
+    scaled = robot if scaling == 1.0 else robot.with_torque_scaling(scaling)
+    return scaled.with_jerk_limits() if one_of("limit_jerk", limit_jerk, bool) else scaled
 
 
 def _description(name: str, installed: Iterable[str]) -> tuple[Path, tuple[Path, ...]]:

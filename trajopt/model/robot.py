@@ -9,14 +9,12 @@ from typing import cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, mapping, number, one_of, sequence
+from trajopt.arrays import Floats, Ints, mapping, one_of
 from trajopt.errors import (
     FrameNotFound,
     GroupNotFound,
     JointNotFound,
-    ShapeError,
     StateNotFound,
-    listed,
     shown,
 )
 from trajopt.model.bases import MovingBase
@@ -34,6 +32,7 @@ from trajopt.model.description.pinocchio_model import (
 from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.likely_units import stated_angle
 from trajopt.model.meshes.mesh_cover import MeshPolicy
+from trajopt.model.other_limits import jerk_limited, torque_scaled
 from trajopt.model.placement import IDENTITY
 from trajopt.model.printed import in_number, in_short
 from trajopt.model.robot_parts import (
@@ -303,14 +302,7 @@ class Robot(RobotParts):
         raise StateNotFound("state", name, known, left_out=self.left_out.get(name, ""))
 
     def configuration(self, positions: Floats) -> Floats:
-        """Return pinocchio's configuration vector of positions of all joints.
-
-        Args:
-            positions: One number per joint, shape (number of joints,) [rad | m].
-
-        Returns:
-            Configuration q, shape (model.nq,): cosine and sine for continuous joints.
-        """
+        """Return pinocchio's configuration of all joints' positions [rad | m], shape (model.nq,)."""
         return configuration(self.model, positions)
 
     def with_torque_scaling(self, scaling: float, *, joints: Iterable[str] | None = None) -> "Robot":
@@ -324,14 +316,23 @@ class Robot(RobotParts):
             ShapeError: If the factor is not positive.
             JointNotFound: If one is no movable joint.
         """
-        factor = number("scaling", scaling, infinite=True)
-        if factor <= 0.0:
-            raise ShapeError("scaling", f"is a positive factor, or inf for no limit; is {factor:g}")
-        names = self.joint_names if joints is None else tuple(sequence("joints", joints))
-        whose = "all joints" if joints is None else listed(names)
-        said = "turned off" if factor == np.inf else f"multiplied by {factor:g}"
-        limits = self.limits.with_effort_scaled(factor, self.index(names))
-        return replace(self, limits=limits, notes=(*self.notes, f"torque limits of {whose} are {said}"))
+        limits, said = torque_scaled(self.limits, scaling, joints)
+        return replace(self, limits=limits, notes=(*self.notes, said))
+
+    def with_jerk_limits(self, *, rise: float | None = None, joints: Iterable[str] | None = None) -> "Robot":
+        """Return the robot with its jerk limited too; `notes` says so.
+
+        Args:
+            rise: Time that each acceleration takes at least to reach its limit [s]. When None, 0.1 s for
+                joints that state no limit of their jerk; others keep theirs.
+            joints: The joints that it is for; all when None.
+
+        Raises:
+            ShapeError: If the time is not positive.
+            JointNotFound: If one is no movable joint.
+        """
+        limits, said = jerk_limited(self.limits, rise, joints)
+        return replace(self, limits=limits, notes=(*self.notes, said)) if said else self
 
     def __getstate__(self) -> dict[str, object]:
         """Return the fields by name, the model as plain data."""

@@ -21,6 +21,7 @@ def notes(motion: Motion, limits: JointLimits) -> tuple[str, ...]:
     return (
         *_trajectory_notes(motion, limits),
         *(f"limit chosen: {note}" for note in limits.defaulted),
+        *_jerk_notes(limits),
         *_joint_notes(reduced),
         *(f"mesh of {note}" for note in reduced.scene.robot.mesh_notes),
         *(f"mesh of {note}" for item in reduced.scene.objects.values() for note in item.notes),
@@ -46,6 +47,16 @@ def _trajectory_notes(motion: Motion, limits: JointLimits) -> list[str]:
         if carried:
             found.append(f"torques are judged without the mass of {_listed(carried, count=len(carried))}")
     return found
+
+
+def _jerk_notes(limits: JointLimits) -> list[str]:
+    free = [
+        name for name, limit in zip(limits.joint_names, limits.jerk, strict=True) if not np.isfinite(limit)
+    ]
+    if not free:
+        return []
+    named = _listed(free, count=len(free))
+    return [f"jerk is not limited, for none is stated: {named}; Robot.with_jerk_limits chooses limits"]
 
 
 def _joint_notes(reduced: ReducedModel) -> list[str]:
