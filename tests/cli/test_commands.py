@@ -299,3 +299,30 @@ def test_notes_on_the_robot_are_printed_and_torque_limits_turned_off(folder: Pat
         assert done.returncode == 0, done.stderr
         assert "group 'legs' is left out: no joint" in done.stdout
         assert "torque limits of all joints are turned off" in done.stdout
+
+
+def test_a_shorter_motion_and_chosen_jerk_limits_on_request(folder: Path, plan_file: Path) -> None:
+    done = trajopt("plan", *common(folder), "--free-duration", "--limit-jerk", "--json")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert document["method"]["name"] == "free-duration"
+    assert document["duration"] <= document["along_path"]
+    assert any("jerk limits of pan" in note for note in document["notes"])
+    assert any(check["name"] == "jerk" for check in document["certificate"]["checks"])
+    assert document["source"]["limit_jerk"] is True
+    plain = json.loads(plan_file.read_text())
+    assert plain["along_path"] is None and plain["source"]["limit_jerk"] is False
+    shown = trajopt("plan", *common(folder), "--free-duration").stdout
+    assert "motion of" in shown and "along the path" in shown and "method free-duration" in shown
+
+
+def test_every_goal_of_a_request_is_compared(folder: Path) -> None:
+    single = REQUEST.format(start=-1.0, goal=1.0)
+    begin = single.index("  - joint_constraints:")
+    (folder / "several.yaml").write_text(single + single[begin:].replace("position: 1.0", "position: -0.5"))
+    done = trajopt("plan", *common(folder, "several.yaml"), "--every-goal")
+    assert done.returncode == 0, done.stderr
+    table = done.stdout.split("every goal\n")[1].splitlines()
+    assert table[0].split()[0] == "goal" and "goal 2" in table[1] and "goal 1" in table[2]
+    refused = trajopt("plan", *common(folder), "--every-goal")
+    assert refused.returncode == 2 and "any_of" in refused.stderr

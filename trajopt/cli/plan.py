@@ -26,6 +26,7 @@ from trajopt.cli.options import (
 )
 from trajopt.cli.progress import progress_line
 from trajopt.moveit.trajectory_files import write_json
+from trajopt.planning.comparison import table
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, improvement
 
@@ -43,6 +44,9 @@ FreeOption = Annotated[
         "--free-duration",
         help="Optimise shape and time together too: shorter than the fastest motion along the path.",
     ),
+]
+EveryOption = Annotated[
+    bool, typer.Option("--every-goal", help="Plan to every goal of the request and compare the motions.")
 ]
 WorkersOption = Annotated[
     int, typer.Option("--workers", min=1, help="Threads, once the straight line has been tried.")
@@ -67,6 +71,7 @@ def plan(
     time_budget: TimeBudgetOption = None,
     improve: ImproveOption = False,
     free_duration: FreeOption = False,
+    every_goal: EveryOption = False,
     workers: WorkersOption = 1,
 ) -> None:
     """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
@@ -78,6 +83,7 @@ def plan(
         result = plan_problem(
             asked.problem(),
             improve=free_duration,
+            every_goal=every_goal,
             budget=budget,
             progress=line.show,
             on_incumbent=line.have,
@@ -130,6 +136,8 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
         lines.append(f"  improved {improvement(result.along_path, trajectory.duration)}")
     if result.because:
         lines.append(f"  method {result.method}: {result.because}")
+    if result.of_each_goal:
+        lines += ["", "every goal", *(f"  {line}" for line in table(result.compared))]
     if result.certificate is not None:
         lines += ["", "certificate", *_indented(str(result.certificate))]
     if notes:

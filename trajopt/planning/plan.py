@@ -10,6 +10,7 @@ from trajopt.arrays import one_of, unless_none
 from trajopt.errors import ProblemError
 from trajopt.methods import Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
+from trajopt.planning.every_goal import EveryGoal
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
@@ -25,6 +26,7 @@ def plan(
     *,
     method: Method | str | None = None,
     improve: bool = False,
+    every_goal: bool = False,
     seconds: float | None = None,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
@@ -41,6 +43,9 @@ def plan(
         improve: Whether to look for a shorter motion than the fastest along its path: shape and time are then
             optimised together as well ("free-duration"), which takes a few times as long to plan. The result
             says how long either motion takes.
+        every_goal: Whether the goals of a set are all planned to, each by itself, and the results kept for
+            comparison: `result.of_each_goal`, and a table in the printed result. The plan is the shortest
+            of them in time. A budget's seconds and work are shared out among the goals.
         seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
         rng: Draws the starts of inverse kinematics and the bends of seeds; a fixed seed when None, so that
             the answer is the same every time.
@@ -56,18 +61,30 @@ def plan(
     Raises:
         SolverNotFound: If there is no method of that name.
         ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, or nothing
-            improves what the method plans.
+            improves what the method plans, or every goal is asked for and there is one.
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
-    draws = unless_none("rng", rng, np.random.Generator) or np.random.default_rng(0)
+    given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
-    search = Search(problem, choice, draws, tracker, on_incumbent)
+    if one_of("every_goal", every_goal, bool):
+        return EveryGoal(problem, choice, given, tracker, on_incumbent).planned(_run)
+    return _run(Search(problem, choice, given or np.random.default_rng(0), tracker, on_incumbent))
+
+
+def _run(search: Search) -> Result:
+    """Attempt seeds until the search is done or stopped.
+
+    Raises:
+        KeyboardInterrupt: If interrupted before there is a motion.
+    """
     stopped: Stop | None = None
     try:
         for candidates in search.rounds():
             parallel = search.in_threads(candidates)
-            results = attempted_in_threads(candidates, tracker) if parallel else map(attempt, candidates)
+            results = (
+                attempted_in_threads(candidates, search.tracker) if parallel else map(attempt, candidates)
+            )
             for candidate, result in zip(candidates, results, strict=True):
                 search.learn(candidate, result)
                 if search.done:

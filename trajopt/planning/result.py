@@ -12,6 +12,7 @@ from trajopt.model.printed import in_number
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.native import native_cores
 from trajopt.planning.budget import Stop
+from trajopt.planning.comparison import ComparedGoal, table
 from trajopt.planning.judgement import Judged
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
@@ -153,6 +154,8 @@ class Result:
         method: Name of the method that planned.
         because: Why planning chose that method itself; empty where it was asked for, or is the default.
         along_path: As of a plan; None where no shorter motion than along the path was looked for.
+        of_each_goal: Of a goal set, where every goal was asked for: the result of each, the shortest motion
+            first.
     """
 
     problem: Problem
@@ -174,6 +177,7 @@ class Result:
     method: str = ""
     because: str = ""
     along_path: float | None = None
+    of_each_goal: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
 
     def __repr__(self) -> str:
         """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""
@@ -195,6 +199,8 @@ class Result:
         lines += [f"  {each}" for each in self.attempts[:SHOWN_ATTEMPTS]]
         if len(self.attempts) > SHOWN_ATTEMPTS:
             lines.append(f"  and {len(self.attempts) - SHOWN_ATTEMPTS} more attempts")
+        if self.of_each_goal:
+            lines += [f"  {line}" for line in table(self.compared)]
         return "\n".join(lines)
 
     @property
@@ -205,6 +211,25 @@ class Result:
         first asked for, which takes a few milliseconds.
         """
         return None if self.judged is None else self.judged.certificate
+
+    @property
+    def compared(self) -> tuple[ComparedGoal, ...]:
+        """Where every goal was asked for: what became of each, the shortest motion first."""
+        return tuple(
+            ComparedGoal(name, found.status)
+            if found.trajectory is None
+            or found.path is None
+            or found.certificate is None
+            or not found.verified
+            else ComparedGoal(
+                name,
+                found.status,
+                found.trajectory.duration,
+                found.path.length,
+                found.certificate.clearance,
+            )
+            for name, found in self.of_each_goal.items()
+        )
 
     @property
     def verified(self) -> bool:
@@ -262,6 +287,7 @@ class Result:
             "duration": None if trajectory is None else trajectory.duration,
             "along_path": self.along_path,
             "method": {"name": self.method, "because": self.because},
+            "goals": [goal.as_dict() for goal in self.compared],
         }
 
     @property

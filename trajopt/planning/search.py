@@ -145,24 +145,11 @@ class Search:
         else:
             first = self.goals[0].workspace.result(Status.CANCELLED, "nothing was attempted")
         if self.problem.alternatives:
-            first = self._failure_of_all(first, known)
+            first = failure_of_all(self.problem, first, known)
         if stopped is None:
             return first
         message = first.message if self.problem.alternatives or not known else f"so far: {first.reason}"
         return replace(first, status=ENDED[stopped], message=message, certainty=Certainty.EVIDENCE)
-
-    def _failure_of_all(self, first: Result, known: Mapping[str, Result]) -> Result:
-        """Return the failure of a goal set: proven only if that of every goal is."""
-        certainties = {failure.certainty for failure in known.values()}
-        proven = len(known) == len(self.goals) and certainties == {Certainty.PROVEN}
-        nearest_first = sorted(known, key=lambda name: known[name] is not first)
-        return replace(
-            first,
-            problem=self.problem,
-            message="; ".join(f"{name}: {failure.reason}" for name, failure in known.items()),
-            alternatives={name: known[name] for name in nearest_first},
-            certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE,
-        )
 
     def _complete(self, result: Result) -> Result:
         """Add what planning did in total."""
@@ -174,6 +161,26 @@ class Search:
             method=self.choice.method.name,
             because=self.choice.because,
         )
+
+
+def failure_of_all(problem: Problem, first: Result, known: Mapping[str, Result]) -> Result:
+    """Return the failure of a goal set: proven only if that of every goal is.
+
+    Args:
+        problem: The problem with the goal set.
+        first: The failure that is told first.
+        known: The failures by the goal's name.
+    """
+    certainties = {failure.certainty for failure in known.values()}
+    proven = len(known) == len(problem.alternatives) and certainties == {Certainty.PROVEN}
+    nearest_first = sorted(known, key=lambda name: known[name] is not first)
+    return replace(
+        first,
+        problem=problem,
+        message="; ".join(f"{name}: {failure.reason}" for name, failure in known.items()),
+        alternatives={name: known[name] for name in nearest_first},
+        certainty=Certainty.PROVEN if proven else Certainty.EVIDENCE,
+    )
 
 
 def _attempt(number: int, candidate: Candidate, result: Result) -> Attempt:
