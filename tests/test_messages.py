@@ -12,6 +12,7 @@ from tests.requirements.kind import kinds
 from trajopt.cartesian import polyline
 from trajopt.errors import end_of, listed, shown
 from trajopt.export import Movej, Servoj, exporter_named
+from trajopt.model.trajectory import Path
 from trajopt.verify import Moment
 
 LONGEST = 400
@@ -88,7 +89,7 @@ def calls() -> Iterator[Call]:
     yield to.examine, {"reduced": made.reduced, "positions": zeros, "moment": Moment.START}
     yield to.judge, {"problem": made, "trajectory": None}
     yield to.goal_configurations, {"problem": made, "rng": None}
-    yield to.Path, {"joint_names": ("a",), "knots": np.zeros((3, 1))}
+    yield Path, {"joint_names": ("a",), "knots": np.zeros((3, 1))}
     yield to.Trajectory, {"joint_names": ("a",), "times": np.arange(3.0), "positions": np.zeros((3, 1))}
     moving = to.Trajectory(("a",), np.arange(3.0), np.zeros((3, 1)))
     yield moving.sampled, {"hz": 2.0}

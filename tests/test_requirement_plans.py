@@ -5,6 +5,7 @@ import pytest
 
 import trajopt as to
 from trajopt.model.requirements import Requirement
+from trajopt.planning import Plan
 from trajopt.verify import Evidence
 
 START = {"panda_joint2": -0.785, "panda_joint4": -2.356, "panda_joint6": 1.571, "panda_joint7": 0.785}
@@ -17,7 +18,7 @@ def panda() -> to.Robot:
     return to.load("panda")
 
 
-def planned(panda: to.Robot, constraint: Requirement, scene: to.Scene | None = None) -> to.Plan:
+def planned(panda: to.Robot, constraint: Requirement, scene: to.Scene | None = None) -> Plan:
     problem = to.Problem(
         scene=scene or to.Scene(panda),
         group="panda_arm",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.errors import ProblemError
+from trajopt.errors import PlanningFailed, ProblemError
 from trajopt.simulate import render, simulate
 
 
@@ -75,7 +75,7 @@ def test_forms_of_render(result: to.Result, tmp_path: Path) -> None:
     ids=["simulate", "view", "render"],
 )
 def test_a_failure_says_why(failed: to.Result, call: Callable[[to.Result], object]) -> None:
-    with pytest.raises(to.PlanningFailed, match="GOAL_OUT_OF_LIMITS"):
+    with pytest.raises(PlanningFailed, match="GOAL_OUT_OF_LIMITS"):
         call(failed)
 
 

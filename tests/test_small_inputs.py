@@ -10,6 +10,7 @@ import trajopt as to
 from tests.planning.walls import wall
 from tests.robots_for_tests import odd_arm
 from trajopt.errors import ProblemError, ShapeError, SizeError
+from trajopt.model.trajectory import Path
 from trajopt.retime import RetimeFailure, retime
 from trajopt.simulate import simulate
 from trajopt.terms import Cost, Velocity
@@ -57,7 +58,7 @@ def test_a_tiny_limit_of_a_joint_is_told(problem: to.Problem, kind: str, limit: 
     column = np.full(len(limits.joint_names), 1.0)
     column[0] = limit
     knots = np.stack((problem.reduced.start_positions, problem.reduced.start_positions + 0.3))
-    found = retime(to.Path(limits.joint_names, knots), replace(limits, **{kind: column}))
+    found = retime(Path(limits.joint_names, knots), replace(limits, **{kind: column}))
     assert isinstance(found, RetimeFailure) and found.joint == limits.joint_names[0]
     assert kind in found.reason and f"{limit:g}" in found.reason
 

@@ -9,6 +9,7 @@ from trajopt.errors import ProblemError
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import Requirement
 from trajopt.model.trajectory import Trajectory
+from trajopt.planning import Plan
 from trajopt.planning.seeds import line_through
 from trajopt.transcription import transcribe
 from trajopt.verify import Check, Evidence, verify
@@ -120,7 +121,7 @@ def test_a_plan_passes_a_configuration_and_a_placement(panda: to.Robot) -> None:
     assert np.abs(tip - above).max() <= 0.01 + 1e-6
 
 
-def panda_tip(plan: to.Plan, time: float) -> np.ndarray:
+def panda_tip(plan: Plan, time: float) -> np.ndarray:
     reduced = plan.problem.reduced
     full = reduced.all_positions(plan.trajectory(np.array((time,)))[0])
     return reduced.scene.placement_of(TCP, full).translation

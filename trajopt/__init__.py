@@ -10,7 +10,6 @@ from trajopt.benchmark import compare as compare
 from trajopt.benchmark import expected_status as expected_status
 from trajopt.cartesian import follow as follow
 from trajopt.errors import MissingExtra as MissingExtra
-from trajopt.errors import PlanningFailed as PlanningFailed
 from trajopt.errors import TrajoptError as TrajoptError
 from trajopt.explanation import explain as explain
 from trajopt.grasping import pick_and_place as pick_and_place
@@ -32,14 +31,14 @@ from trajopt.model.shapes import Plane as Plane
 from trajopt.model.shapes import Sphere as Sphere
 from trajopt.model.shapes import convex as convex
 from trajopt.model.tool_speed import tool_speed as tool_speed
-from trajopt.model.trajectory import Path as Path
+from trajopt.model.track import Prediction as Prediction
+from trajopt.model.track import Track as Track
 from trajopt.model.trajectory import Trajectory as Trajectory
 from trajopt.planning.attempt import plan_once as plan_once
 from trajopt.planning.budget import Budget as Budget
 from trajopt.planning.judgement import judge as judge
 from trajopt.planning.many import plan_many as plan_many
 from trajopt.planning.plan import plan as plan
-from trajopt.planning.result import Plan as Plan
 from trajopt.planning.result import Result as Result
 from trajopt.planning.result import Status as Status
 from trajopt.problem import Problem as Problem
@@ -48,5 +47,6 @@ from trajopt.simulate import render as render
 from trajopt.simulate import simulate as simulate
 from trajopt.terms import Constraint as Constraint
 from trajopt.terms import Cost as Cost
+from trajopt.verify import Moment as Moment
 from trajopt.verify import examine as examine
 from trajopt.view import view as view

@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 
 import trajopt as to
-from trajopt.verify import Moment
 
 DRAWS = 200
 """Instances that are drawn before giving up."""
@@ -27,7 +26,7 @@ def until_feasible(make: Callable[[], to.Problem], rng: np.random.Generator) -> 
         except to.TrajoptError:
             continue
         reduced = problem.reduced
-        clear = to.examine(reduced, reduced.start_positions, moment=Moment.START).clear
+        clear = to.examine(reduced, reduced.start_positions, moment=to.Moment.START).clear
         if clear and to.goal_configurations(problem, rng=rng):
             return problem
     raise to.TrajoptError(f"none of {DRAWS} instances has a start and a goal that are clear")

@@ -18,6 +18,7 @@ from tests.export.stand_ins import Clock, Franka, MujocoArm, pylibfranka
 from tests.export.urscript import Controller
 from tests.pages import Page
 from trajopt.arrays import Floats
+from trajopt.planning import Plan
 
 READY = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]
 ROS2 = """#!{python}
@@ -55,9 +56,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         yield page
 
 
-def plan_of(page: Page) -> to.Plan:
+def plan_of(page: Page) -> Plan:
     plan = page.names["plan"]
-    assert isinstance(plan, to.Plan)
+    assert isinstance(plan, Plan)
     return plan
 
 

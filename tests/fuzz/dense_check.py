@@ -16,6 +16,7 @@ from trajopt_robots._example_robot_data import share_folder
 
 import trajopt as to
 from trajopt.arrays import Floats
+from trajopt.planning import Plan
 
 SHARE = "example-robot-data/robots"
 FILES = {
@@ -80,7 +81,7 @@ def _slides(model: pin.Model, joint: int) -> bool:
     return model.joints[joint].shortname().startswith("JointModelP")
 
 
-def first_contact(robot: str, plan: to.Plan, *, step: float) -> str:
+def first_contact(robot: str, plan: Plan, *, step: float) -> str:
     """Return the first contact that a motion makes, in words; empty if it makes none.
 
     Args:

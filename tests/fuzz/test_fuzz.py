@@ -8,6 +8,8 @@ import pytest
 import trajopt as to
 from tests.fuzz.dense_check import first_contact
 from tests.fuzz.scenarios import Kind, Scenario, scenario
+from trajopt.errors import PlanningFailed
+from trajopt.planning import Plan
 
 QUICK, ALL, CHUNK = 100, 2000, 100
 QUICK_STEP, STEP = 5e-3, 1e-3
@@ -29,7 +31,7 @@ def outcome(asked: Scenario, step: float) -> str:
     assert result.counts.get("attempts", 0) <= MOST_ATTEMPTS
     if not result.verified:
         assert result.message.strip(), f"{result.status.name} without a reason"
-        with pytest.raises(to.PlanningFailed):
+        with pytest.raises(PlanningFailed):
             result.require()
         return result.status.name
     plan = result.require()
@@ -38,7 +40,7 @@ def outcome(asked: Scenario, step: float) -> str:
     return "SOLVED"
 
 
-def sound(plan: to.Plan) -> None:
+def sound(plan: Plan) -> None:
     """Assert what any motion must be: finite, from start to goal, within the limits of its joints."""
     problem, motion = plan.problem, plan.trajectory
     limits, times = problem.limits, np.linspace(0.0, motion.duration, 500)
@@ -105,7 +107,7 @@ def test_the_dense_check_sees_a_contact() -> None:
         ends = np.stack((plan.trajectory(0.0), plan.trajectory(plan.trajectory.duration)))
         still = np.zeros_like(ends)
         line = to.Trajectory(plan.trajectory.joint_names, np.array((0.0, 9.0)), ends, still, still)
-        straight = to.Plan(plan.problem, plan.path, line, plan.judged)
+        straight = Plan(plan.problem, plan.path, line, plan.judged)
         touches = first_contact(asked.arm, straight, step=QUICK_STEP)
         clear = to.judge(plan.problem, line)
         collides = any(check.name.startswith("clearance") for check in clear.failed)

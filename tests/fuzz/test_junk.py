@@ -47,6 +47,7 @@ def calls(folder: Path) -> dict[str, Sound]:
     motion = to.Trajectory(problem.reduced.joint_names, np.array((0.0, 1.0)), np.stack((ready, ready)))
     (folder / "one.stl").write_text(tetrahedron())
     point, axis = (0.1, 0.0, 0.2), (0.0, 0.0, 1.0)
+    still = to.Track.constant_velocity(there, point)
     return {
         **steps_of_a_motion(folder),
         **taking(),
@@ -78,6 +79,8 @@ def calls(folder: Path) -> dict[str, Sound]:
         "load": Sound(to.load, {"robot": "planar2"}),
         "load_mesh": Sound(to.load_mesh, {"path": folder / "one.stl"}),
         "named_problem": Sound(to.named_problem, {"name": "planar_fold"}),
+        "Track": Sound(to.Track, vars(still)),
+        "Prediction": Sound(to.Prediction, {"track": still, "error": (0.01, 0.0, 0.0), "until": 4.0}),
         "placement": Sound(to.placement, {"xyz": point, "rpy": axis}),
         "plan": Sound(to.plan, {"problem": problem, "method": None, "budget": to.Budget(attempts=3)}),
         "plan_many": Sound(
@@ -97,7 +100,6 @@ def calls(folder: Path) -> dict[str, Sound]:
                 "constraints": [], "waypoints": [], "knots": 24, "velocity_scaling": 1.0,
             },
         ),
-        "Path": Sound(to.Path, {"joint_names": motion.joint_names, "knots": motion.positions}),
         "Trajectory": Sound(
             to.Trajectory,
             {"joint_names": motion.joint_names, "times": motion.times, "positions": motion.positions},
@@ -196,12 +198,12 @@ def silent(*_: object) -> None:
 TYPED = {"scene", "reduced", "problem", "trajectory", "joint_names"}
 """Arguments that are our own values, made by nothing that is not checked: types are for type checkers."""
 NOT_CALLED = {
+    "Moment": "an enumeration",
     "RotationCoordinates": "an enumeration",
     "Status": "an enumeration",
     "Plane": "takes nothing",
     "Requirement": "the base of the kinds, without a field",
     "Placement": "made by `placement`",
-    "Plan": "made by planning",
     "Result": "made by planning",
     "Robot": "made by `load`; its files are spoilt in tests/model/test_junk_descriptions.py",
     "Scene": "its methods are spoilt in tests/test_messages.py",

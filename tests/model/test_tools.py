@@ -165,7 +165,7 @@ def test_an_object_may_touch_an_object_by_name(drilling: to.Scene) -> None:
 def test_soft_clearance_takes_frames(drilling: to.Scene) -> None:
     costs = [soft_clearance(0.05, pairs={(name, "table"): SoftDistance(0.2)}) for name in ("bit", "drill")]
     reduced = reduce_model(drilling, "all", drilling.robot.positions())
-    first, second = (cost.residual._by_pair(reduced)[0] for cost in costs)  # type: ignore[attr-defined]
+    first, second = (cost.residual.by_pair(reduced)[0] for cost in costs)  # type: ignore[attr-defined]
     assert np.array_equal(first, second) and first.max() == 0.2
 
 

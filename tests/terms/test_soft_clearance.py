@@ -10,6 +10,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt import terms
 from trajopt.errors import ObjectNotFound, ProblemError
+from trajopt.planning import Plan
 from trajopt.query import Query
 from trajopt.terms.motion import Motion
 from trajopt.terms.smoothness import Acceleration, Velocity
@@ -44,7 +45,7 @@ def test_missing_distance_against_closed_form(tmp_path: Path) -> None:
     assert 5 < seen < 60
 
 
-def clearance_of_ball(plan: to.Plan) -> float:
+def clearance_of_ball(plan: Plan) -> float:
     reduced = plan.problem.reduced
     positions = plan.trajectory(np.linspace(0.0, plan.trajectory.duration, 300))
     contacts = Query(reduced).close_pairs(positions, np.full(len(reduced.pairs.margin), 1.0))

@@ -34,9 +34,9 @@ def payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
 def _payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
     found: list[Payload] = []
     for item in reduced.scene.objects.values():
-        joint, where = reduced.attachment(item.name)
-        if item.mass > 0.0 and joint > 0:
-            found.append(Payload(item.name, item.mass, joint, where * item.centre))
+        anchor = reduced.anchors.get(item.name)
+        if item.mass > 0.0 and anchor is not None and anchor.joint > 0:
+            found.append(Payload(item.name, item.mass, anchor.joint, anchor.placement * item.centre))
     return tuple(found)
 
 

@@ -11,6 +11,7 @@ from trajopt.model.cached import LruCache, cached_per_value
 from trajopt.model.collisions.bodies import WORLD_ANCHOR, Anchor, FixedBody
 from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.description.pinocchio_model import distinct_links, named_again
+from trajopt.model.driven_joints import DrivenJoints
 from trajopt.model.limits import JointLimits
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
@@ -29,6 +30,8 @@ class ReducedRobot:
         mimic_offset: Offsets of mimicking joints, shape (model joints,).
         anchors: Where links and tool frames are, by name, with the world.
         bodies: Collision bodies of all links.
+        driven: Joints that time drives, which carry what moves by itself; None where time stands still: then
+            what changes with time is left out.
     """
 
     model: pin.Model
@@ -38,6 +41,7 @@ class ReducedRobot:
     mimic_offset: Floats
     anchors: Mapping[str, Anchor]
     bodies: tuple[FixedBody, ...]
+    driven: DrivenJoints | None = None
 
 
 def reduce_robot(robot: Robot, group: str, start: Floats) -> ReducedRobot:

@@ -1,4 +1,4 @@
-"""Forms of a rotation: matrix, quaternion, roll-pitch-yaw."""
+"""Forms of a rotation: matrix, quaternion, roll-pitch-yaw, rotation vector."""
 
 from math import atan2, cos, hypot, sin
 
@@ -62,3 +62,22 @@ def as_rpy(rotation: Floats) -> tuple[float, float, float]:
     if level < _GIMBAL:
         return atan2(-r01 if r20 > 0.0 else r01, r11), pitch, 0.0
     return atan2(r21, r22), pitch, atan2(r10, r00)
+
+
+def from_rotation_vector(vector: Floats) -> Floats:
+    """Return the matrix (3, 3) of a turn about a vector (3,) by its length [rad], by Rodrigues' formula."""
+    angle = float(np.linalg.norm(vector))
+    if angle == 0.0:
+        return np.eye(3)
+    x, y, z = (vector / angle).tolist()
+    cross = np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+    return np.eye(3) + sin(angle) * cross + (1.0 - cos(angle)) * cross @ cross
+
+
+def as_rotation_vector(rotation: Floats) -> Floats:
+    """Return the rotation vector (3,) of a matrix (3, 3), of length 0 to pi [rad]."""
+    quaternion = as_quaternion(rotation)
+    sine = float(np.linalg.norm(quaternion[:3]))
+    if sine == 0.0:
+        return np.zeros(3)
+    return 2.0 * atan2(sine, float(quaternion[3])) / sine * quaternion[:3]

@@ -1,18 +1,19 @@
 """Scene: a robot among objects, and what may touch what. A value: an edit gives a new one."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from trajopt.arrays import Floats, one_of
 from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, shown
 from trajopt.model.collisions.allowed_collisions import ContactAllowance
-from trajopt.model.collisions.clearances import PairKind
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import PlacementLike
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene_object import SceneObject, checked_mass, covered_parts, object_placement
 from trajopt.model.scene_parts import SceneParts
 from trajopt.model.shapes import Shape
+from trajopt.model.timing import ALWAYS, timing_of
+from trajopt.model.track import Prediction, Track
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,9 @@ class Scene(SceneParts):
         touch_links: Iterable[str] = (),
         meshes: MeshPolicy | None = None,
         mass: float = 0.0,
+        motion: Prediction | Track | None = None,
+        appears: float | None = None,
+        expires: float | None = None,
     ) -> "Scene":
         """Add an object.
 
@@ -57,11 +61,16 @@ class Scene(SceneParts):
             touch_links: Links that may touch it; objects too, and frames for what they are fixed on.
             meshes: How meshes become convex.
             mass: Its mass [kg]; 0 where it is not known. It counts where a joint carries the object.
+            motion: How its frame moves in the world, instead of a placement; the scene's clock shows 0 when a
+                motion starts. What is placed in its frame moves along.
+            appears: Before it is not there [s]; None where it always was.
+            expires: After it is no longer there [s]; None where it stays.
 
         Raises:
             DuplicateObject: If the id is taken.
             FrameNotFound: If `frame` or a touch link is unknown.
-            ShapeError: If the mass is negative or not finite.
+            ShapeError: If the mass is negative or not finite, or it expires before it appears.
+            ModelError: If there is both a motion and a placement or frame.
         """
         if one_of("the object's id", name, str) in self.objects:
             raise DuplicateObject(name)
@@ -71,7 +80,12 @@ class Scene(SceneParts):
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
         links = self._owners(touch_links)
         where = object_placement(name, placement)
-        added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass))
+        timing = timing_of(name, motion, appears, expires)
+        if timing.motion is not None:
+            if placement is not None or frame != WORLD:
+                raise ModelError(f"{shown(name)} is where its motion has it: give no placement and no frame")
+            where = timing.motion.track.at(0.0)
+        added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass), timing)
         return replace(self, objects={**self.objects, name: added})
 
     def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> "Scene":
@@ -126,6 +140,8 @@ class Scene(SceneParts):
     def move(self, name: str, placement: PlacementLike, *, frame: str | None = None) -> "Scene":
         """Place an object, or the frame of a tool, elsewhere, in its present frame or another.
 
+        One that moves rests there from now on.
+
         Raises:
             ObjectNotFound: If there is none of that id.
             FrameNotFound: If the frame is unknown.
@@ -135,7 +151,9 @@ class Scene(SceneParts):
         target = item.frame if frame is None else frame
         self._check_frame(target)
         self._check_not_within(name, target)
-        moved = replace(item, placement=object_placement(name, placement), frame=target)
+        timing = replace(item.timing, motion=None)
+        where = object_placement(name, placement)
+        moved = replace(item, placement=where, frame=target, timing=ALWAYS if timing.always else timing)
         if name not in self.tools:
             return self._with(moved)
         if target == WORLD:
@@ -184,7 +202,9 @@ class Scene(SceneParts):
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
         links = self._owners(touch_links) | {holder, self.owner(link)} | item.touch_links
         weight = item.mass if mass is None else checked_mass(name, mass)
-        return self._with(replace(item, placement=where, frame=link, touch_links=links, mass=weight))
+        return self._with(
+            replace(item, placement=where, frame=link, touch_links=links, mass=weight, timing=ALWAYS)
+        )
 
     def detach(self, name: str, *, at: Floats) -> "Scene":
         """Leave an object in the world where it is at these positions of all joints.
@@ -305,39 +325,3 @@ class Scene(SceneParts):
 
     def _with_tool(self, item: SceneObject) -> "Scene":
         return replace(self, tools={**self.tools, item.name: item})
-
-    def _check_not_within(self, name: str, frame: str) -> None:
-        """Refuse a frame that is placed, directly or not, in what is to be placed in it."""
-        over, placed = frame, self.placed
-        while over in placed:
-            if over == name:
-                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
-            over = placed[over].frame
-
-    def _asked(
-        self,
-        caller: str,
-        value: float | None,
-        a: str | None,
-        b: str | None,
-        kinds: tuple[float | None, float | None, float | None],
-    ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
-        """Return the pair that is asked of, if it is one, and what is asked of kinds of pairs [m]."""
-        order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
-        stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
-        pair = self._pair(caller, a, b)
-        if pair is not None and (value is None or stated):
-            raise ModelError(f"{caller}: give one value for {shown(a)} and {shown(b)}")
-        if value is None and not stated:
-            raise ModelError(f"{caller}: give a value, or one for world, carried or robot [m]")
-        return pair, stated
-
-    def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
-        if a is None or b is None:
-            if a is not b:
-                raise ModelError(f"{caller}: name both things or none")
-            return None
-        one, other = self.owner(a), self.owner(b)
-        if one == other:
-            raise ModelError(f"{caller}: {shown(a)} and {shown(b)} are one thing, {shown(one)}")
-        return frozenset((one, other))

@@ -1,7 +1,7 @@
 """An object in the scene: shapes in a frame that is placed somewhere."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import cast
 
@@ -16,6 +16,7 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_number, seen_from
 from trajopt.model.shapes import Shape, bounding_box
+from trajopt.model.timing import ALWAYS, Timing
 
 Part = tuple[Shape, Placement]
 """A shape and its placement in the object's frame."""
@@ -46,6 +47,7 @@ class SceneObject(Value):
         touch_links: Links that may touch it.
         notes: What its meshes became.
         mass: Its mass [kg]; 0 where it is not known.
+        timing: When it is there, and how it moves; `placement` is where it is at time 0 then.
     """
 
     name: str
@@ -55,11 +57,13 @@ class SceneObject(Value):
     touch_links: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
     mass: float = 0.0
+    timing: Timing = ALWAYS
 
     def __repr__(self) -> str:
         """Say what it is made of and where it is."""
         parts = shown(self.parts[0][0]) if len(self.parts) == 1 else in_number(self.parts, "shape")
-        return f"SceneObject({shown(self.name)}: {parts} at {self.placement}{seen_from(self.frame)})"
+        when = "" if self.timing.always else f"; {self.timing}"
+        return f"SceneObject({shown(self.name)}: {parts} at {self.placement}{seen_from(self.frame)}{when})"
 
     def __post_init__(self) -> None:
         """Check the placements."""
@@ -101,6 +105,14 @@ class SceneObject(Value):
     def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:
         """What decides which bodies it must keep apart from: all but where it is in its frame."""
         return (self.name, self.frame, len(self.parts), self.touch_links)
+
+    def shifted(self, time: float) -> "SceneObject":
+        """Return it by a clock that shows 0 when this one's shows `time` [s]; see `Timing.shifted`."""
+        if self.timing.always:
+            return self
+        timing = self.timing.shifted(time)
+        where = self.placement if timing.motion is None else timing.motion.track.at(0.0)
+        return replace(self, placement=where, timing=timing)
 
 
 def object_placement(name: str, value: PlacementLike | None) -> Placement:

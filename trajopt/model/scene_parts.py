@@ -1,12 +1,13 @@
 """What a scene is made of, and what its names mean: the read-only half of `Scene`."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import pinocchio as pin
 
 from trajopt.arrays import Floats, Value, floats, number, one_of, several
-from trajopt.errors import FrameNotFound, ObjectNotFound, ShapeError, shown
+from trajopt.errors import FrameNotFound, ModelError, ObjectNotFound, ShapeError, shown
 from trajopt.model.cached import cached_per_value
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.collisions.bodies import CollisionBody
@@ -101,6 +102,34 @@ class SceneParts(Value):
             return FrameAttachment(holder.link, holder.placement * item.placement)
         self._check_frame(name)
         return self.robot.frame(name)
+
+    def carrier(self, name: str) -> str | None:
+        """Return the moving object that carries a frame or object, itself if it moves; None if none does."""
+        while name in (placed := self.placed):
+            if placed[name].timing.motion is not None:
+                return name
+            name = placed[name].frame
+        return None
+
+    @property
+    def changing(self) -> tuple[str, ...]:
+        """Names of the objects that move by themselves, are carried by such, appear or expire."""
+        if all(item.timing.always for item in self.objects.values()):
+            return ()
+        return tuple(
+            name for name, item in self.objects.items() if not item.timing.always or self.carrier(name)
+        )
+
+    def at(self, time: float) -> Self:
+        """Return the scene by a clock that shows 0 when this one's shows `time`: what a later motion meets.
+
+        Raises:
+            ShapeError: If the time is negative, or nothing is known of an object's motion any more then.
+        """
+        moment = number("time", time)
+        if moment < 0.0:
+            raise ShapeError("time", f"must not be before 0 s, is {moment:g} s")
+        return replace(self, objects={name: item.shifted(moment) for name, item in self.objects.items()})
 
     def owner(self, name: str, kind: str = "link, frame or object") -> str:
         """Return the link or object that is meant where collisions are spoken of.
@@ -218,6 +247,42 @@ class SceneParts(Value):
 
     def _owners(self, names: Iterable[str]) -> frozenset[str]:
         return frozenset(self.owner(name, "touch link") for name in several("touch_links", names, str))
+
+    def _check_not_within(self, name: str, frame: str) -> None:
+        """Refuse a frame that is placed, directly or not, in what is to be placed in it."""
+        over, placed = frame, self.placed
+        while over in placed:
+            if over == name:
+                raise ModelError(f"object {shown(name)} cannot be placed in its own frame")
+            over = placed[over].frame
+
+    def _asked(
+        self,
+        caller: str,
+        value: float | None,
+        a: str | None,
+        b: str | None,
+        kinds: tuple[float | None, float | None, float | None],
+    ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
+        """Return the pair that is asked of, if it is one, and what is asked of kinds of pairs [m]."""
+        order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
+        stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
+        pair = self._pair(caller, a, b)
+        if pair is not None and (value is None or stated):
+            raise ModelError(f"{caller}: give one value for {shown(a)} and {shown(b)}")
+        if value is None and not stated:
+            raise ModelError(f"{caller}: give a value, or one for world, carried or robot [m]")
+        return pair, stated
+
+    def _pair(self, caller: str, a: str | None, b: str | None) -> frozenset[str] | None:
+        if a is None or b is None:
+            if a is not b:
+                raise ModelError(f"{caller}: name both things or none")
+            return None
+        one, other = self.owner(a), self.owner(b)
+        if one == other:
+            raise ModelError(f"{caller}: {shown(a)} and {shown(b)} are one thing, {shown(one)}")
+        return frozenset((one, other))
 
 
 @cached_per_value

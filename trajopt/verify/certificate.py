@@ -28,6 +28,7 @@ class CheckKind(Enum):
     TORQUE = "torque"
     CLEARANCE = "clearance"
     CONTACT = "contact"
+    PREDICTION = "prediction"
     TOOL_SPEED = "tool speed"
     ROLLING = "rolling"
     CURVE_POSITION = "curve position"

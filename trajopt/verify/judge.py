@@ -28,10 +28,10 @@ from trajopt.verify.examination import Examination, Moment, examine_with, requir
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.options import VerifyOptions
-from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.kernel.required import required_clearances
 from trajopt.verify.notes import notes
 from trajopt.verify.search.clearance_search import Findings, search_clearance
+from trajopt.verify.search.surroundings import Surroundings
 from trajopt.verify.specification import Specification, Verdict
 
 _DEFAULT = VerifyOptions()
@@ -59,7 +59,7 @@ class Judge:
         """
         self.reduced, self.options = one_of("reduced (as problem.reduced)", reduced, ReducedModel), options
         self._kinematics = Kinematics(reduced)
-        self._distances = PairDistances(self._kinematics, error=options.distance_error)
+        self._surroundings = Surroundings(self._kinematics, options)
 
     def verify(
         self,
@@ -91,25 +91,27 @@ class Judge:
 
     def certify(self, trajectory: Trajectory, specification: Specification) -> Certificate:
         """Judge a trajectory, and measure how nearly it does what is asked; see the function `verify`."""
-        reduced, before = self.reduced, self._calls
-        moving = moving_limits(reduced, specification.limits)
-        bounds = group_part(reduced, moving)
+        before = self._calls
+        moving = moving_limits(self.reduced, specification.limits)
+        bounds = group_part(self.reduced, moving)
         motion = self._motion(trajectory)
         checks = [
             *_asked_checks(motion, specification),
             *limit_checks(motion, moving, specification.start_accelerations),
         ]
         checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification)]
-        found = judge_clearance(motion, self._distances, self._search(motion, measured=True))
+        checks += self._surroundings.known_checks(motion)
+        among = self._surroundings.among(motion)
+        found = judge_clearance(among, self._surroundings.distances, self._search(among, measured=True))
         return Certificate(
             checks=(*found.checks, *checks),
             clearance=found.clearance,
             pairs=found.pairs,
             unproven=found.unproven,
-            required=_range(required_clearances(reduced)),
-            margin=_range(reduced.pairs.margin),
+            required=_range(required_clearances(among.reduced)),
+            margin=_range(among.reduced.pairs.margin),
             counts=self._counted(before),
-            notes=notes(motion, bounds),
+            notes=(*notes(motion, bounds), *self._surroundings.given),
         )
 
     def decide(self, trajectory: Trajectory, specification: Specification) -> Verdict:
@@ -128,9 +130,13 @@ class Judge:
             and torques_hold(motion, group_part(reduced, moving))
             and all(
                 check.holds or not check.required
-                for check in chain(_asked_checks(motion, specification), _base_checks(motion, specification))
+                for check in chain(
+                    _asked_checks(motion, specification),
+                    _base_checks(motion, specification),
+                    self._surroundings.known_checks(motion),
+                )
             )
-            and self._search(motion, measured=False).proven
+            and self._search(self._surroundings.among(motion), measured=False).proven
         )
         return Verdict(verified=held, counts=self._counted(before))
 
@@ -138,7 +144,7 @@ class Judge:
         """Examine a configuration, as the function `examine` does."""
         return examine_with(
             self._kinematics,
-            self._distances,
+            self._surroundings.still,
             positions,
             moment=moment,
             options=self.options,
@@ -177,11 +183,11 @@ class Judge:
         return Motion(self.reduced, trajectory, kinematics=self._kinematics, options=self.options)
 
     def _search(self, motion: Motion, *, measured: bool) -> Findings:
-        return search_clearance(motion, self._distances, measured=measured)
+        return search_clearance(motion, self._surroundings.distances, measured=measured)
 
     @property
     def _calls(self) -> tuple[int, int]:
-        return self._distances.calls, self._kinematics.calls
+        return self._surroundings.distances.calls, self._kinematics.calls
 
     def _counted(self, before: tuple[int, int]) -> Counts:
         """Return the work since then."""

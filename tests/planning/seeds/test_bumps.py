@@ -5,9 +5,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
-import trajopt as to
 from tests.planning.walls import route_of, wall
 from tests.robots_for_tests import odd_arm
+from trajopt.model.trajectory import Path
 from trajopt.planning.seeds import Bumps, SeedContext, SeedKind
 from trajopt.query import Counts
 
@@ -17,7 +17,7 @@ def context(tmp_path_factory: pytest.TempPathFactory) -> SeedContext:
     return route_of(wall(odd_arm(tmp_path_factory.mktemp("robot"))))
 
 
-def bent(context: SeedContext, seed: int, count: int) -> list[to.Path]:
+def bent(context: SeedContext, seed: int, count: int) -> list[Path]:
     guesses = Bumps().seeds(context, (), np.random.default_rng(seed))
     return [guess(Counts(), lambda: None) for guess in islice(guesses, count)]
 

@@ -1,11 +1,12 @@
 """Everything in a scene that can collide, by the joint that carries it, and what must keep apart."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from trajopt.model.cached import LruCache, cached_per_value
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.collisions.pairs import BodyPairs, ContactRules, body_pairs
+from trajopt.model.placement import IDENTITY
 from trajopt.model.reduced_robot import ReducedRobot
 from trajopt.model.scene import Scene
 from trajopt.model.scene_object import AnchoredObject, SceneObject
@@ -28,6 +29,8 @@ class CollisionModel:
 
 def collision_model_of(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     """Fix a scene's bodies to the joints of its reduced robot.
+
+    What changes with time is there only if the robot has joints that time drives.
 
     The last answers are kept for each scene. An edited scene shares with the one before the bodies of all
     objects that stayed where they were, and the pairs if the edit changes none.
@@ -69,20 +72,31 @@ def _anchored(item: SceneObject, frame: Anchor) -> AnchoredObject:
 
 def _built(scene: Scene, robot: ReducedRobot) -> CollisionModel:
     anchors = dict(robot.anchors)
+    still = robot.driven is None
     for name in scene.placed:
-        _anchor(name, scene, anchors)
+        if not (still and scene.carrier(name)):
+            _anchor(name, scene, anchors)
     bodies = list(robot.bodies)
-    for item in scene.objects.values():
-        bodies.extend(_anchored(item, anchors[item.frame]).bodies)
-    objects = tuple(item.contact_traits for item in scene.objects.values())
+    left_out = scene.changing if still else ()
+    present = [item for item in scene.objects.values() if item.name not in left_out]
+    for item in present:
+        bodies.extend(_bodies(item, anchors))
+    objects = tuple(item.contact_traits for item in present)
     tools = tuple((item.name, item.frame) for item in scene.tools.values())  # objects may be on them
     margins = (scene.margin, scene.pair_margins, scene.kind_margins)
     key = (objects, tools, scene.allowed, margins, scene.clearances, scene.allowances)
     return CollisionModel(
         anchors,
         tuple(bodies),
-        _pairs(robot).get(key, lambda: body_pairs(bodies, scene.robot.links, _rules(scene))),
+        _pairs(robot).get(key, lambda: body_pairs(bodies, scene.robot.links, _rules(scene, robot))),
     )
+
+
+def _bodies(item: SceneObject, anchors: Mapping[str, Anchor]) -> tuple[FixedBody, ...]:
+    if item.timing.motion is None:
+        return _anchored(item, anchors[item.frame]).bodies
+    # What moves by itself is placed by the joint that time drives.
+    return replace(item, placement=IDENTITY).anchored(anchors[item.name]).bodies
 
 
 def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
@@ -94,7 +108,7 @@ def _anchor(name: str, scene: Scene, anchors: dict[str, Anchor]) -> Anchor:
     return found
 
 
-def _rules(scene: Scene) -> ContactRules:
+def _rules(scene: Scene, robot: ReducedRobot) -> ContactRules:
     touched = {name: item.touch_links for name, item in scene.objects.items() if item.touch_links}
     carriers = {name: scene.holder(name).link for name in scene.objects} if scene.clearances.links else {}
     apart = scene.kind_margins or scene.clearances.kinds
@@ -108,4 +122,5 @@ def _rules(scene: Scene) -> ContactRules:
         carriers=carriers,
         parts={name: scene.part(name) for name in scene.objects} if apart else {},
         allowances=scene.allowances,
+        robot_joints=robot.model.njoints - (0 if robot.driven is None else len(robot.driven.names)),
     )

@@ -1,7 +1,7 @@
 """Pairs of bodies that must keep apart: a list that grows with the bodies, not with their square.
 
-Only what a joint carries, and the robot's own links, are paired with everything. Two objects that
-stand in the world never move relative to each other, so they are not checked.
+Only what a joint of the robot carries, and its own links, are paired with everything. How two objects come
+near each other that stand in the world, or move by themselves, is not up to the robot: they are not checked.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -53,6 +53,7 @@ class ContactRules:
         carriers: The link that carries each object, by object; those that stand in the world have none.
         parts: What each object is to the robot; may be left out where no kind of pairs differs.
         allowances: Intended contacts, for a time.
+        robot_joints: How many joints are the robot's, the world included; time drives the others.
     """
 
     allowed: AllowedCollisions
@@ -64,6 +65,7 @@ class ContactRules:
     carriers: Mapping[str, str]
     parts: Mapping[str, Part]
     allowances: tuple[ContactAllowance, ...]
+    robot_joints: int
 
 
 def body_pairs(bodies: Sequence[FixedBody], links: Iterable[str], rules: ContactRules) -> BodyPairs:
@@ -120,7 +122,8 @@ class _Owners:
         self._index = {name: place for place, name in enumerate(self.names)}
         self.of_body = np.array([self._index[body.owner] for body in bodies], dtype=np.int64)
         joint = np.array(list(joints.values()), dtype=np.int64)
-        active = (joint != 0) | np.array([name in links for name in self.names], dtype=np.bool_)
+        carried = (joint != 0) & (joint < rules.robot_joints)
+        active = carried | np.array([name in links for name in self.names], dtype=np.bool_)
         self._of_row: Ints = np.flatnonzero(active)
         self.row: Ints = np.where(active, np.cumsum(active) - 1, -1)
         self.fixed: Bools = joint[self._of_row][:, None] == joint

@@ -45,8 +45,8 @@ Snapshot::Snapshot(const Bodies& bodies, double when, const double* positions)
   bodies.arm.place(positions, joints_.data());
 }
 
-Snapshot::Snapshot(const Bodies& bodies, std::vector<Pose> joints)
-    : bodies_(bodies), joints_(std::move(joints)), seen_(bodies.moving), known_(bodies.moving, 0) {}
+Snapshot::Snapshot(const Bodies& bodies, double when, std::vector<Pose> joints)
+    : time(when), bodies_(bodies), joints_(std::move(joints)), seen_(bodies.moving), known_(bodies.moving, 0) {}
 
 const Pose& Snapshot::seen(int number) {
   const Traveller& traveller = bodies_.travellers[number];
@@ -71,7 +71,7 @@ Vec Snapshot::centre(int number) const {
 
 double sphere_gap(const Bodies& bodies, Snapshot& at, const Pair& pair) {
   const double radii = bodies.form(pair.first).radius + bodies.form(pair.second).radius;
-  return (at.centre(pair.first) - at.centre(pair.second)).norm() - radii;
+  return (at.centre(pair.first) - at.centre(pair.second)).norm() - radii - pair.error.at(at.time);
 }
 
 double sphere_gap(const Bodies& bodies, Snapshot& early, Snapshot& late, const Pair& pair) {

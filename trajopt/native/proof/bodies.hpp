@@ -26,12 +26,20 @@ struct Traveller {
   bool rests() const { return slot < 0; }
 };
 
+// How far the points of a body may be from where its joints have them, growing with time [m].
+struct Error {
+  double radius = 0.0, velocity = 0.0, acceleration = 0.0;
+
+  double at(double time) const { return radius + velocity * time + acceleration * time * time / 2.0; }
+};
+
 struct Pair {
   int first, second;             // Bodies.
   int frame;                     // Joint in whose frame both are looked at: innermost that carries both, or a plane's.
   int first_seen, second_seen;   // Travellers.
   bool planar, meshed;
   double required;               // Clearance [m].
+  Error error;                   // Of both bodies together.
   int level;                     // Its number among all that are required.
 };
 
@@ -62,9 +70,9 @@ class Snapshot {
  public:
   Snapshot(const Bodies& bodies, double time, const double* positions);
   // From joint frames computed elsewhere.
-  Snapshot(const Bodies& bodies, std::vector<Pose> joints);
+  Snapshot(const Bodies& bodies, double time, std::vector<Pose> joints);
 
-  const double time = 0.0;
+  const double time;
   const std::vector<Pose>& joints() const { return joints_; }
   // Of a traveller's shape in the frame it is seen from; the address stays.
   const Pose& seen(int traveller);
@@ -77,9 +85,9 @@ class Snapshot {
   std::vector<char> known_;
 };
 
-// Distance of the bounding spheres of a pair [m]; minus infinity for half-spaces.
+// Distance of the bounding spheres of a pair, less its error [m]; minus infinity for half-spaces.
 double sphere_gap(const Bodies& bodies, Snapshot& at, const Pair& pair);
-// Smallest such distance while each centre moves along the chord between its places at two moments.
+// Smallest such distance, without the error, while each centre moves along the chord between its places at two moments.
 double sphere_gap(const Bodies& bodies, Snapshot& early, Snapshot& late, const Pair& pair);
 
 }  // namespace proof

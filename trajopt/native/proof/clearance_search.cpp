@@ -20,8 +20,7 @@ double Windows::floor(double time, int pair) const {
   const Window& window = windows[number[pair]];
   const double first = time <= window.until ? window.first_depth : infinite;
   const double last = time >= window.from ? window.last_depth : infinite;
-  const double depth = std::min(first, last);
-  return std::isfinite(depth) ? -depth : 0.0;
+  return -std::min(first, last);
 }
 
 Tally::Tally(size_t count) : proven(count, infinite), measured(count, infinite), time(count, 0.0) {}
@@ -232,23 +231,25 @@ bool ClearanceSearch::prove(int number, Reach& here) {
   const double middle = here.middle->time;
   const bool accept = windows_.accept(middle, number);
   const double wanted = target(middle, number);
+  if (wanted == -infinite) return true;
+  const double grown = pair.error.at(here.end), grows = grown - pair.error.at(middle);
   const Travel one = travel(pair.first_seen, here), other = travel(pair.second_seen, here);
   const double off = one.from_middle + other.from_middle;
   const double length = here.end - here.begin;
   const double bulge = (one.acceleration + other.acceleration) * length * length / 8.0;
-  double bound = pair.planar ? -infinite : sphere_gap(bodies_, *here.middle, pair) - off - options_.error;
+  double bound = pair.planar ? -infinite : sphere_gap(bodies_, *here.middle, pair) - grows - off - options_.error;
   const bool chords = here.chords && bulge <= off;
   if (!(bound > wanted) && !pair.planar && chords) {
-    bound = sphere_gap(bodies_, *here.early, *here.late, pair) - bulge - options_.error;
+    bound = sphere_gap(bodies_, *here.early, *here.late, pair) - grown - bulge - options_.error;
   }
   if (!(bound > wanted)) {
-    const double slack = (chords ? bulge : off) + options_.error;
+    const double slack = (chords ? bulge : off) + grown + options_.error;
     Snapshot& early = chords ? *here.early : *here.middle;
     Snapshot& late = chords ? *here.late : *here.middle;
     bound = meter_.prove(number, early, late, std::max(wanted + slack, slack)) - slack;
     if (bound > wanted && windows_.number[number] >= 0 && meter_.encloses(number, *here.middle)) bound = -infinite;
     // Contact that is accepted to some depth: no direction separates, but depth changes by no more than the travel.
-    if (!(bound > wanted) && accept && wanted < 0.0) bound = middle_distance(number, here, off) - off;
+    if (!(bound > wanted) && accept && wanted < 0.0) bound = middle_distance(number, here, off) - grows - off;
   }
   if (!(bound > wanted)) return false;
   Tally& tally = accept ? accepted : free;

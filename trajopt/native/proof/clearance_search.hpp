@@ -21,7 +21,8 @@ struct Options {
   double resolution, far, smallest_interval, most_distances, error;
 };
 
-// When contact of a pair is accepted, and how deep: at or before `until`, at or after `from`.
+// When contact of a pair is accepted, and how deep: at or before `until`, at or after `from`. To any depth where one
+// of the two is not there.
 struct Window {
   double until, from, first_depth, last_depth;
 };
@@ -37,7 +38,7 @@ struct Windows {
     const Window& window = windows[number[pair]];
     return time <= window.until || time >= window.from;
   }
-  // What the distance must exceed while contact is accepted: minus the accepted depth, or else zero [m].
+  // What the distance must exceed while contact is accepted: minus the accepted depth [m].
   double floor(double time, int pair) const;
 };
 

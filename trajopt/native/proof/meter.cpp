@@ -21,22 +21,23 @@ Meter::Meter(const Bodies& bodies, double error)
 
 Measured Meter::measure(int number, Snapshot& at, double within) {
   const Pair& pair = bodies_.pairs[number];
+  const double error = taken_off(pair, at);
   ++calls;
   if (pair.planar) {
-    const double distance = height(pair, at) - error_;
+    const double distance = height(pair, at) - error;
     return {distance, distance < within};
   }
-  const double limit = within + error_;
+  const double limit = within + error;
   if (pair.meshed) {
     const double distance = surface_distance(number, at, limit);
-    if (distance > error_ && !encloses(number, at)) return {distance - error_, distance < limit};
+    if (distance > error && !encloses(number, at)) return {distance - error, distance < limit};
     // Surfaces have no depth: in contact, and around what is enclosed, the hulls stand for them.
-    return {std::min(std::max(distance, 0.0) - error_, measure_hulls(number, at)), true};
+    return {std::min(std::max(distance, 0.0) - error, measure_hulls(number, at)), true};
   }
   bool exact = true;
   const double distance = convex_distance(bodies_.form(pair.first), bodies_.form(pair.second), pair, at,
                                           guess_[number], limit, exact);
-  return {distance - error_, exact};
+  return {distance - error, exact};
 }
 
 double Meter::measure_hulls(int number, Snapshot& at) {
@@ -45,7 +46,7 @@ double Meter::measure_hulls(int number, Snapshot& at) {
   Vec guess = Vec::Zero();
   bool exact = true;
   return convex_distance(solid(bodies_.form(pair.first)), solid(bodies_.form(pair.second)), pair, at, guess, infinite,
-                         exact) - error_;
+                         exact) - taken_off(pair, at);
 }
 
 double Meter::search_depth(int number, Snapshot& at) {
@@ -53,7 +54,7 @@ double Meter::search_depth(int number, Snapshot& at) {
   ++calls;
   if (pair.planar) return -infinite;
   return largest_gap(solid(bodies_.form(pair.first)), at.seen(pair.first_seen), solid(bodies_.form(pair.second)),
-                     at.seen(pair.second_seen)) - error_;
+                     at.seen(pair.second_seen)) - taken_off(pair, at);
 }
 
 bool Meter::encloses(int number, Snapshot& at) const {

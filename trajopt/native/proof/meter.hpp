@@ -18,16 +18,16 @@ class Meter {
 
   long calls = 0;  // Distances measured or proven so far.
 
-  // Measure a distance, or find out that it is no less than `within`.
+  // Measure a distance less the pair's error, or find out that it is no less than `within`.
   Measured measure(int pair, Snapshot& at, double within);
-  // Measure with hulls in the place of exact meshes.
+  // The same with hulls in the place of exact meshes.
   double measure_hulls(int pair, Snapshot& at);
-  // Measure by a search of all directions, hulls in the place of meshes; minus infinity for half-spaces.
+  // The same by a search of all directions, hulls in the place of meshes; minus infinity for half-spaces.
   double search_depth(int pair, Snapshot& at);
   // Whether one body is enclosed by the other's exact mesh.
   bool encloses(int pair, Snapshot& at) const;
-  // Lower bound of the distance of a pair at two moments, and with chords in the place of paths in between [m];
-  // minus infinity if it is not at least `needed`.
+  // Lower bound of the distance of a pair at two moments, and with chords in the place of paths in between, without
+  // the pair's error [m]; minus infinity if it is not at least `needed`.
   double prove(int pair, Snapshot& early, Snapshot& late, double needed);
 
  private:
@@ -39,6 +39,8 @@ class Meter {
   std::vector<Vec> guess_;  // Of each pair, the direction found last, in the pair's frame.
   std::vector<Parts> open_;
 
+  // What is taken off a distance: the error of measuring, and that of where the bodies are [m].
+  double taken_off(const Pair& pair, const Snapshot& at) const { return error_ + pair.error.at(at.time); }
   Sweep sweep(const Pair& pair, Snapshot& early, Snapshot& late, Parts parts) const;
   double height(const Pair& pair, Snapshot& at) const;
   double convex_distance(const Form& first, const Form& second, const Pair& pair, Snapshot& at, Vec& guess,

@@ -149,32 +149,40 @@ class Proof {
  public:
   Proof(const Arm& arm, const std::vector<std::shared_ptr<Form>>& forms, const Counts& joint, const Numbers& rotation,
         const Numbers& translation, const Counts& first, const Counts& second, const Numbers& required,
-        const Flags& listed, double error)
+        const Numbers& errors, const Flags& listed, double error)
       : bodies_(arm, placed(forms, joint, rotation, translation), first.data(), second.data(), required.data(),
                 first.shape(0)),
         candidates_(bodies_, std::vector<char>(listed.data(), listed.data() + listed.size())),
-        meter_(bodies_, error) {}
+        meter_(bodies_, error) {
+    for (size_t i = 0; i < errors.shape(0); ++i) {
+      const double* row = errors.data() + 3 * i;
+      bodies_.pairs[i].error = {row[0], row[1], row[2]};
+    }
+  }
 
   long calls() const { return meter_.calls; }
 
-  Array measure(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair) {
-    return each(rotation, translation, cell, pair, [this](int number, Snapshot& at) {
+  Array measure(const Numbers& times, const Numbers& rotation, const Numbers& translation, const Counts& cell,
+                 const Counts& pair) {
+    return each(times, rotation, translation, cell, pair, [this](int number, Snapshot& at) {
       return meter_.measure(number, at, std::numeric_limits<double>::infinity()).distance;
     });
   }
-  Array measure_hulls(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair) {
-    return each(rotation, translation, cell, pair,
+  Array measure_hulls(const Numbers& times, const Numbers& rotation, const Numbers& translation, const Counts& cell,
+                 const Counts& pair) {
+    return each(times, rotation, translation, cell, pair,
                 [this](int number, Snapshot& at) { return meter_.measure_hulls(number, at); });
   }
-  Array search_depths(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair) {
-    return each(rotation, translation, cell, pair,
+  Array search_depths(const Numbers& times, const Numbers& rotation, const Numbers& translation, const Counts& cell,
+                 const Counts& pair) {
+    return each(times, rotation, translation, cell, pair,
                 [this](int number, Snapshot& at) { return meter_.search_depth(number, at); });
   }
-  Array nearest(const Numbers& rotation, const Numbers& translation, const Flags& strict) {
+  Array nearest(const Numbers& times, const Numbers& rotation, const Numbers& translation, const Flags& strict) {
     std::vector<double> found;
     {
       nb::gil_scoped_release release;
-      Snapshot at = snapshot(rotation, translation, 0);
+      Snapshot at = snapshot(times, rotation, translation, 0);
       found = measure_nearest(bodies_, candidates_, meter_, at,
                               std::vector<char>(strict.data(), strict.data() + strict.size()));
     }
@@ -233,24 +241,24 @@ class Proof {
     return bodies;
   }
 
-  Snapshot snapshot(const Numbers& rotation, const Numbers& translation, int64_t cell) const {
+  Snapshot snapshot(const Numbers& times, const Numbers& rotation, const Numbers& translation, int64_t cell) const {
     const size_t count = bodies_.arm.joints.size();
     std::vector<Pose> joints(count);
     for (size_t j = 0; j < count; ++j) {
       const size_t at = size_t(cell) * count + j;
       joints[j] = {matrix(rotation.data() + 9 * at), vector(translation.data() + 3 * at)};
     }
-    return Snapshot(bodies_, std::move(joints));
+    return Snapshot(bodies_, times.data()[cell], std::move(joints));
   }
 
   template <typename Measure>
-  Array each(const Numbers& rotation, const Numbers& translation, const Counts& cell, const Counts& pair,
-             Measure measure) {
+  Array each(const Numbers& times, const Numbers& rotation, const Numbers& translation, const Counts& cell,
+             const Counts& pair, Measure measure) {
     std::vector<double> found(pair.size());
     {
       nb::gil_scoped_release release;
       for (size_t i = 0; i < found.size(); ++i) {
-        Snapshot at = snapshot(rotation, translation, cell.data()[i]);
+        Snapshot at = snapshot(times, rotation, translation, cell.data()[i]);
         found[i] = measure(int(pair.data()[i]), at);
       }
     }
@@ -291,7 +299,8 @@ NB_MODULE(proof, m) {
   m.def("arm", &make_arm);
   nb::class_<Proof>(m, "Proof")
       .def(nb::init<const Arm&, const std::vector<std::shared_ptr<Form>>&, const Counts&, const Numbers&,
-                    const Numbers&, const Counts&, const Counts&, const Numbers&, const Flags&, double>())
+                    const Numbers&, const Counts&, const Counts&, const Numbers&, const Numbers&, const Flags&,
+                    double>())
       .def_prop_ro("calls", &Proof::calls)
       .def("measure", &Proof::measure)
       .def("measure_hulls", &Proof::measure_hulls)

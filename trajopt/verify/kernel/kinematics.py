@@ -18,11 +18,13 @@ class Poses:
         configurations: Pinocchio's, shape (c, nq).
         rotation: Of each joint frame in the world, shape (c, joints, 3, 3); joint 0 is the world.
         translation: Origin of each, shape (c, joints, 3) [m].
+        times: When the robot is there, shape (c,) [s]; None where time stands still.
     """
 
     configurations: Floats
     rotation: Floats
     translation: Floats
+    times: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,11 +42,21 @@ class Motion:
                 f"the trajectory moves {', '.join(trajectory.joint_names)}, but group "
                 f"{shown(reduced.group)} has the joints {', '.join(reduced.joint_names)}"
             )
+        positions = Polynomials(trajectory.times, trajectory.coefficients)
+        self._take(reduced, trajectory, positions, kinematics, options)
+
+    def _take(
+        self,
+        reduced: ReducedModel,
+        trajectory: Trajectory,
+        position: Polynomials,
+        kinematics: Kinematics,
+        options: VerifyOptions,
+    ) -> None:
         self.reduced = reduced
         self.trajectory = trajectory
         self.kinematics = kinematics
         self.options = options
-        position = Polynomials(trajectory.times, trajectory.coefficients)
         velocity = position.derivative()
         acceleration = velocity.derivative()
         self.group = (position, velocity, acceleration, acceleration.derivative())

@@ -1,17 +1,22 @@
 """Signed distances of the pairs of bodies that are judged, by the native core."""
 
+from collections.abc import Mapping
 from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.errors import ModelError
 from trajopt.model.shapes import Mesh, Plane
+from trajopt.model.timing import Timing
 from trajopt.native import proof
 from trajopt.verify.kernel.forms import form_of
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
 from trajopt.verify.kernel.required import required_clearances
 
+NONE: Mapping[str, Timing] = MappingProxyType({})
+"""Nothing changes with time."""
 DOUBTFUL = 1e-5
 """Where a distance by Coal and the gap along its normal differ by more, all directions are searched [m]."""
 
@@ -30,14 +35,17 @@ class PairDistances:
         planar: Whether a half-space is in each pair, shape (p,).
         core: The bodies and pairs as the native core knows them.
         error: Taken off every distance [m].
+        present: When both of each pair are there, from and to, shape (p, 2) [s]; None where nothing changes.
     """
 
-    def __init__(self, kinematics: Kinematics, *, error: float) -> None:
+    def __init__(self, kinematics: Kinematics, *, error: float, timings: Mapping[str, Timing] = NONE) -> None:
         """Pass the bodies and pairs of a model to the core.
 
         Args:
             kinematics: Of the model.
             error: Taken off every distance [m].
+            timings: Of the objects that change with time, by name; how far they may be off their tracks is
+                taken off their distances too.
 
         Raises:
             ModelError: If two half-spaces have to keep apart.
@@ -52,6 +60,8 @@ class PairDistances:
             pair = int(both.argmax())
             raise ModelError(f"half-spaces {self.pair_name(pair)} meet always; allow their contact")
         bodies = reduced.bodies
+        self.present: Floats | None = None
+        errors = self._changing(timings)
         self.core = proof.Proof(
             kinematics.arm,
             [form_of(body.shape) for body in bodies],
@@ -61,9 +71,28 @@ class PairDistances:
             self.first,
             self.second,
             required_clearances(reduced),
-            ~self.strict,
+            errors,
+            ~self.strict | errors.any(axis=1),
             error,
         )
+
+    def _changing(self, timings: Mapping[str, Timing]) -> Floats:
+        """Note when pairs are there, and return how the error of each grows, shape (p, 3)."""
+        errors: Floats = np.zeros((len(self.first), 3))
+        if not timings:
+            return errors
+        present: Floats = np.tile((-np.inf, np.inf), (len(self.first), 1))
+        owners = np.array([body.owner for body in self.reduced.bodies])
+        for side in (self.first, self.second):
+            of_pair = owners[side]
+            for name, timing in timings.items():
+                mine = of_pair == name
+                present[mine, 0] = np.maximum(present[mine, 0], timing.appears)
+                present[mine, 1] = np.minimum(present[mine, 1], timing.expires)
+                if timing.motion is not None:
+                    errors[mine] += timing.motion.error
+        self.present = present
+        return errors
 
     def owners(self, pair: int) -> tuple[str, str]:
         """Return the links or objects of a pair."""
@@ -84,10 +113,10 @@ class PairDistances:
 
     @cached_property
     def strict(self) -> Bools:
-        """Whether contact of each pair is never accepted, shape (p,)."""
+        """Whether both of a pair are always there and their contact is never accepted, shape (p,)."""
         strict = np.ones(len(self.first), dtype=np.bool_)
         strict[[pair for pair, _ in self.reduced.pairs.allowances]] = False
-        return strict
+        return strict if self.present is None else strict & ~np.isfinite(self.present).any(axis=1)
 
     def uncertainty(self, distance: Floats, error: float) -> Floats:
         """Return by how much true distances may exceed measured ones.
@@ -126,11 +155,11 @@ class PairDistances:
         Returns:
             Shape (i,) [m].
         """
-        return self.core.measure(poses.rotation, poses.translation, cell, pair)
+        return self.core.measure(*_placed(poses), cell, pair)
 
     def measure_hulls(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs without half-spaces as `measure` does, with hulls in the place of meshes."""
-        return self.core.measure_hulls(poses.rotation, poses.translation, cell, pair)
+        return self.core.measure_hulls(*_placed(poses), cell, pair)
 
     def search_depths(self, poses: Poses, cell: Ints, pair: Ints) -> Floats:
         """Measure pairs by a search of all directions: slow, and right where Coal's depth is not.
@@ -144,7 +173,7 @@ class PairDistances:
             Lower bounds of the distances, those between the hulls of exact meshes, shape (i,) [m];
             minus infinity for half-spaces.
         """
-        return self.core.search_depths(poses.rotation, poses.translation, cell, pair)
+        return self.core.search_depths(*_placed(poses), cell, pair)
 
     def nearest(self, poses: Poses) -> Floats:
         """Measure, in the first configuration, every pair that may touch or be the nearest strict one.
@@ -152,4 +181,10 @@ class PairDistances:
         Returns:
             Infinite for the others, shape (p,) [m].
         """
-        return self.core.nearest(poses.rotation, poses.translation, self.strict)
+        return self.core.nearest(*_placed(poses), self.strict)
+
+
+def _placed(poses: Poses) -> tuple[Floats, Floats, Floats]:
+    """Return when and where the joint frames are, as the core takes them."""
+    times = np.zeros(len(poses.rotation)) if poses.times is None else poses.times
+    return np.ascontiguousarray(times), poses.rotation, poses.translation

@@ -12,7 +12,7 @@ from trajopt.verify.kernel.required import required_clearances
 
 
 class Windows:
-    """The allowances of intended contact, by pair.
+    """The allowances of intended contact, by pair; of pairs that are not there any depth is accepted.
 
     Where several allowances name one pair the longest window counts, with the smallest depth.
 
@@ -21,8 +21,17 @@ class Windows:
         edges: Times at which a window opens or closes, inside the motion [s].
     """
 
-    def __init__(self, pairs: BodyPairs, required: Floats, duration: float) -> None:
-        """Collect the allowances for a motion of a duration [s], and what is required outside of them [m]."""
+    def __init__(
+        self, pairs: BodyPairs, required: Floats, duration: float, present: Floats | None = None
+    ) -> None:
+        """Collect the allowances.
+
+        Args:
+            pairs: The pairs, with their allowances.
+            required: Clearance that they must keep outside of them, shape (p,) [m].
+            duration: Of the motion [s].
+            present: When both of each pair are there, from and to, shape (p, 2) [s]; always when None.
+        """
         count = len(pairs.first)
         self.required = required
         self._until: Floats = np.full(count, -np.inf)
@@ -36,8 +45,16 @@ class Windows:
             if allowance.last > 0.0:
                 self._from[pair] = min(self._from[pair], duration - allowance.last)
                 self._last_depth[pair] = min(self._last_depth[pair], allowance.depth)
-        edges = np.concatenate((self._until, self._from)) if pairs.allowances else np.empty(0)
+        if present is not None:
+            self._accept_absent(present[:, 0], present[:, 1], duration)
+        windowed = pairs.allowances or present is not None
+        edges = np.concatenate((self._until, self._from)) if windowed else np.empty(0)
         self.edges: Floats = np.unique(edges[(edges > 0.0) & (edges < duration)])
+
+    def _accept_absent(self, appears: Floats, expires: Floats, duration: float) -> None:
+        late, early = appears > np.maximum(self._until, 0.0), expires < np.minimum(self._from, duration)
+        self._until[late], self._first_depth[late] = appears[late], np.inf
+        self._from[early], self._last_depth[early] = expires[early], np.inf
 
     def rows(self, pair: Ints) -> Floats:
         """Return when windows of pairs end and begin, and the depths accepted in them.
@@ -155,12 +172,12 @@ def search_clearance(motion: Motion, distances: PairDistances, *, measured: bool
         measured: Whether to measure as well how near everything comes. Without, the search ends as soon as
             everything required is proven, or something is not; the verdict is the same.
     """
-    trajectory, reduced, options = motion.trajectory, motion.reduced, motion.options
-    windows = Windows(reduced.pairs, required_clearances(reduced), motion.duration)
+    position, reduced, options = motion.group[0], motion.reduced, motion.options
+    windows = Windows(reduced.pairs, required_clearances(reduced), motion.duration, distances.present)
     windowed = np.flatnonzero(~distances.strict)
     free, accepted, contacts, gap, configurations = distances.core.search(
-        trajectory.times,
-        np.ascontiguousarray(trajectory.coefficients),
+        position.times,
+        np.ascontiguousarray(position.coefficients),
         motion.differentiable,
         reduced.mimic_matrix,
         reduced.mimic_offset,

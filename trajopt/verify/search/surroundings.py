@@ -1,0 +1,90 @@
+"""Surroundings: everything that a robot has to keep apart from, itself included, at rest and in motion."""
+
+from collections.abc import Iterator, Mapping
+from math import inf
+
+from trajopt.model.timed import TimedModel, timed_model
+from trajopt.model.timing import Timing
+from trajopt.verify.certificate import Check, CheckKind, Evidence
+from trajopt.verify.kernel.kinematics import Kinematics
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.kernel.options import VerifyOptions
+from trajopt.verify.kernel.pair_distances import PairDistances
+from trajopt.verify.kernel.timed_motion import TimedMotion
+
+
+class Surroundings:
+    """Workspace; one for each thread.
+
+    Attributes:
+        still: Distances of all bodies but of those that change with time.
+        distances: Distances of all bodies.
+    """
+
+    def __init__(self, kinematics: Kinematics, options: VerifyOptions) -> None:
+        """Pass the bodies to the judge's core.
+
+        Args:
+            kinematics: Of the reduced model.
+            options: Numbers to judge with.
+        """
+        self.still = self.distances = PairDistances(kinematics, error=options.distance_error)
+        self._timed: TimedModel | None = timed_model(kinematics.reduced)
+        self._kinematics = kinematics
+        if self._timed is not None:
+            self._kinematics = Kinematics(self._timed.reduced)
+            self.distances = PairDistances(
+                self._kinematics, error=options.distance_error, timings=self._timed.timings
+            )
+
+    def among(self, motion: Motion) -> Motion:
+        """Return a motion together with what changes with time."""
+        if self._timed is None:
+            return motion
+        return TimedMotion(
+            self._timed, motion.trajectory, kinematics=self._kinematics, options=motion.options
+        )
+
+    def known_checks(self, motion: Motion) -> Iterator[Check]:
+        """State, for each prediction that ends, whether the motion ends before nothing is known any more."""
+        for name, timing in self._timings.items():
+            until = inf if timing.motion is None else timing.motion.until
+            if until == inf:
+                continue
+            slack = until - min(motion.duration, timing.expires)
+            yield Check(
+                kind=CheckKind.PREDICTION,
+                name="prediction",
+                subject=name,
+                value=motion.duration,
+                bound=until,
+                unit="s",
+                time=None,
+                slack=slack,
+                evidence=Evidence.PROVEN if slack >= 0.0 else Evidence.UNPROVEN,
+                holds=slack >= 0.0,
+                detail=f"where {name} is, is known until {until:g} s, {motion.duration:.3f} s are needed",
+            )
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """What a proof takes for granted of that which changes with time, in sentences."""
+        return tuple(f"proven given that {name} {_as_said(timing)}" for name, timing in self._timings.items())
+
+    @property
+    def _timings(self) -> Mapping[str, Timing]:
+        return {} if self._timed is None else self._timed.timings
+
+
+def _as_said(timing: Timing) -> str:
+    """Say what was said of an object."""
+    said: list[str] = []
+    if timing.motion is not None:
+        sizes = (1e3 * number for number in timing.motion.error)
+        units = (" mm", " mm/s t", " mm/s^2 t^2 / 2")
+        error = " + ".join(f"{size:g}{unit}" for size, unit in zip(sizes, units, strict=True) if size)
+        until = f" until {timing.motion.until:g} s" if timing.motion.until < inf else ""
+        said.append((f"is within {error} of its track" if error else "is on its track") + until)
+    said += [f"appears at {timing.appears:g} s"] if timing.appears > 0.0 else []
+    said += [f"is gone after {timing.expires:g} s"] if timing.expires < inf else []
+    return " and ".join(said) or "is where it is placed"
