@@ -56,6 +56,16 @@ def test_most_known_motions_are_found() -> None:
     assert sum(row["outcome"] == "verified" for row in known) >= len(known) - 2
 
 
+def test_margins_are_kept_or_give_way_or_are_named() -> None:
+    """These ended without a motion once: wishes that no configuration keeps, or that an end is far from."""
+    for seed in (3, 8, 18, 21, 28, 38, 52, 70):
+        assert trial("margins", seed)["outcome"] == "verified"
+    for seed in (48, 107):
+        result = to.plan(case("margins", seed).problem())
+        assert result.verified or "no motion keeps the margin of" in result.message
+        assert len(result.attempts) < 10, "nor is it looked for with all seeds"
+
+
 ANY_ROBOT = ("serial_robots", "tree_robots", "mimic_robots")
 
 

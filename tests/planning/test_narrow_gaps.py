@@ -58,6 +58,14 @@ def test_a_margin_that_was_asked_for_stays(tmp_path: Path) -> None:
     assert found.status is to.Status.STUCK and "clearance of ball" in found.message
 
 
+def test_a_margin_that_no_motion_keeps_is_named_after_two_rounds(tmp_path: Path) -> None:
+    problem = gap(tmp_path, 0.02, 0.0)
+    found = to.plan(replace(problem, scene=problem.scene.with_margin(0.03)))
+    assert found.status is to.Status.STUCK and len(found.attempts) < 10
+    assert "no motion keeps the margin of 30 mm between ball and" in found.message
+    assert "x has to pass" in found.message
+
+
 @pytest.mark.parametrize("method", ["sqp", "chomp", "free-duration"])
 def test_methods_over_knots_pass_narrow_gaps(tmp_path: Path, method: str) -> None:
     assert method in METHODS

@@ -128,3 +128,23 @@ def test_a_whole_turn_in_one_segment_is_no_standstill() -> None:
     steps = np.linspace(turn[0], turn[1], samples[0] + 1)
     assert query.displacement(steps[:-1], steps[1:]).max() <= SWEEP * 1.05
     assert samples[1] < samples[0] / 10
+
+
+def test_a_margin_that_was_asked_for_grows_over_a_quarter_of_the_motion() -> None:
+    wide = type("Pairs", (), {"margin": np.array([0.08]), "required": np.zeros(1)})()
+    rule = margins(pairs=wide, last=40.0, at_start=np.zeros(1), at_end=np.array([0.04]))
+    places = np.array([0.0, 5.0, 10.0, 20.0, 30.0, 35.0, 40.0])
+    found = rule(np.zeros(7, dtype=np.int64), places)
+    assert found == pytest.approx([0.0, 0.04, 0.08, 0.08, 0.08, 0.06, 0.04])
+
+
+def test_a_margin_that_was_asked_for_begins_at_what_the_end_of_the_seed_has(scene: to.Scene) -> None:
+    where = scene.placement_of("tip", scene.robot.positions({**GOAL, "pan": 0.3}))
+    goal = to.frame_placement("tip", where)
+    for asked, there in ((scene, 0.01), (scene.with_margin(0.3), 0.3)):
+        problem, nlp, seed = program(asked, goal=goal)
+        near = np.full(len(problem.reduced.pairs.margin), 10.0)
+        found = Query(problem.reduced).close_pairs(seed[-1:], near)
+        at_end = nlp.margins.at_end
+        for pair, distance in zip(found.pair.tolist(), found.distance.tolist(), strict=True):
+            assert at_end[pair] == pytest.approx(there if asked is scene else min(there, distance))

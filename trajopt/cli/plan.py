@@ -88,7 +88,7 @@ def plan(
             progress=line.show,
             on_incumbent=line.have,
         )
-    notes = [*around.scene.robot.notes, *around.notes, *asked.notes]
+    notes = [*around.scene.robot.notes, *around.notes, *asked.notes, *result.remarks]
     document = {
         **result.as_dict(),
         "notes": notes,
@@ -141,7 +141,7 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
     if result.certificate is not None:
         lines += ["", "certificate", *_indented(str(result.certificate))]
     if notes:
-        lines += ["", "notes on the files", *(f"  {note}" for note in notes)]
+        lines += ["", "notes", *(f"  {note}" for note in notes)]
     return "\n".join([*lines, "", "cost", *_indented(cost(result))])
 
 

@@ -8,6 +8,7 @@ from trajopt.planning.result import Result, Status
 CODES = {
     Status.SOLVED: MoveItErrorCodes.SUCCESS,
     Status.START_IN_COLLISION: MoveItErrorCodes.START_STATE_IN_COLLISION,
+    Status.CLEARANCE_IMPOSSIBLE: MoveItErrorCodes.START_STATE_IN_COLLISION,
     Status.START_OUT_OF_LIMITS: MoveItErrorCodes.START_STATE_INVALID,
     Status.START_TOO_FAST: MoveItErrorCodes.START_STATE_INVALID,
     Status.START_CANNOT_BE_HELD: MoveItErrorCodes.START_STATE_INVALID,

@@ -72,6 +72,13 @@ def _start(result: Result) -> Explanation:
     return _end(result, result.problem.reduced.start_positions, Moment.START)
 
 
+def _never_apart(result: Result) -> Explanation:
+    start = result.problem.reduced.start_positions
+    blocks = blocks_of(Judge(result.problem.reduced).examine(start, moment=Moment.START))
+    grounds = f"{result.message}: boxes that cover all positions of the joints between were closed one by one"
+    return _with(_plain(result, grounds), blocks=blocks, configuration=start)
+
+
 def _goal(result: Result) -> Explanation:
     problem = result.problem
     goal = fixed_positions(problem.goals, problem.reduced)
@@ -252,6 +259,7 @@ def _with(
 _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.SOLVED: _solved,
     Status.START_IN_COLLISION: _start,
+    Status.CLEARANCE_IMPOSSIBLE: _never_apart,
     Status.START_OUT_OF_LIMITS: _start,
     Status.START_TOO_FAST: _too_fast,
     Status.START_BREAKS_CONSTRAINT: _start,

@@ -6,5 +6,7 @@ from trajopt.infeasibility.exclusion import exclusion as exclusion
 from trajopt.infeasibility.goal_box import box_breaks as box_breaks
 from trajopt.infeasibility.goal_box import box_collides as box_collides
 from trajopt.infeasibility.goal_box import box_overloads as box_overloads
+from trajopt.infeasibility.never_apart import NeverApart as NeverApart
+from trajopt.infeasibility.never_apart import never_apart as never_apart
 from trajopt.infeasibility.reach import out_of_reach as out_of_reach
 from trajopt.infeasibility.too_fast import too_fast as too_fast

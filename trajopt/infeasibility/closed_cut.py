@@ -6,12 +6,13 @@ A pair that must keep a clearance collides, in this sense, where it is nearer th
 The cut is covered by boxes of configurations, as `cover` says.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
-from trajopt.infeasibility.cover import Cover
+from trajopt.arrays import Floats
+from trajopt.infeasibility.cover import Cover, endless, whole_range
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions
 from trajopt.problem import Problem
@@ -40,17 +41,25 @@ class ClosedCut:
     boxes: int
 
 
-def closed_cut(problem: Problem) -> ClosedCut | None:
+def closed_cut(
+    problem: Problem, *, apart: Floats | None = None, shares: Sequence[float] = SHARES
+) -> ClosedCut | None:
     """Look for a cut between the start and a goal of joints that no configuration can cross.
+
+    Args:
+        problem: The problem.
+        apart: Distance that pairs would have to keep on the cut, shape (p,) [m], -inf for those that need
+            none; what is required of them when None.
+        shares: Where between start and goal each joint is cut.
 
     Returns:
         The first that is proven; None if none is, which proves nothing.
     """
-    if _endless(problem.reduced).any():
+    if endless(problem.reduced).any():
         return None
-    cover = Cover(problem.reduced, MOST_BOXES)
+    cover = Cover(problem.reduced, MOST_BOXES, apart)
     for joint, (start, goal) in _must_move(problem).items():
-        for share in SHARES:
+        for share in shares:
             value = start + share * (goal - start)
             closed = cover.close(*_whole(problem.reduced, joint, value))
             if closed is not None:
@@ -75,28 +84,7 @@ def _must_move(problem: Problem) -> dict[int, tuple[float, float]]:
 
 
 def _whole(reduced: ReducedModel, joint: int, value: float) -> tuple[Floats, Floats]:
-    """Return middle and half width of the box of all configurations on a cut, shape (n,) each.
-
-    Joints that turn need no more than one turn.
-    """
-    limits = reduced.limits
-    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
-    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
-    middle, half = (lower + upper) / 2.0, (upper - lower) / 2.0
-    half = np.where(_periodic(reduced), np.minimum(half, np.pi), half)
+    """Return middle and half width of the box of all configurations on a cut, shape (n,) each."""
+    middle, half = whole_range(reduced)
     middle[joint], half[joint] = value, 0.0
     return middle, half
-
-
-def _periodic(reduced: ReducedModel) -> Bools:
-    """Return which joints of the group have everything where it was after one turn, shape (n,)."""
-    names = [reduced.model.joints[reduced.model.getJointId(name)].shortname() for name in reduced.joint_names]
-    turns = np.array(["JointModelR" in name for name in names], dtype=np.bool_)
-    mimicked = (reduced.mimic_matrix != 0.0).sum(axis=0) > 1
-    return turns & ~mimicked
-
-
-def _endless(reduced: ReducedModel) -> Bools:
-    """Return which joints no box of finite size can cover, shape (n,)."""
-    limited = np.isfinite(reduced.limits.lower) & np.isfinite(reduced.limits.upper)
-    return ~limited & ~_periodic(reduced)

@@ -17,7 +17,7 @@ from trajopt.arrays import Bools, Floats
 from trajopt.infeasibility.chain import Chain
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
-from trajopt.query import Query
+from trajopt.query import Counts, Query
 
 ACCURACY = 1e-4
 """By how much measured depths may be wrong [m]."""
@@ -30,27 +30,38 @@ class Closed:
     Attributes:
         pairs: Links and objects whose contact, or required clearance, closes it, most frequent first.
         boxes: Boxes that were examined.
+        farthest: At the middles of these the nearest of the pairs were apart by no more than this [m].
     """
 
     pairs: tuple[tuple[str, str], ...]
     boxes: int
+    farthest: float
 
 
 class Cover:
-    """Covers boxes with smaller ones, until all are used up."""
+    """Covers boxes with smaller ones, until all are used up.
 
-    def __init__(self, reduced: ReducedModel, most: int) -> None:
+    Attributes:
+        left: Boxes that may still be examined.
+    """
+
+    def __init__(
+        self, reduced: ReducedModel, most: int, apart: Floats | None = None, counts: Counts | None = None
+    ) -> None:
         """Bound how far bodies move.
 
         Args:
             reduced: The robot and its surroundings.
             most: Boxes that are examined, in all calls together, before a question is left undecided.
+            apart: Distance below which pairs count as in collision, shape (p,) [m], -inf for those that
+                never do; what is required of them when None.
+            counts: Takes the work done.
         """
-        self._reduced, self._query = reduced, Query(reduced)
+        self._reduced, self._query = reduced, Query(reduced, counts)
         self._levers = _pair_levers(reduced)
-        self._required = reduced.pairs.required
+        self._required = reduced.pairs.required if apart is None else apart
         self._reach = np.where(np.isfinite(self._levers).all(axis=1), self._required, -np.inf)
-        self._left = most
+        self.left = most
 
     def close(self, middle: Floats, half: Floats) -> Closed | None:
         """Halve a box until all parts are closed; None once one is open, or there are too many.
@@ -61,13 +72,16 @@ class Cover:
         """
         middle, half = middle[None], half[None]
         closing: dict[tuple[str, str], int] = {}
-        seen = 0
-        while len(middle) <= self._left:
+        seen, farthest = 0, -np.inf
+        while len(middle) <= self.left:
             if len(middle) == 0:
-                return Closed(tuple(sorted(closing, key=lambda names: -closing[names])), seen)
+                return Closed(tuple(sorted(closing, key=lambda names: -closing[names])), seen, farthest)
             seen += len(middle)
-            self._left -= len(middle)
+            self.left -= len(middle)
             contacts = self._query.close_pairs(middle, self._reach)
+            nearest = np.full(len(middle), np.inf)
+            np.minimum.at(nearest, contacts.sample, contacts.distance)
+            farthest = max(farthest, float(nearest.max()))
             travel = np.einsum("mn,mn->m", self._levers[contacts.pair], half[contacts.sample])
             spare = self._required[contacts.pair] - contacts.distance - ACCURACY - travel
             order = np.argsort(-spare, kind="stable")
@@ -104,3 +118,29 @@ def _halved(middle: Floats, half: Floats, axis: np.ndarray) -> tuple[Floats, Flo
     step = np.zeros_like(half)
     step[rows, axis] = narrow[rows, axis]
     return np.concatenate((middle - step, middle + step)), np.concatenate((narrow, narrow))
+
+
+def whole_range(reduced: ReducedModel) -> tuple[Floats, Floats]:
+    """Return middle and half width of the box of all configurations, shape (n,) each.
+
+    Joints that turn need no more than one turn; others without limits are in no box (`endless`).
+    """
+    limits = reduced.limits
+    lower = np.where(np.isfinite(limits.lower), limits.lower, -np.pi)
+    upper = np.where(np.isfinite(limits.upper), limits.upper, np.pi)
+    middle, half = (lower + upper) / 2.0, (upper - lower) / 2.0
+    return middle, np.where(_periodic(reduced), np.minimum(half, np.pi), half)
+
+
+def endless(reduced: ReducedModel) -> Bools:
+    """Return which joints no box of finite size can cover, shape (n,)."""
+    limited = np.isfinite(reduced.limits.lower) & np.isfinite(reduced.limits.upper)
+    return ~limited & ~_periodic(reduced)
+
+
+def _periodic(reduced: ReducedModel) -> Bools:
+    """Return which joints of the group have everything where it was after one turn, shape (n,)."""
+    names = [reduced.model.joints[reduced.model.getJointId(name)].shortname() for name in reduced.joint_names]
+    turns = np.array(["JointModelR" in name for name in names], dtype=np.bool_)
+    mimicked = (reduced.mimic_matrix != 0.0).sum(axis=0) > 1
+    return turns & ~mimicked

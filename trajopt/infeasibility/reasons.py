@@ -247,6 +247,17 @@ def enclosed(problem: Problem, cut: ClosedCut) -> str:
     return f"{cut.joint} has to pass {at} on the way, and there {between} {how}, whatever the other joints do"
 
 
+def margin_out_of_reach(problem: Problem, cut: ClosedCut) -> str:
+    """Say where no motion can keep a margin that was asked for."""
+    first, second = cut.pairs[0]
+    margin = 1000 * problem.scene.margin_of(first, second)
+    at = in_joint_position(cut.position, joint_unit(problem.scene.robot.model, cut.joint))
+    return (
+        f"no motion keeps the margin of {margin:g} mm between {first} and {second}: {cut.joint} has to pass "
+        f"{at} on the way, and there something is nearer than its margin, whatever the other joints do"
+    )
+
+
 def not_verified(certificate: Certificate) -> str:
     """Say what the judge refused."""
     return "; ".join(f"{check.name}: {check.detail}" for check in certificate.failed)

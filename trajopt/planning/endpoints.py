@@ -13,6 +13,7 @@ from trajopt.infeasibility import (
     box_collides,
     box_overloads,
     exclusion,
+    never_apart,
     out_of_reach,
     reasons,
     too_fast,
@@ -59,6 +60,8 @@ class EndpointChecks:
             refusal = self.workspace.result(Status.START_BREAKS_CONSTRAINT, broken)
         if refusal is None:
             return None
+        if refusal.status is Status.START_IN_COLLISION:
+            refusal = self._never_apart(seen) or refusal
         proven = seen.clear or seen.proven
         if refusal.status is Status.START_CANNOT_BE_HELD:
             proven = box_overloads(self.workspace.problem, self._start, self._start)
@@ -236,6 +239,17 @@ class EndpointChecks:
         if seen.collisions:
             return self.workspace.result(collision, reasons.collisions(seen))
         return None
+
+    def _never_apart(self, seen: Examination) -> Result | None:
+        """Refuse clearances that no configuration can keep, of those that the start undercuts."""
+        asked = {(item.first, item.second): item.required for item in seen.collisions if item.required > 0.0}
+        if not asked:
+            return None
+        counts = Counts()
+        found = never_apart(self.workspace.problem.reduced, asked, counts)
+        self.workspace.tracker.count_work(counts)
+        words = "; ".join(item.words("are required of") for item in found)
+        return self.workspace.result(Status.CLEARANCE_IMPOSSIBLE, words) if found else None
 
     def _unheld(self, positions: Floats, status: Status, where: str) -> Result | None:
         """Refuse a configuration at which a joint is too weak to hold still."""

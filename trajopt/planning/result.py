@@ -156,6 +156,7 @@ class Result:
         along_path: As of a plan; None where no shorter motion than along the path was looked for.
         of_each_goal: Of a goal set, where every goal was asked for: the result of each, the shortest motion
             first.
+        remarks: What of the problem could not be taken as it was asked, in sentences.
     """
 
     problem: Problem
@@ -178,6 +179,7 @@ class Result:
     because: str = ""
     along_path: float | None = None
     of_each_goal: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
+    remarks: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""
@@ -188,7 +190,7 @@ class Result:
 
     def __str__(self) -> str:
         """Return the reason, the motion and the judge's verdict if there are any, and each attempt."""
-        lines = [self.reason]
+        lines = [self.reason, *(f"  note     {remark}" for remark in self.remarks)]
         if self.trajectory is not None and self.certificate is not None:
             lines.append(f"  motion   {self.trajectory}")
             if self.along_path is not None:
@@ -270,6 +272,7 @@ class Result:
             "status": self.status.name,
             "verified": self.verified,
             "message": self.reason,
+            "remarks": list(self.remarks),
             "certainty": self.certainty.name,
             "name": self.problem.name,
             "goal_name": self.goal_name,

@@ -7,10 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.infeasibility import closed_cut
-from trajopt.infeasibility.reasons import blocks_on_the_way, enclosed
+from trajopt.infeasibility.reasons import blocks_on_the_way, enclosed, margin_out_of_reach
 from trajopt.methods import Choice
 from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.goal_search import Candidate, GoalSearch
+from trajopt.planning.margins import margin_cut, with_possible_margins
 from trajopt.planning.result import Attempt, Result
 from trajopt.planning.schedule import rounds
 from trajopt.planning.status import Certainty, Status
@@ -37,6 +38,7 @@ class Search:
         rng: Draws what is random.
         tracker: Counts what is used, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
+        remarks: What is to be said of the problem besides.
         incumbent: The best of those.
         attempts: What became of each seed.
     """
@@ -46,6 +48,7 @@ class Search:
     rng: np.random.Generator
     tracker: BudgetTracker
     on_incumbent: Callable[[Result], None] | None = None
+    remarks: tuple[str, ...] = ()
     incumbent: Result | None = None
     attempts: list[Attempt] = field(default_factory=list[Attempt])
     _refusals: dict[str, Result] = field(default_factory=dict[str, Result])
@@ -66,6 +69,7 @@ class Search:
         Raises:
             Stopped: If the budget ends.
         """
+        self.problem, self.remarks = with_possible_margins(self.problem, self.tracker)
         for goal in self.goals:
             refusal = goal.prepare()
             if refusal is not None:
@@ -121,7 +125,7 @@ class Search:
         return best if best is not None and best.goal_name == goal.goal_name else None
 
     def _walled_in(self, goal: GoalSearch) -> bool:
-        """Look for a proof that no other seed can succeed either."""
+        """Look for a proof that no other seed can succeed either, with the margins that were asked for."""
         stuck = goal.nearest
         if stuck is None or stuck.status is not Status.STUCK:
             return False
@@ -131,7 +135,13 @@ class Search:
             message = enclosed(stuck.problem, cut)
             proven, status = Certainty.PROVEN, Status.PROVEN_INFEASIBLE
             goal.nearest = replace(stuck, status=status, message=message, certainty=proven)
-        return cut is not None
+            return True
+        with self.tracker.stage("proof"):
+            narrow = margin_cut(goal.workspace.problem)
+        if narrow is not None:
+            words = f"{stuck.message}; {margin_out_of_reach(stuck.problem, narrow)}"
+            goal.nearest = replace(stuck, message=words)
+        return narrow is not None
 
     def _failure(self, stopped: Stop | None) -> Result:
         """Return the failure that came nearest; of a goal set, with the reasons of all."""
@@ -160,6 +170,7 @@ class Search:
             cpu_seconds=dict(self.tracker.seconds),
             method=self.choice.method.name,
             because=self.choice.because,
+            remarks=self.remarks,
         )
 
 

@@ -10,6 +10,10 @@ class Status(Enum):
     START_IN_COLLISION = (
         "the start is in collision, or nearer to something than is required: move it, or allow that"
     )
+    CLEARANCE_IMPOSSIBLE = (
+        "things are nearer in every configuration than is required of them: require less of them, by name or "
+        "by kind"
+    )
     START_OUT_OF_LIMITS = "the start is outside a joint limit: move it inside first"
     START_BREAKS_CONSTRAINT = "the start breaks a path constraint: widen it, or start elsewhere"
     START_TOO_FAST = (

@@ -43,7 +43,7 @@ from trajopt.terms.rolling import Rolling
 from trajopt.terms.singularity_distance import LostManipulability, SmallestSingularValue
 from trajopt.terms.smoothness import Acceleration, Jerk, Velocity
 from trajopt.terms.soft_clearance import SoftClearance
-from trajopt.transcription.margins import TAPER_KNOTS, ShrunkMargins, TaperedMargins, shrinkable
+from trajopt.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable
 from trajopt.transcription.motion_nlp import MotionNlp
 from trajopt.transcription.tapered_bounds import TaperedConstraint
 
@@ -160,7 +160,7 @@ def taper_of(margins: TaperedMargins, share: float) -> Taper:
         depth=margins.depth,
         gives=shrinkable(margins.pairs) if share < 1.0 else np.zeros(len(margins.depth), dtype=np.bool_),
         last=margins.last,
-        knots=TAPER_KNOTS,
+        knots=margins.taper,
         share=share,
     )
 

@@ -181,7 +181,7 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
     stops = seed[[0, *waypoint_knots, len(seed) - 1]]
     shortest = sum(shortest_duration(limits, *leg) for leg in pairwise(stops))
     duration = 1.5 * max(shortest, 1e-3) / min(problem.velocity_scaling, problem.acceleration_scaling)
-    margins = tapered_margins(query, count, goal, duration)
+    margins = tapered_margins(query, count, goal, duration, end=seed[-1])
     fixed = [reduced.start_positions, *seed[list(waypoint_knots)], *(() if goal is None else (goal,))]
     items: list[Constraint] = [_clearance(problem, margins, 1.0), *rolling(reduced, count)]
     items.extend(holding_rows(problem, query, np.stack(fixed)))

@@ -1,10 +1,12 @@
 """The clearance that the program demands along the motion: never less than is required.
 
 Near a fixed start or goal that is nearer to something than the margin, the margin tapers to the actual
-distance: otherwise no motion could hold it. Intended contact is allowed for a time.
+distance: otherwise no motion could hold it. At a goal that leaves a choice, a margin that was asked for
+tapers to the distance at the configuration where the seed ends. Intended contact is allowed for a time.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +18,9 @@ from trajopt.query import Query
 
 TAPER_KNOTS = 3.0
 """Knots over which a margin grows from what a fixed end has to its full size."""
+LONG_TAPER = 0.25
+"""Part of the motion over which margins grow where some were asked for: these may be many times as large as
+what a body moves between two knots. Over the half of the motion that is left between they are whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +45,17 @@ class TaperedMargins(Printed):
     contact_from: Floats
     depth: Floats
 
+    @cached_property
+    def taper(self) -> float:
+        """Knots over which margins grow from what a fixed end has to their full size."""
+        asked_for = bool((~shrinkable(self.pairs)).any())
+        return max(TAPER_KNOTS, LONG_TAPER * self.last) if asked_for else TAPER_KNOTS
+
     def __call__(self, pair: Ints, place: Floats) -> Floats:
         """Return the margin of each pair at each location, in knots, shape (m,) [m]."""
         full = self.pairs.margin[pair]
-        since = np.clip((place - np.maximum(self.contact_until[pair], 0.0)) / TAPER_KNOTS, 0.0, 1.0)
-        until = np.clip((np.minimum(self.contact_from[pair], self.last) - place) / TAPER_KNOTS, 0.0, 1.0)
+        since = np.clip((place - np.maximum(self.contact_until[pair], 0.0)) / self.taper, 0.0, 1.0)
+        until = np.clip((np.minimum(self.contact_from[pair], self.last) - place) / self.taper, 0.0, 1.0)
         margin = np.minimum(
             self.at_start[pair] + (full - self.at_start[pair]) * since,
             self.at_end[pair] + (full - self.at_end[pair]) * until,
@@ -87,6 +98,8 @@ def tapered_margins(
     knots: int,
     goal: Floats | None,
     duration: float,
+    *,
+    end: Floats | None = None,
 ) -> TaperedMargins:
     """Measure the fixed ends and lay the margins along the motion.
 
@@ -95,15 +108,23 @@ def tapered_margins(
         knots: Number of knots.
         goal: The group's positions at a fixed goal, shape (n,); None if the goal is not fixed.
         duration: A cautious (long) estimate of the motion's duration, for contact windows [s].
+        end: Where the motion may end, if the goal is not fixed, shape (n,).
     """
     pairs, last = query.reduced.pairs, float(knots - 1)
+    asked_for = ~shrinkable(pairs)
 
-    def available(positions: Floats) -> Floats:
-        contacts = query.close_pairs(positions[None, :], pairs.margin)
+    def available(positions: Floats, reach: Floats = pairs.margin) -> Floats:
+        contacts = query.close_pairs(positions[None, :], reach)
         margin = pairs.margin.copy()
         margin[contacts.pair] = np.minimum(contacts.distance, margin[contacts.pair])
         return margin
 
+    if goal is not None:
+        at_end = available(goal)
+    elif end is not None and asked_for.any():
+        at_end = available(end, np.where(asked_for, pairs.margin, -np.inf))
+    else:
+        at_end = pairs.margin
     count = len(pairs.margin)
     until, since = np.full(count, -1.0), np.full(count, np.inf)
     depth = np.zeros(count)
@@ -119,7 +140,7 @@ def tapered_margins(
         pairs,
         last,
         available(query.reduced.start_positions),
-        pairs.margin if goal is None else available(goal),
+        at_end,
         until,
         since,
         depth,

@@ -33,6 +33,11 @@ def counterexample(case: Case, result: to.Result, rng: np.random.Generator) -> s
             if fault_of_configuration(case, case.start, goals=False, spare=spare_of(case))
             else "the start holds all of it"
         )
+    if result.status is to.Status.CLEARANCE_IMPOSSIBLE:
+        low, high = case.arm.chain.bounds()
+        drawn = rng.uniform(low, high, (SAMPLES, len(low)))
+        held = [q for q in drawn if not fault_of_configuration(case, q, goals=False, spare=spare_of(case))]
+        return f"a configuration keeps all clearances: {held[0].tolist()}" if held else ""
     ends = ends_of(case, rng)
     if result.status in AT_GOAL:
         return f"a configuration at the goal holds all of it: {ends[0].tolist()}" if ends else ""

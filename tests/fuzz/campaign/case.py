@@ -99,6 +99,7 @@ class Case:
         pair_margins: The same by pair.
         required: Clearance that is demanded of everything [m].
         pair_required: The same by pair.
+        kind_required: The same by kind: "world", "carried", "robot".
         contacts: Contacts that are meant.
         motion: Corners of a polyline from the start that holds all of it, if one is known.
         impossible: Why there is no motion, where that is known.
@@ -113,6 +114,7 @@ class Case:
     pair_margins: Mapping[frozenset[str], float] = field(default_factory=dict)
     required: float = 0.0
     pair_required: Mapping[frozenset[str], float] = field(default_factory=dict)
+    kind_required: Mapping[str, float] = field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
     motion: Floats | None = None
     impossible: str = ""
@@ -136,6 +138,8 @@ class Case:
             scene = scene.with_margin(margin, *sorted(pair))
         if self.required:
             scene = scene.with_clearance(self.required)
+        if self.kind_required:
+            scene = scene.with_clearance(**self.kind_required)
         for pair, required in self.pair_required.items():
             scene = scene.with_clearance(required, *sorted(pair))
         for count, item in enumerate(self.contacts):
@@ -172,4 +176,9 @@ class Case:
 
     def required_of(self, first: str, second: str) -> float:
         """The clearance that two owners must keep [m]."""
-        return self.pair_required.get(frozenset((first, second)), self.required)
+        by_name = {thing.name: thing.link for thing in self.things}
+        links = [by_name.get(name) for name in (first, second)]
+        kinds = {"world"} if "world" in links else set()
+        kinds |= {"carried"} if set(links) - {None, "world"} else set()
+        stated = [self.kind_required[kind] for kind in kinds or {"robot"} if kind in self.kind_required]
+        return self.pair_required.get(frozenset((first, second)), max(stated, default=self.required))

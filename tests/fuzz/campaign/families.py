@@ -190,6 +190,28 @@ def clearance_of_pairs(rng: np.random.Generator) -> Case:
     return at_end(case, rng)
 
 
+def clearance_of_kinds(rng: np.random.Generator) -> Case:
+    """A clearance from the world, of what is carried and of the robot itself, each its own or none."""
+    sizes = {"world": (0.0, 0.01, 0.03), "carried": (0.0, 0.005, 0.02), "robot": (0.0, 0.002)}
+    kinds = {kind: float(rng.choice(some)) for kind, some in sizes.items() if rng.random() < 0.7}
+    required = float(rng.choice([0.0, 0.001]))
+    case = moving(rng, required=required, kind_required=kinds, margin=float(rng.choice([0.0, 0.01])))
+    size = float(rng.uniform(0.005, 0.03))
+    held = Thing("held", sphere(size), at(rng.normal(scale=0.1, size=3)), case.arm.tip, (case.arm.tip,))
+    trial = replace(case, things=(held,))
+    case = cluttered(trial if clear(trial) else case, rng, int(rng.integers(2, 5)))
+    if not clear(case):  # things are only drawn beside the arm, not beside what it carries
+        case = replace(case, things=tuple(thing for thing in case.things if thing is not held))
+    close = Thing("close", sphere(0.05), np.eye(4))
+    least = replace(case, things=(*case.things, close)).required_of(case.arm.tip, "close")
+    if rng.random() < 0.2 and least > 0.0:
+        near_by = touching(case, rng, case.start, 0.5 * least)
+        why = "the start is nearer to the world than is required"
+        near_by_too = replace(at_end(case, rng), things=(*case.things, near_by))
+        return replace(near_by_too, motion=None, impossible=why)
+    return at_end(case, rng)
+
+
 def margins(rng: np.random.Generator) -> Case:
     """Wishes of clearance that the known motion does not keep: no reason to refuse."""
     case = cluttered(moving(rng, margin=float(rng.choice([0.0, 0.03, 0.1]))), rng, int(rng.integers(1, 5)))

@@ -17,6 +17,7 @@ FAMILIES: dict[str, tuple[int, Callable[[np.random.Generator], Case]]] = {
     "mimic_limits": (3, families.mimic_limits),
     "clearance_of_all": (3, families.clearance_of_all),
     "clearance_of_pairs": (2, families.clearance_of_pairs),
+    "clearance_of_kinds": (2, families.clearance_of_kinds),
     "margins": (2, families.margins),
     "walls": (3, families.walls),
     "open_meshes": (2, families_apart.open_meshes),
