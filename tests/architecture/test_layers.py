@@ -53,7 +53,7 @@ CORES = {
     "proximity": "query",
     "banded": "solvers",
     "descent": "solvers",
-    "reachability": "retime",
+    "timing": "retime",
     "proof": "verify",
     "covers": "model",
 }

@@ -5,6 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+import trajopt as to
 from tests.model.test_robot import tetrahedron
 from tests.robots_for_tests import ODD_ARM
 
@@ -18,6 +21,13 @@ to.Problem(
     scene=to.Scene(robot).add("post", to.Box(0.1, 0.1, 1.0), to.placement((1, 1, 0), rpy=(0, 0, 0.3))),
     start={}, goal=to.joint_positions({"pan": 1.0}),
 ).reduced
+"""
+
+PLAN = """
+import trajopt as to
+scene = to.Scene(to.load("panda")).add("post", to.Box(0.1, 0.1, 0.6), to.placement((0.5, 0.25, 0.3)))
+goal = to.joint_positions({"panda_joint1": 1.0})
+assert to.plan(to.Problem(scene=scene, group="panda_arm", start="ready", goal=goal)).verified
 """
 
 
@@ -45,6 +55,16 @@ def test_importing_simulate_imports_no_slow_package(tmp_path: Path) -> None:
     """`from trajopt.simulate import simulate, render` is cheap: calling them imports MuJoCo."""
     code = "from trajopt.simulate import CameraView, Layout, build_spec, render, simulate, simulate_phases"
     assert imported(code, tmp_path) == set()
+
+
+def test_planning_imports_no_slow_package(tmp_path: Path) -> None:
+    """Splines are the house's own, and meshes were loaded before; joint limits are YAML."""
+    try:
+        to.load("panda")
+    except to.MissingExtra as missing:
+        pytest.skip(str(missing))
+    imported(PLAN, tmp_path)
+    assert imported(PLAN, tmp_path) == {"yaml"}
 
 
 def test_setting_up_a_problem_imports_no_slow_package(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.oracles.retiming.jerk_program import NothingFits, Program
 from trajopt.arrays import Floats
-from trajopt.retime.jerk_program import NothingFits, Program
 
 TIGHTER = 0.1
 """Factor of the gap from one barrier to the next."""

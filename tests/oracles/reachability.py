@@ -1,6 +1,6 @@
 """The fastest profile on a grid: one pass backward, one forward.
 
-A profile (see `trajopt.retime.profile`) is given by control values y of x = (ds/dt)² at the `stations`:
+A profile (see `retiming.profile`) is given by control values y of x = (ds/dt)² at the `stations`:
 start, middles of the grid intervals, goal. At the grid point between two stations its path acceleration is
 u = (y_next - y_prev) / (2 distance), and its squared speed x lies between the two. So a limit
 |a u + b x + c| <= limit holds at the grid point if it holds with either of them for x:
@@ -22,9 +22,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.oracles.retiming.constraints import LEAST_ROOM, Rows
+from tests.oracles.retiming.profile import stations
 from trajopt.arrays import Floats
-from trajopt.retime.constraints import LEAST_ROOM, Rows
-from trajopt.retime.profile import stations
 
 ROUNDS = 60
 """Most cuts of the search along a polygon; each cut drops one of its at most 4 m sides."""

@@ -4,11 +4,14 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
+from tests.oracles.retiming.smooth_path import SmoothPath
+from tests.oracles.retiming.smoothing import Smoothing
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.retime.smooth_path import SmoothPath
-from trajopt.retime.smoothing import Smoothing, polyline, smooth
+from trajopt.native import timing
+from trajopt.retime import DeviationBound, RetimeOptions
+from trajopt.retime.retiming import timed
 
 
 def make_limits(
@@ -39,14 +42,31 @@ def make_path(knots: ArrayLike) -> Path:
     return Path(tuple(f"joint{i}" for i in range(array.shape[1])), array)
 
 
-def smoothing(path: Path, limits: JointLimits, tolerance: float = 5e-3) -> Smoothing:
-    """The smooth path that `retime` uses without a deviation bound, and its deviation."""
-    line = polyline(path.knots, limits.velocity)
-    return smooth(line, lower=limits.lower, upper=limits.upper, deviation=None, tolerance=tolerance)
+def core_timed(
+    path: Path, limits: JointLimits, tolerance: float = 5e-3, deviation: DeviationBound | None = None
+) -> timing.Retimed:
+    """What the core makes of a path, without torques and tools."""
+    return timed(
+        path,
+        limits,
+        inverse_dynamics=None,
+        tools=None,
+        deviation=deviation,
+        options=RetimeOptions(path_tolerance=tolerance),
+    )
+
+
+def smoothing(
+    path: Path, limits: JointLimits, tolerance: float = 5e-3, deviation: DeviationBound | None = None
+) -> Smoothing:
+    """The smooth path that `retime` uses, evaluated by SciPy, and its deviation."""
+    found = core_timed(path, limits, tolerance, deviation)
+    curve = SmoothPath(path.knots[0], path.knots[-1], found.knots, found.control)
+    return Smoothing(curve, found.deviation)
 
 
 def smooth_path(path: Path, limits: JointLimits, tolerance: float = 5e-3) -> SmoothPath:
-    """The smooth path that `retime` uses without a deviation bound."""
+    """The smooth path that `retime` uses without a deviation bound, evaluated by SciPy."""
     return smoothing(path, limits, tolerance).path
 
 

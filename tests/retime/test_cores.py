@@ -9,13 +9,24 @@ from scipy.optimize import minimize as scipy_minimize
 from tests.oracles import barrier, extremes, reachability
 from tests.oracles.barrier import at, duration
 from tests.oracles.reachability import constraint_rhs, stages
+from tests.oracles.retiming.constraints import Rows
+from tests.oracles.retiming.jerk_program import NothingFits, Program
+from tests.oracles.retiming.profile import stations
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
-from trajopt.retime.constraints import Rows
-from trajopt.retime.discretised_path import largest_control
-from trajopt.retime.jerk_program import NothingFits, Program, minimise
-from trajopt.retime.peaks import motion_extremes
-from trajopt.retime.profile import stations
+from trajopt.native import timing
+
+
+def largest_control(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
+    return timing.fastest(np.diff(stations(s)), rows.a, rows.b, rows.c, limit, bound)
+
+
+def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> tuple[Floats, int]:
+    rows, above, below, jerk, speed = (
+        np.ascontiguousarray(table)
+        for table in (program.rows, program.above, program.below, program.jerk, program.speed)
+    )
+    return timing.minimise(program.weight, program.bound, rows, above, below, jerk, speed, z, first_gap, gap)
 
 
 def compare(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floats:
@@ -114,7 +125,7 @@ def test_extremes_are_those_of_plain_python(seed: int, kind: str) -> None:
         case _:
             pass
     trajectory = Trajectory(tuple(f"joint{i}" for i in range(joints)), times, q, v, a)
-    speed, low, high = motion_extremes(trajectory)
+    speed, low, high = timing.motion_extremes(trajectory.coefficients, np.diff(trajectory.times))
     least, largest = extremes.acceleration_range(trajectory)
     size = 1e-9 * np.maximum(np.abs(least), np.abs(largest)) + 1e-300
     assert (np.abs(low - least) <= size).all() and (np.abs(high - largest) <= size).all()
@@ -122,12 +133,10 @@ def test_extremes_are_those_of_plain_python(seed: int, kind: str) -> None:
 
 
 def test_coefficients_that_are_not_quintic_are_refused() -> None:
-    from trajopt.native.reachability import motion_extremes
-
     with pytest.raises(ValueError, match="coefficients"):
-        motion_extremes(np.ones((4, 3, 2)), np.ones(3))
+        timing.motion_extremes(np.ones((4, 3, 2)), np.ones(3))
     with pytest.raises(ValueError, match="coefficients"):
-        motion_extremes(np.ones((6, 3, 2)), np.ones(2))
+        timing.motion_extremes(np.ones((6, 3, 2)), np.ones(2))
 
 
 def random_program(rng: np.random.Generator, *, blocks: int, linear: int, half: int) -> Program:
@@ -162,9 +171,10 @@ def test_the_barrier_ends_where_no_speed_is_within_the_limits(limit: float) -> N
     program = random_program(np.random.default_rng(3), blocks=6, linear=2, half=1)
     program.above[2, 1] = limit
     program.rows[2, 1] = np.abs(program.rows[2, 1])
-    for find in (minimise, barrier.minimise):
-        with pytest.raises(NothingFits):
-            find(program, np.ones(8), first_gap=0.3, gap=3e-3)
+    found, steps = minimise(program, np.ones(8), first_gap=0.3, gap=3e-3)
+    assert (len(found), steps) == (0, 0)
+    with pytest.raises(NothingFits):
+        barrier.minimise(program, np.ones(8), first_gap=0.3, gap=3e-3)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -194,15 +204,13 @@ def test_the_barrier_ends_near_the_least(seed: int) -> None:
 
 
 def test_programs_that_do_not_fit_together_are_refused() -> None:
-    from trajopt.native import reachability as core
-
     program = random_program(np.random.default_rng(0), blocks=5, linear=2, half=1)
     tables = [program.rows, program.above, program.below, program.jerk, program.speed]
     columns = [program.weight, program.bound]
-    core.minimise(*columns, *tables, np.ones(7), 0.3, 0.1)
+    timing.minimise(*columns, *tables, np.ones(7), 0.3, 0.1)
     with pytest.raises(ValueError, match="two rows more"):
-        core.minimise(*columns, *tables, np.ones(6), 0.3, 0.1)
+        timing.minimise(*columns, *tables, np.ones(6), 0.3, 0.1)
     with pytest.raises(ValueError, match="rows must be"):
-        core.minimise(*columns, program.rows, program.above[:, :1], *tables[2:], np.ones(7), 0.3, 0.1)
+        timing.minimise(*columns, program.rows, program.above[:, :1], *tables[2:], np.ones(7), 0.3, 0.1)
     with pytest.raises(ValueError, match="a row for each block"):
-        core.minimise(*columns, program.rows, program.above[:3], *tables[2:], np.ones(7), 0.3, 0.1)
+        timing.minimise(*columns, program.rows, program.above[:3], *tables[2:], np.ones(7), 0.3, 0.1)

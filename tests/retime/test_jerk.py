@@ -8,20 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
+from tests.oracles.retiming.peaks import jerk_peaks
 from tests.retime.retime_cases import (
+    core_timed,
     distance_from,
     largest_use,
     make_limits,
     make_path,
     polylines,
-    smoothing,
+    smooth_path,
 )
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, ToolLimits, retime
-from trajopt.retime.peaks import jerk_peaks
-from trajopt.retime.timing import fastest_trajectory
+from trajopt.retime import Retimed, RetimeFailure, ToolLimits, retime
 
 
 def with_jerk(limits: JointLimits, jerk: float | Floats) -> JointLimits:
@@ -86,11 +86,9 @@ def test_all_limits_hold_from_rest_to_rest_along_the_path(
     assert (trajectory.accelerations[[0, -1]] == 0.0).all()
     assert (trajectory.positions[[0, -1]] == path.knots[[0, -1]]).all()
     if result.passes:
-        curve = smoothing(path, limits)
-        again, parameters = fastest_trajectory(curve, limits, options=RetimeOptions())
-        assert isinstance(again, Retimed)
-        np.testing.assert_array_equal(again.trajectory.times, trajectory.times)
-        assert distance_from(trajectory, curve.path, parameters) <= 1e-4
+        again = core_timed(path, limits)
+        np.testing.assert_array_equal(again.times, trajectory.times)
+        assert distance_from(trajectory, smooth_path(path, limits), again.parameters) <= 1e-4
 
 
 @pytest.mark.parametrize("seed", range(6))

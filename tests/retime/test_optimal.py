@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from tests.oracles.retiming.smooth_path import SmoothPath
 from tests.retime.retime_cases import make_limits, make_path, smooth_path
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path
 from trajopt.retime import Retimed, retime
-from trajopt.retime.smooth_path import SmoothPath
 
 
 def duration(path: Path, limits: JointLimits) -> float:

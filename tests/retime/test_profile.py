@@ -4,9 +4,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from tests.oracles.reachability import constraint_rhs, fastest, stages
+from tests.oracles.retiming.constraints import Rows
+from tests.oracles.retiming.profile import Profile, from_control, stations
 from trajopt.arrays import Floats
-from trajopt.retime.constraints import Rows
-from trajopt.retime.profile import Profile, from_control, stations
 
 
 def random_control(seed: int) -> tuple[Floats, Floats]:

@@ -6,20 +6,20 @@ from hypothesis import given, settings
 from scipy.interpolate import CubicSpline
 
 from tests.retime.retime_cases import (
+    core_timed,
     distance_from,
     largest_use,
     make_limits,
     make_path,
     moments,
     polylines,
-    smoothing,
+    smooth_path,
 )
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Interpolation, Path
 from trajopt.retime import Retimed, RetimeFailure, RetimeOptions, retime
-from trajopt.retime.timing import fastest_trajectory
 
 
 def timed(path: Path, limits: JointLimits, options: RetimeOptions | None = None) -> Retimed:
@@ -41,11 +41,9 @@ def test_limits_hold_from_rest_to_rest_along_the_path(case: tuple[Path, JointLim
     assert (trajectory.positions[[0, -1]] == path.knots[[0, -1]]).all()
     assert result.deviation <= 5e-3
     if result.passes:
-        curve = smoothing(path, limits)
-        again, parameters = fastest_trajectory(curve, limits, options=RetimeOptions())
-        assert isinstance(again, Retimed)
-        np.testing.assert_array_equal(again.trajectory.times, trajectory.times)
-        assert distance_from(trajectory, curve.path, parameters) <= 1e-5
+        again = core_timed(path, limits)
+        np.testing.assert_array_equal(again.times, trajectory.times)
+        assert distance_from(trajectory, smooth_path(path, limits), again.parameters) <= 1e-5
 
 
 @settings(max_examples=30, deadline=None)

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from tests.retime.retime_cases import make_limits, make_path, polylines, smooth_path
+from tests.oracles.retiming.smoothing import polyline
+from tests.retime.retime_cases import make_limits, make_path, polylines, smooth_path, smoothing
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path
-from trajopt.retime.smoothing import polyline, smooth
 
 
 def test_a_straight_line_stays_straight_and_even() -> None:
@@ -46,7 +46,7 @@ def test_the_deviation_holds_between_the_samples_too(case: tuple[Path, JointLimi
     def bound(a: Floats, b: Floats) -> Floats:
         return np.abs(a - b) @ weights
 
-    found = smooth(line, lower=limits.lower, upper=limits.upper, deviation=bound, tolerance=2e-3)
+    found = smoothing(path, limits, 2e-3, bound)
     s = np.linspace(0.0, line.length, 4001)
     far = bound(found.path(s), line.origin + line(s))
     assert far.max() <= 2e-3
@@ -106,7 +106,7 @@ def test_samples_that_are_not_measured_are_not_the_largest(case: tuple[Path, Joi
     def bound(a: Floats, b: Floats) -> Floats:
         return np.linalg.norm(a - b, axis=1)
 
-    found = smooth(line, lower=limits.lower, upper=limits.upper, deviation=bound, tolerance=2e-3)
+    found = smoothing(path, limits, 2e-3, bound)
     knots = found.path.knots
     s = (knots[:-1, None] + np.diff(knots)[:, None] * np.arange(8) / 8).ravel()
     assert bound(found.path(s), line.origin + line(s)).max() <= found.deviation * (1.0 + 1e-9) + 1e-8

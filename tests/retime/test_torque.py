@@ -3,11 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.oracles.retiming.constraints import TorqueLimits, torque_along, torque_range, within
 from tests.retime.retime_cases import largest_use, make_limits, make_path, moments, smooth_path
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
 from trajopt.retime import InverseDynamics, Retimed, RetimeFailure, RetimeOptions, retime
-from trajopt.retime.constraints import TorqueLimits, torque_along, torque_range, within
 
 INERTIA, WEIGHT = 0.4, 6.0
 

@@ -1,5 +1,6 @@
 """Caches of what is derived from immutable values, kept outside these."""
 
+import atexit
 from collections.abc import Callable
 from functools import wraps
 from typing import Generic, TypeVar
@@ -16,6 +17,7 @@ def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
     value, which would then never be freed. At worst two threads that call at once both compute it.
     """
     made: dict[int, tuple[ref[Owner], Made]] = {}
+    atexit.register(made.clear)  # what the cores made must not outlive the interpreter
 
     @wraps(make)
     def found_or_made(owner: Owner) -> Made:

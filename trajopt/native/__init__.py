@@ -5,7 +5,7 @@
 | `proximity` | `query` | kinematics of all samples, rows of all pairs that come near, and paths searched |
 | `banded` | `solvers` | the quadratic program of a step, by an interior point method on a band |
 | `descent` | `solvers` | steps of the SQP, of programs whose terms it can evaluate |
-| `reachability` | `retime` | the passes that give the fastest profile, and the extremes of quintics |
+| `timing` | `retime` | paths made smooth, and timed within all limits |
 | `proof` | `verify` | clearance over all time, distances, kinematics, torques; shares no code with others |
 | `covers` | `model` | convex pieces that cover a mesh, when a robot or an object is loaded |
 """
@@ -14,7 +14,7 @@ from importlib.util import find_spec
 
 from trajopt.errors import NativeCoresMissing
 
-CORES = ("proximity", "banded", "descent", "reachability", "proof", "covers")
+CORES = ("proximity", "banded", "descent", "timing", "proof", "covers")
 """Names of all cores."""
 
 

@@ -58,6 +58,11 @@ class Workspace(Printed):
         """The judge of this problem; it keeps its own kinematics and geometry."""
         return Judge(self.problem.reduced)
 
+    @cached_property
+    def query(self) -> Query:
+        """What retiming asks for torques and displacements; the same for all motions."""
+        return Query(self.problem.reduced)
+
     def timed(self, decoded: Iterable[Decoded]) -> Iterator[TimedMotion | RetimeFailure]:
         """Time what a method made, and time it again, nearer to its path, each time another is needed."""
         for item in decoded:
@@ -67,7 +72,7 @@ class Workspace(Printed):
             exact = (EXACT_TOLERANCE,) if self.problem.waypoints or item.narrow else ()
             for tolerance in (*PATH_TOLERANCES, *exact):
                 with self.tracker.stage("retime"):
-                    retimed = retime_path(self.problem, item.path, tolerance=tolerance)
+                    retimed = retime_path(self.problem, item.path, tolerance=tolerance, query=self.query)
                 if isinstance(retimed, RetimeFailure):
                     yield retimed
                     return

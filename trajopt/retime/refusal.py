@@ -5,14 +5,9 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.trajectory import LONGEST
-from trajopt.retime.constraints import TorqueLimits
-from trajopt.retime.discretised_path import DiscretisedPath
-from trajopt.retime.peaks import Slowdown
+from trajopt.native.timing import Kind, Outcome
+from trajopt.native.timing import Retimed as Found
 from trajopt.retime.result import RetimeFailure
-from trajopt.retime.smoothing import Polyline
-
-GRAVITY = 1.0 - 1e-6
-"""Part of a torque limit that holding still may take; a path that needs more is refused."""
 
 STILL = 1e-12
 """A path on which no joint moves farther than this is taken to stand still [rad | m]."""
@@ -21,19 +16,20 @@ ROOM = 1e-3
 slower there."""
 
 
-def immovable(line: Polyline, limits: JointLimits) -> RetimeFailure | None:
+def immovable(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
     """Find a joint that the path moves although a limit forbids it to move at all."""
-    moved = np.ptp(line.corners, axis=0) > 0.0
+    moved = knots != knots[0]
     named = (("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk))
     for name, limit in named:
-        stuck = np.nonzero(moved & (limit <= 0.0))[0]
+        stuck = np.nonzero(moved.any(axis=0) & (limit <= 0.0))[0]
         if len(stuck):
             joint = limits.joint_names[int(stuck[0])]
-            first = int(np.nonzero(line.corners[:, stuck[0]])[0][0]) - 1
+            lengths = np.linalg.norm(np.diff(knots, axis=0), axis=1)
+            before = lengths[: int(moved[:, stuck[0]].argmax()) - 1]
             return RetimeFailure(
                 f"the {name} limit of {joint} is {limit[stuck[0]]:g}, but the path moves it",
                 joint,
-                float(line.parameters[first] / line.length),
+                float(before.sum() / lengths.sum()),
             )
     return None
 
@@ -57,42 +53,61 @@ def endless(knots: Floats, limits: JointLimits) -> RetimeFailure | None:
     return None
 
 
-def unholdable(on: DiscretisedPath, limits: JointLimits, torque: TorqueLimits | None) -> RetimeFailure | None:
-    """Find the point where holding still takes more torque than there is.
+def untimed(found: Found, limits: JointLimits) -> RetimeFailure | None:
+    """Say why the core found no timing; None if it did."""
+    match found.outcome:
+        case Outcome.GRAVITY_TOO_STRONG:
+            return _too_weak(found, limits)
+        case Outcome.TOO_LONG:
+            return RetimeFailure(
+                f"within all limits together it would take {found.value:.2g} s; "
+                f"{LONGEST * ROOM:.2g} s are the most",
+                None,
+                found.place,
+            )
+        case Outcome.NOTHING_FITS:
+            return RetimeFailure("no speed along the path is within all limits", None, found.place)
+        case Outcome.EXCEEDED:
+            return _exceeded(found, limits)
+        case Outcome.TIMED:
+            return None
+
+
+def _torque_joint(column: int, limits: JointLimits) -> int:
+    """Place of a joint among all that is told by its place among those with an effort limit."""
+    return int(np.nonzero(np.isfinite(limits.effort))[0][column])
+
+
+def _too_weak(found: Found, limits: JointLimits) -> RetimeFailure:
+    """Name the joint that needs more torque than it has only to hold still.
 
     The arm could only swing through such a point, and never stop there.
     """
-    if torque is None:
-        return None
-    still = on.rows.c[:, -len(torque.joints) :]
-    usable = torque.limit > 0.0
-    part = np.where(usable, np.abs(still) / np.where(usable, torque.limit, 1.0), np.inf)
-    row, column = np.unravel_index(int(part.argmax()), part.shape)
-    if part[row, column] < GRAVITY:
-        return None
-    joint = limits.joint_names[int(torque.joints[column])]
+    place = _torque_joint(found.column, limits)
+    joint = limits.joint_names[place]
     return RetimeFailure(
-        f"{joint} needs {abs(still[row, column]):.4g} only to hold still there, "
-        f"its effort limit is {torque.limit[column]:.4g}",
+        f"{joint} needs {found.value:.4g} only to hold still there, "
+        f"its effort limit is {limits.effort[place]:.4g}",
         joint,
-        float(on.s[row] / on.s[-1]),
+        found.place,
     )
 
 
-def exceeded(
-    on: DiscretisedPath, found: Slowdown, limits: JointLimits, torque: TorqueLimits | None
-) -> RetimeFailure:
+def _exceeded(found: Found, limits: JointLimits) -> RetimeFailure:
     """Name the limit that a trajectory exceeds however slow it is."""
-    speeds, joints = on.slope.shape[1], len(limits.joint_names)
-    kind, place = (0, found.column) if found.column < speeds else (1, found.column - speeds)
-    if kind == 1 and place >= joints and torque is not None:
-        kind, place = 2, int(torque.joints[place - joints])
+    if found.kind is Kind.TOOL_SPEED:
+        reason = "the speed limit of a tool is exceeded there however slow the motion is"
+        return RetimeFailure(reason, None, found.place)
+    place = _torque_joint(found.column, limits) if found.kind is Kind.TORQUE else found.column
     joint = limits.joint_names[place]
-    limit = (LimitKind.VELOCITY, LimitKind.ACCELERATION, None)[kind]
+    kinds = (
+        (Kind.VELOCITY, LimitKind.VELOCITY),
+        (Kind.ACCELERATION, LimitKind.ACCELERATION),
+        (Kind.JERK, LimitKind.JERK),
+    )
+    limit = next((limit for kind, limit in kinds if kind is found.kind), None)
     mimic = "" if limit is None else limits.because(joint, limit)
+    name = "effort" if limit is None else limit.value
     return RetimeFailure(
-        f"the {'effort' if limit is None else limit.value} limit of {joint}{mimic} "
-        "is exceeded there however slow the motion is",
-        joint,
-        float(on.s[found.piece] / on.s[-1]),
+        f"the {name} limit of {joint}{mimic} is exceeded there however slow the motion is", joint, found.place
     )

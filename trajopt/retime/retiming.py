@@ -4,15 +4,16 @@ import numpy as np
 
 from trajopt.errors import ShapeError
 from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Path, Trajectory
-from trajopt.retime.constraints import InverseDynamics, ToolLimits, TorqueLimits
-from trajopt.retime.refusal import STILL, endless, immovable
+from trajopt.model.trajectory import LONGEST, Path, Trajectory
+from trajopt.native import timing
+from trajopt.retime.functions import DeviationBound, InverseDynamics, ToolLimits
+from trajopt.retime.refusal import ROOM, STILL, endless, immovable, untimed
 from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
-from trajopt.retime.smoothing import DeviationBound, polyline, smooth
-from trajopt.retime.timing import fastest_trajectory
 
 DEFAULT_OPTIONS = RetimeOptions()
 """The default options of `retime`."""
+KINDS = ("velocity", "tool speed", "acceleration", "torque", "jerk")
+"""Kinds of limits, in the order of the core's `Kind`."""
 
 
 def retime(
@@ -44,29 +45,57 @@ def retime(
         The trajectory, or the reason why there is none.
 
     Raises:
-        ShapeError: If the limits are of other joints than the path, or a velocity or
-            acceleration limit or a deviation is not finite.
+        ShapeError: If the limits are of other joints than the path, a velocity or acceleration limit is
+            not finite, or a function returns another shape or a number that is not finite.
     """
     _check(path, limits)
     failure = endless(path.knots, limits)
     if failure is not None:
         return failure
-    line = polyline(path.knots, limits.velocity)
-    torque = _torque_limits(limits, inverse_dynamics)
-    if float(np.abs(line.corners).max()) <= STILL:
+    if float(np.abs(path.knots - path.knots[0]).max()) <= STILL:
         return Retimed(_standing(path, options.shortest), 0.0, 0.0, 0, {})
-    failure = immovable(line, limits)
+    failure = immovable(path.knots, limits)
     if failure is not None:
         return failure
-    smoothing = smooth(
-        line,
-        lower=limits.lower,
-        upper=limits.upper,
+    found = timed(
+        path, limits, inverse_dynamics=inverse_dynamics, tools=tools, deviation=deviation, options=options
+    )
+    failure = untimed(found, limits)
+    if failure is not None:
+        return failure
+    trajectory = Trajectory(
+        path.joint_names, found.times, found.positions, found.velocities, found.accelerations
+    )
+    parts = sorted(zip(KINDS, found.binding, strict=True), key=lambda item: -item[1])
+    binding = {kind: part for kind, part in parts if part > 0.0}
+    return Retimed(trajectory, found.deviation, found.added, found.passes, binding)
+
+
+def timed(
+    path: Path,
+    limits: JointLimits,
+    *,
+    inverse_dynamics: InverseDynamics | None,
+    tools: ToolLimits | None,
+    deviation: DeviationBound | None,
+    options: RetimeOptions,
+) -> timing.Retimed:
+    """Ask the core; arguments as of `retime`, of a path that moves."""
+    return timing.retime(
+        path.knots,
+        positions=(limits.lower, limits.upper),
+        limits=(limits.velocity, limits.acceleration, limits.jerk, limits.effort),
+        inverse_dynamics=inverse_dynamics,
+        tools=np.empty(0) if tools is None else tools.limit,
+        speeds=None if tools is None else tools.speeds,
         deviation=deviation,
         tolerance=options.path_tolerance,
+        points=options.points,
+        passes=options.passes,
+        remainder=options.remainder,
+        shortest=options.shortest,
+        longest=ROOM * LONGEST,
     )
-    timed, _ = fastest_trajectory(smoothing, limits, options=options, torque=torque, tools=tools)
-    return timed
 
 
 def _check(path: Path, limits: JointLimits) -> None:
@@ -75,13 +104,6 @@ def _check(path: Path, limits: JointLimits) -> None:
     for name, limit in (("velocity", limits.velocity), ("acceleration", limits.acceleration)):
         if not np.isfinite(limit).all():
             raise ShapeError(f"limits.{name}", f"must be finite, else time would vanish: {limit.tolist()}")
-
-
-def _torque_limits(limits: JointLimits, inverse_dynamics: InverseDynamics | None) -> TorqueLimits | None:
-    limited = np.nonzero(np.isfinite(limits.effort))[0]
-    if inverse_dynamics is None or not len(limited):
-        return None
-    return TorqueLimits(inverse_dynamics, limited, limits.effort[limited])
 
 
 def _standing(path: Path, duration: float) -> Trajectory:

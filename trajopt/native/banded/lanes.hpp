@@ -3,13 +3,7 @@
 // of zeros, and every vector has room for a group beyond its end.
 #pragma once
 
-// A wheel must run everywhere, and the wide registers of newer processors halve the time: functions are compiled
-// for several of them and chosen when the module is loaded.
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
-#define FOR_SEVERAL_PROCESSORS __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define FOR_SEVERAL_PROCESSORS
-#endif
+#include "../processors.hpp"
 
 namespace banded {
 

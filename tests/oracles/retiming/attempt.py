@@ -4,12 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from trajopt.arrays import Bools
-from trajopt.model.limits import JointLimits
-from trajopt.model.trajectory import Trajectory
-from trajopt.retime.constraints import ToolLimits, TorqueAlong, TorqueLimits
-from trajopt.retime.discretised_path import Bounds, DiscretisedPath, trajectory
-from trajopt.retime.peaks import (
+from tests.oracles.retiming.constraints import ToolLimits, TorqueAlong, TorqueLimits
+from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath, trajectory
+from tests.oracles.retiming.peaks import (
     Peaks,
     Slowdown,
     binding,
@@ -19,10 +16,13 @@ from trajopt.retime.peaks import (
     slowed,
     with_torque,
 )
-from trajopt.retime.profile import Profile
-from trajopt.retime.refusal import exceeded
+from tests.oracles.retiming.profile import Profile
+from tests.oracles.retiming.refusal import exceeded
+from tests.oracles.retiming.smoothing import Smoothing
+from trajopt.arrays import Bools
+from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Trajectory
 from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
-from trajopt.retime.smoothing import Smoothing
 
 
 @dataclass(frozen=True, eq=False)

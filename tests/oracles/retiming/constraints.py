@@ -15,9 +15,9 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
 from trajopt.arrays import Floats, Ints, Value
 from trajopt.model.trajectory import Trajectory
-from trajopt.retime.smooth_path import RampedPath, SmoothPath
 
 SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions and velocities of the joints, (S, n) each -> m speeds of tools, (S, m) [m/s | rad/s]."""

@@ -1,7 +1,7 @@
 """The program of a jerk-limited profile: minimise the duration within rows of limits.
 
 The unknowns are control values z at the stations of a squared clock speed y, a quadratic B-spline as in
-`trajopt.retime.profile`, but positive at the ends too. With p = dq/dclock and so on, at a grid point
+`tests.oracles.retiming.profile`, but positive at the ends too. With p = dq/dclock and so on, at a grid point
 
     acceleration  q'' = p u + p' y,                   u = y' / 2,
     jerk          q''' = sqrt(y) (p y'' / 2 + 3/2 p' y' + p'' y).
@@ -17,12 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tests.oracles.retiming.constraints import LEAST_ROOM, squared_speed_bound
+from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath
+from tests.oracles.retiming.profile import stations
+from tests.oracles.retiming.smooth_path import RampedPath
 from trajopt.arrays import Floats, Ints
-from trajopt.native import reachability
-from trajopt.retime.constraints import LEAST_ROOM, squared_speed_bound
-from trajopt.retime.discretised_path import Bounds, DiscretisedPath
-from trajopt.retime.profile import stations
-from trajopt.retime.smooth_path import RampedPath
 
 LARGEST = 1e4
 """Bound of the squared clock speed where nothing else bounds it [-]."""
@@ -53,31 +52,6 @@ class Program:
     below: Floats
     jerk: Floats
     speed: Floats
-
-
-def minimise(program: Program, z: Floats, *, first_gap: float, gap: float) -> tuple[Floats, int]:
-    """Find control values of nearly the least duration by an interior point method.
-
-    Args:
-        program: The program.
-        z: Positive control values to start from, the first two equal and the last two, shape (k + 1,).
-        first_gap: Part of the duration that the first barrier leaves open.
-        gap: Part of the duration by which it may exceed the least.
-
-    Returns:
-        Control values within all limits, shape (k + 1,), and the number of Newton steps.
-
-    Raises:
-        NothingFits: If the start is outside the limits at every speed; standing still is outside, too, then.
-    """
-    tables = (program.rows, program.above, program.below, program.jerk, program.speed)
-    rows, above, below, jerk, speed = (np.ascontiguousarray(table) for table in tables)
-    found, steps = reachability.minimise(
-        program.weight, program.bound, rows, above, below, jerk, speed, z, first_gap, gap
-    )
-    if len(found) == 0:
-        raise NothingFits
-    return found, steps
 
 
 @dataclass(frozen=True, eq=False)

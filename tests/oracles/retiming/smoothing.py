@@ -12,9 +12,9 @@ from typing import TypeAlias
 
 import numpy as np
 
+from tests.oracles.retiming.smooth_path import SmoothPath, design, greville
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.errors import ShapeError
-from trajopt.retime.smooth_path import SmoothPath, design, greville
 
 DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions (S, n) on the smooth path and on the polyline -> how far any body moves (S,) [m]."""

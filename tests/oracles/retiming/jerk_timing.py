@@ -9,16 +9,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tests.oracles import barrier
+from tests.oracles.retiming.attempt import Attempt, Timer
+from tests.oracles.retiming.constraints import RampedTorque
+from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath, discretised
+from tests.oracles.retiming.jerk_program import JerkRows, jerk_rows
+from tests.oracles.retiming.peaks import path_deviation, tightened
+from tests.oracles.retiming.profile import Profile, spline_profile
+from tests.oracles.retiming.smooth_path import RampedPath, RoughMotion, ramped
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
-from trajopt.retime.attempt import Attempt, Timer
-from trajopt.retime.constraints import RampedTorque
-from trajopt.retime.discretised_path import Bounds, DiscretisedPath, discretised
-from trajopt.retime.jerk_program import JerkRows, jerk_rows, minimise
-from trajopt.retime.peaks import path_deviation, tightened
-from trajopt.retime.profile import Profile, spline_profile
 from trajopt.retime.result import Retimed, RetimeFailure
-from trajopt.retime.smooth_path import RampedPath, RoughMotion, ramped
 
 FIRST_AVERAGE = 1.0
 """Least time that the first motion is averaged over, in intervals of the grid."""
@@ -101,7 +102,7 @@ class JerkTimer(Timer):
         shown = self.limits.acceleration / (SHOWN * cell)
         assert bounds.jerk is not None
         asked = rows.within(replace(bounds, jerk=np.minimum(bounds.jerk, shown)))
-        return minimise(asked, start.control, first_gap=start.gap, gap=gap)[0]
+        return barrier.minimise(asked, start.control, first_gap=start.gap, gap=gap).z
 
     def _attempt(self, rows: JerkRows, bounds: Bounds, start: _Start) -> tuple[Attempt, Floats]:
         """Return an attempt and its control values."""

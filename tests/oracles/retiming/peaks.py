@@ -5,13 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tests.oracles import extremes
+from tests.oracles.retiming.constraints import (
+    ToolLimits,
+    TorqueLimits,
+    tool_speed_peaks,
+    torque_range,
+    within,
+)
+from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath
+from tests.oracles.retiming.profile import Profile
+from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
-from trajopt.native import reachability
-from trajopt.retime.constraints import ToolLimits, TorqueLimits, tool_speed_peaks, torque_range, within
-from trajopt.retime.discretised_path import Bounds, DiscretisedPath
-from trajopt.retime.profile import Profile
-from trajopt.retime.smooth_path import RampedPath, SmoothPath
 
 LEAST_ROOM = 0.1
 """Part of the room beside gravity that tightening always leaves."""
@@ -51,7 +57,7 @@ def motion_extremes(trajectory: Trajectory) -> tuple[Floats, Floats, Floats]:
     Returns:
         Three arrays (k - 1, n).
     """
-    return reachability.motion_extremes(trajectory.coefficients, np.diff(trajectory.times))
+    return (extremes.speed_peaks(trajectory), *extremes.acceleration_range(trajectory))
 
 
 def jerk_peaks(trajectory: Trajectory) -> Floats:

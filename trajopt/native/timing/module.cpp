@@ -1,0 +1,235 @@
+// Binding of the core that retimes a path: see timer.hpp, and passes.hpp, barrier.hpp, extremes.hpp for its loops,
+// which are bound by themselves so that each can be compared with the same in plain Python.
+//
+// The interpreter's lock is released, but for the moments in which a function of Python is asked for torques, speeds
+// of tools, or how far bodies move.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <cmath>
+#include <string>
+
+#include "../arrays.hpp"
+#include "timer.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using arrays::Block, arrays::expect, arrays::hand_over, arrays::Matrix, arrays::Numpy, arrays::Vector;
+using timing::Numbers, timing::Table;
+
+namespace {
+
+Numbers copied(const Vector<double>& values) { return Numbers(values.data(), values.data() + values.size()); }
+
+Table copied(const Matrix<double>& values) {
+  return Table(values.shape(0), values.shape(1), Numbers(values.data(), values.data() + values.size()));
+}
+
+Numpy<double> handed(const Table& table) { return hand_over(table.values, {table.rows, table.columns}); }
+
+// What a function of Python returned cannot be used.
+struct Refused {
+  std::string name, what;
+};
+
+// A function of Python that is asked for an array of numbers.
+class Asked {
+ public:
+  Asked(nb::callable function, const char* name) : function_(std::move(function)), name_(name) {}
+  Asked(const Asked&) = delete;
+
+  // Numbers of a shape; what the function throws passes through.
+  template <typename... Tables>
+  Numbers operator()(const std::vector<std::size_t>& shape, const Tables&... tables) const {
+    nb::gil_scoped_acquire acquire;
+    nb::ndarray<const double, nb::c_contig, nb::device::cpu> found;
+    if (!nb::try_cast(function_(handed(tables)...), found)) throw Refused{name_, "returned no array of numbers"};
+    std::vector<std::size_t> returned;
+    for (std::size_t axis = 0; axis < found.ndim(); ++axis) returned.push_back(found.shape(axis));
+    if (returned != shape) throw Refused{name_, "returned an array " + written(returned) + ", not " + written(shape)};
+    Numbers values(found.data(), found.data() + found.size());
+    for (const double each : values)
+      if (!std::isfinite(each)) throw Refused{name_, "returned a number that is not finite"};
+    return values;
+  }
+
+ private:
+  static std::string written(const std::vector<std::size_t>& shape) {
+    std::string text;
+    for (const std::size_t length : shape) text += (text.empty() ? "" : " x ") + std::to_string(length);
+    return text;
+  }
+
+  nb::callable function_;
+  const char* name_;
+};
+
+// Torques of the joints with these places only.
+timing::Torques torques_by(const Asked& function, const std::vector<std::size_t>& joints) {
+  return [&](const Table& q, const Table& v, const Table& a) {
+    const Table all(q.rows, q.columns, function({q.rows, q.columns}, q, v, a));
+    Table found(q.rows, joints.size());
+    for (std::size_t row = 0; row < q.rows; ++row)
+      for (std::size_t column = 0; column < joints.size(); ++column) found[row][column] = all[row][joints[column]];
+    return found;
+  };
+}
+
+// What came of retiming: the timing, and the smooth path.
+struct Retimed {
+  timing::Timed timed;
+  Numbers knots;
+  Table control;
+  double deviation;
+};
+
+using Each = Vector<double>;
+using Function = std::optional<nb::callable>;
+
+// Positions: lower and upper; limits: velocity, acceleration, jerk and effort, infinite where there is none.
+Retimed retime(const Matrix<double>& knots, const std::tuple<Each, Each>& positions,
+               const std::tuple<Each, Each, Each, Each>& limits, const Function& inverse_dynamics, const Each& tools,
+               const Function& speeds, const Function& deviation, double tolerance, std::size_t points, int passes,
+               double remainder, double shortest, double longest) {
+  const auto& [lower, upper] = positions;
+  const auto& [velocity, acceleration, jerk, effort] = limits;
+  for (const Each* each : {&lower, &upper, &velocity, &acceleration, &jerk, &effort})
+    expect(each->size() == knots.shape(1), "one limit for each joint");
+  expect(knots.shape(0) >= 2, "two knots at least");
+  expect(speeds.has_value() == (tools.size() > 0), "limits of tools with their speeds, and only then");
+  timing::Limits all{copied(velocity), copied(acceleration), copied(jerk), {}, {}, {}, copied(tools)};
+  std::optional<Asked> torques, moving, moved;
+  std::vector<std::size_t> limited;
+  if (inverse_dynamics) {
+    torques.emplace(*inverse_dynamics, "inverse_dynamics");
+    for (std::size_t joint = 0; joint < effort.size(); ++joint)
+      if (std::isfinite(effort(joint))) limited.push_back(joint), all.torque.push_back(effort(joint));
+    if (!limited.empty()) all.torques = torques_by(*torques, limited);
+  }
+  if (speeds) {
+    moving.emplace(*speeds, "tools.speeds");
+    all.speeds = [&](const Table& q, const Table& v) {
+      return Table(q.rows, tools.size(), (*moving)({q.rows, tools.size()}, q, v));
+    };
+  }
+  timing::Deviation bound;
+  if (deviation) {
+    moved.emplace(*deviation, "deviation");
+    bound = [&](const Table& smooth, const Table& straight) { return (*moved)({smooth.rows}, smooth, straight); };
+  }
+  const Table corners = copied(knots);
+  const Numbers least = copied(lower), most = copied(upper);
+  nb::gil_scoped_release release;
+  const auto smoothing = timing::smooth(timing::polyline(corners, all.velocity), least, most, bound, tolerance);
+  const timing::Options options{points, passes, remainder, shortest, longest};
+  return {timing::Timer(smoothing.path, std::move(all), options).run(), smoothing.path.knots, smoothing.path.control,
+          smoothing.deviation};
+}
+
+Numpy<double> fastest(const Vector<double>& distance, const Matrix<double>& a, const Matrix<double>& b,
+                      const Matrix<double>& c, const Matrix<double>& limit, const Vector<double>& bound) {
+  const std::size_t points = a.shape(0), columns = a.shape(1);
+  for (const auto* other : {&b, &c, &limit})
+    expect(other->shape(0) == points && other->shape(1) == columns, "a, b, c and limit must have one shape");
+  expect(distance.shape(0) == points && bound.shape(0) == points + 1,
+         "distance must have as many rows as a, bound one more");
+  return hand_over(passes::fastest({distance.data(), a.data(), b.data(), c.data(), limit.data(), bound.data(), points,
+                                    columns}),
+                   {points + 1});
+}
+
+std::tuple<Numpy<double>, int> minimise(const Vector<double>& weight, const Vector<double>& bound,
+                                        const Block<double>& rows, const Matrix<double>& above,
+                                        const Matrix<double>& below, const Matrix<double>& jerk,
+                                        const Block<double>& speed, const Vector<double>& z, double first_gap,
+                                        double gap) {
+  const std::size_t blocks = rows.shape(0), linear = above.shape(1), jerks = jerk.shape(1);
+  expect(rows.shape(1) == linear + jerks && rows.shape(2) == 3 && jerks % 2 == 0 && below.shape(1) == linear &&
+             speed.shape(1) == 2 && speed.shape(2) == 3,
+         "rows must be (blocks, above's columns + jerk's, 3), speed (blocks, 2, 3)");
+  for (const std::size_t rows_of : {above.shape(0), below.shape(0), jerk.shape(0), speed.shape(0)})
+    expect(rows_of == blocks, "tables must have a row for each block");
+  for (const auto* column : {&weight, &bound, &z})
+    expect(column->shape(0) == blocks + 2, "columns must have two rows more than blocks");
+  barrier::Program program(blocks, linear, jerks / 2);
+  program.weight = copied(weight), program.bound = copied(bound);
+  for (std::size_t i = 0; i < blocks; ++i) {
+    for (std::size_t j = 0; j < linear; ++j)
+      program.above[j * program.stride + i] = above(i, j), program.below[j * program.stride + i] = below(i, j);
+    for (std::size_t j = 0; j < jerks; ++j) program.jerk[j * program.stride + i] = jerk(i, j);
+    for (std::size_t place = 0; place < 3; ++place) {
+      for (std::size_t j = 0; j < linear + jerks; ++j) program.row(j, place, i) = rows(i, j, place);
+      for (std::size_t end = 0; end < 2; ++end) program.speed_row(end, place, i) = speed(i, end, place);
+    }
+  }
+  int steps = 0;
+  Numbers found = barrier::minimise(program, copied(z), first_gap, gap, steps);
+  const std::size_t count = found.size();
+  return {hand_over(std::move(found), {count}), steps};
+}
+
+auto motion_extremes(const Block<double>& coefficients, const Vector<double>& widths) {
+  const std::size_t pieces = coefficients.shape(1), joints = coefficients.shape(2), count = pieces * joints;
+  expect(coefficients.shape(0) == 6 && widths.shape(0) == pieces,
+         "coefficients must be (6, pieces, joints), widths (pieces,)");
+  Table speed(pieces, joints), low(pieces, joints), high(pieces, joints);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto found = extremes::of_piece(coefficients.data() + i, count, widths.data()[i / joints]);
+    speed.values[i] = found.speed, low.values[i] = found.low, high.values[i] = found.high;
+  }
+  return std::make_tuple(handed(speed), handed(low), handed(high));
+}
+
+}  // namespace
+
+NB_MODULE(timing, m) {
+  nb::register_exception_translator(
+      [](const std::exception_ptr& thrown, void*) {
+        try {
+          std::rethrow_exception(thrown);
+        } catch (const Refused& refused) {
+          const nb::object error = nb::module_::import_("trajopt.errors").attr("ShapeError");
+          PyErr_SetObject(error.ptr(), error(refused.name, refused.what).ptr());
+        }
+      },
+      nullptr);
+  nb::enum_<timing::Outcome>(m, "Outcome")
+      .value("TIMED", timing::Outcome::kTimed)
+      .value("GRAVITY_TOO_STRONG", timing::Outcome::kGravityTooStrong)
+      .value("TOO_LONG", timing::Outcome::kTooLong)
+      .value("NOTHING_FITS", timing::Outcome::kNothingFits)
+      .value("EXCEEDED", timing::Outcome::kExceeded);
+  nb::enum_<timing::Kind>(m, "Kind")
+      .value("VELOCITY", timing::Kind::kVelocity)
+      .value("TOOL_SPEED", timing::Kind::kToolSpeed)
+      .value("ACCELERATION", timing::Kind::kAcceleration)
+      .value("TORQUE", timing::Kind::kTorque)
+      .value("JERK", timing::Kind::kJerk);
+  const auto owned = nb::rv_policy::move;  // every call makes an array of its own
+  const auto numbers = [](const Numbers& values) { return hand_over(values, {values.size()}); };
+  nb::class_<Retimed>(m, "Retimed")
+      .def_prop_ro("outcome", [](const Retimed& found) { return found.timed.outcome; })
+      .def_prop_ro("kind", [](const Retimed& found) { return found.timed.limit.kind; })
+      .def_prop_ro("column", [](const Retimed& found) { return found.timed.limit.place; })
+      .def_prop_ro("place", [](const Retimed& found) { return found.timed.place; })
+      .def_prop_ro("value", [](const Retimed& found) { return found.timed.value; })
+      .def_prop_ro("times", [numbers](const Retimed& found) { return numbers(found.timed.motion.times); }, owned)
+      .def_prop_ro("positions", [](const Retimed& found) { return handed(found.timed.motion.q); }, owned)
+      .def_prop_ro("velocities", [](const Retimed& found) { return handed(found.timed.motion.v); }, owned)
+      .def_prop_ro("accelerations", [](const Retimed& found) { return handed(found.timed.motion.a); }, owned)
+      .def_prop_ro("parameters", [numbers](const Retimed& found) { return numbers(found.timed.s); }, owned)
+      .def_prop_ro("added", [](const Retimed& found) { return found.timed.added; })
+      .def_prop_ro("passes", [](const Retimed& found) { return found.timed.passes; })
+      .def_prop_ro("binding", [](const Retimed& found) { return found.timed.binding; })
+      .def_prop_ro("knots", [numbers](const Retimed& found) { return numbers(found.knots); }, owned)
+      .def_prop_ro("control", [](const Retimed& found) { return handed(found.control); }, owned)
+      .def_ro("deviation", &Retimed::deviation);
+  m.def("retime", &retime, "knots"_a, "positions"_a, "limits"_a, "inverse_dynamics"_a.none(), "tools"_a, "speeds"_a.none(),
+        "deviation"_a.none(), "tolerance"_a, "points"_a, "passes"_a, "remainder"_a, "shortest"_a, "longest"_a);
+  m.def("fastest", &fastest, "distance"_a, "a"_a, "b"_a, "c"_a, "limit"_a, "bound"_a);
+  m.def("minimise", &minimise, "weight"_a, "bound"_a, "rows"_a, "above"_a, "below"_a, "jerk"_a, "speed"_a, "z"_a,
+        "first_gap"_a, "gap"_a);
+  m.def("motion_extremes", &motion_extremes, "coefficients"_a, "widths"_a);
+}
