@@ -15,6 +15,7 @@ from trajopt.methods.stopping import stopping_motion
 from trajopt.planning import on_the_way
 from trajopt.planning.judgement import judge
 from trajopt.planning.status import Certainty
+from trajopt.terms import Cost, Velocity, Window
 
 JOINT = "shoulder_pan_joint"
 
@@ -51,6 +52,16 @@ def test_a_running_motion_is_planned_on_from_any_moment(problem: str, share: flo
     assert result.along_path is not None and found.duration <= result.along_path
 
 
+@pytest.mark.parametrize(
+    "problem", ["cup_through_gap_panda", "hand_on_plane_ur5", "two_arms_tray", "insertion_ur5"]
+)
+def test_path_constraints_are_held_on_from_any_moment_too(problem: str) -> None:
+    """Where the arm comes to rest at its soonest they need not hold."""
+    asked = to.named_problem(problem)
+    running = to.plan(asked).require().trajectory
+    assert to.plan(on_the_way(asked, running, 0.6 * running.duration)).verified
+
+
 def test_what_stands_still_is_planned_as_ever() -> None:
     problem = to.named_problem("past_pillar_ur5")
     for still in (problem, replace(problem, start_velocity={JOINT: 0.0})):
@@ -82,9 +93,22 @@ def test_methods_that_start_from_rest_say_so(method: str) -> None:
 
 
 def test_where_no_method_can_it_says_so() -> None:
-    result = to.plan(replace(moving(0.4), tool_speed=to.tool_speed("tool0", linear=0.2)))
+    early = Cost(Velocity(), window=Window(0.0, 0.5))
+    result = to.plan(replace(moving(0.4), costs=(early,)))
     assert result.status is to.Status.METHOD_CANNOT
-    assert "the start is in motion" in result.message and "no limits of tool speeds" in result.message
+    assert "the start is in motion" in result.message and "part of the motion only" in result.message
+
+
+def test_limits_of_tool_speeds_are_held_from_a_start_in_motion() -> None:
+    asked = replace(to.named_problem("past_pillar_ur5"), tool_speed=to.tool_speed("tool0", linear=0.4))
+    running = to.plan(asked).require().trajectory
+    result = to.plan(on_the_way(asked, running, 0.4 * running.duration))
+    assert any(check.name == "path: tool speed" for check in result.require().certificate.checks)
+    fast = replace(
+        on_the_way(asked, running, 0.4 * running.duration), tool_speed=to.tool_speed("tool0", linear=0.1)
+    )
+    refused = to.plan(fast, budget=to.Budget(attempts=1))
+    assert refused.status is to.Status.NOT_VERIFIED and "tool speed" in refused.message
 
 
 def test_what_cannot_be_is_refused() -> None:
@@ -118,6 +142,8 @@ def test_a_start_that_no_braking_keeps_within_the_limits_is_named_and_proven(pla
     assert result.status is to.Status.START_TOO_FAST and result.certainty is Certainty.PROVEN
     assert "elbow" in result.message and "upper limit" in result.message
     assert "17.19 deg before" in result.message and "28.65 deg" in result.message
+    explained = result.explain(plan_again=True)
+    assert explained.certainty is Certainty.PROVEN and "brake" in explained.grounds
     back = to.plan(replace(problem, start={"elbow": -2.2}, start_velocity={"elbow": -2.0}))
     assert back.status is to.Status.START_TOO_FAST and "lower limit" in back.message
     assert to.plan(replace(problem, start={"elbow": 1.9})).verified

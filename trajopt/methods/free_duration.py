@@ -57,8 +57,11 @@ class FreeDuration:
     name: str = "free-duration"
 
     def objection(self, problem: Problem) -> str:
-        """Refuse what has no rows over the spline."""
-        if problem.tool_speeds:
+        """Refuse what has no rows over the spline.
+
+        A start in motion with limits of tool speeds is no reason: the motion that brakes first holds them.
+        """
+        if problem.tool_speeds and not problem.starts_moving:
             return "holds no limits of tool speeds"
         return followed_curve(problem) or windowed_differences(problem)
 
@@ -115,15 +118,17 @@ class FreeDurationProgram(Printed):
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve over knots, from a seed; see `Program.solve`.
 
-        A start in motion first comes to rest, and the motion goes on from there.
+        A start in motion first comes to rest, and the motion goes on from there. Where that is no place to go
+        on from, the path from the start itself is what `improve` begins with.
         """
         if self.stop is None:
             return self.first.solve(seed, progress=progress)
+        begin, rest = self.stop.positions[[0, -1]]
         ever_less = np.linspace(1.0, 0.0, len(seed))[:, None]
-        seed = seed + ever_less * (self.stop.positions[-1] - seed[0])
-        solved = self.first.solve(seed, progress=progress)
+        solved = self.first.solve(seed + ever_less * (rest - seed[0]), progress=progress)
         if not solved.feasible:
-            return solved
+            from_start = replace(self.first, nlp=self.first.nlp.starting_at(begin))
+            return from_start.solve(seed + ever_less * (begin - seed[0]), progress=progress)
         (onward,) = self.first.decode(solved)
         smooth = with_jerk(self.problem.limits)
         timed = retime_path(self.problem, onward.path, tolerance=SEED_TOLERANCE, limits=smooth)
@@ -140,7 +145,7 @@ class FreeDurationProgram(Printed):
     ) -> SolveResult:
         """Optimise shape and time together, from a motion; see `SupportsImprovement.improve`."""
         (path,) = (item.path for item in self.first.decode(solved))
-        nlp = self._program(path, motion)
+        nlp = self._program(path, motion, self._rested(solved))
         control = nlp.fitted(*_samples(nlp.spline.basis, motion))
         x0 = np.hstack((control, np.ones((len(control), 1))))
         freed = self.method.solver.solve(nlp, x0, progress=progress)
@@ -151,10 +156,14 @@ class FreeDurationProgram(Printed):
         """Return the motion; see `Program.decode`."""
         return (solved.decoded,) if isinstance(solved, MovingResult) else self.first.decode(solved)
 
-    def _program(self, path: Path, motion: Trajectory) -> FreeDurationNlp:
+    def _rested(self, solved: SolveResult) -> float:
+        """Return when a motion is at the first knot: a start in motion may have come to rest before [s]."""
+        return self.stop.duration if self.stop is not None and isinstance(solved, MovingResult) else 0.0
+
+    def _program(self, path: Path, motion: Trajectory, begin: float) -> FreeDurationNlp:
         problem, base = self.problem, self.first.nlp
         spline = over_control_points(
-            base, _basis(self.method.pieces), self._places(path, motion), resting=RESTING
+            base, _basis(self.method.pieces), self._places(path, motion, begin), resting=RESTING
         )
         spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
         if self.stop is not None:
@@ -165,12 +174,10 @@ class FreeDurationProgram(Printed):
         begins = problem.start_velocities, problem.start_accelerations
         return FreeDurationNlp(spline, problem.limits, motion.duration, dynamics, *begins)
 
-    def _places(self, path: Path, motion: Trajectory) -> Places:
-        """Say where on the path over knots the motion is: equal shares of their lengths."""
+    def _places(self, path: Path, motion: Trajectory, begin: float) -> Places:
+        """Say where on the path over knots the motion is, from a time on: equal shares of their lengths."""
         legs = np.linalg.norm(np.diff(path.knots, axis=0), axis=1)
         lengths = np.concatenate((np.zeros(1), np.cumsum(legs))) / max(float(legs.sum()), 1e-12)
-        # Until it has stopped, a start in motion is before the first knot.
-        begin = 0.0 if self.stop is None else self.stop.duration
         times = np.linspace(begin, motion.duration, 20 * len(legs))
         # Knots that coincide are one place; the last of them is.
         steps = np.linalg.norm(np.diff(motion(times), axis=0), axis=1)

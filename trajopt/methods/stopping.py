@@ -1,12 +1,13 @@
-"""Stopping: how a start in motion comes to rest, each joint by itself, as soon as its limits allow."""
+"""Stopping: how a start in motion comes to rest, as soon as the limits of its joints allow."""
 
 from dataclasses import replace
+from itertools import pairwise
 from math import ceil, sqrt
 
 import numpy as np
 
-from trajopt.arrays import readonly
-from trajopt.model.limits import JointLimits
+from trajopt.arrays import Floats, Ints, readonly
+from trajopt.model.limits import EXCESS, JointLimits
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
 from trajopt.transcription.free_duration import SHORTEST
@@ -14,43 +15,30 @@ from trajopt.transcription.free_duration import SHORTEST
 TICK = 1e-3
 """Pieces of a stop take multiples of this [s], the cycle of the fastest controllers: in much shorter ones the
 jerk of a polynomial is lost to rounding."""
-State = tuple[float, float, float]
-"""Position, velocity and acceleration of a joint."""
-Pieces = tuple[tuple[int, float], ...]
-"""Ticks and jerk of each piece."""
+SAMPLES = 200
+"""Moments at which a stop is compared with the limits."""
+Ticks = tuple[int, int, int]
+"""How long the three pieces of a stop take."""
 
 
 def stopping_motion(problem: Problem) -> Trajectory:
-    """Return the motion that brings a start in motion to rest soonest.
+    """Return a motion that brings a start in motion to rest as soon as the limits allow.
 
-    Each joint brakes in three pieces of constant jerk: on to a deceleration, with it, and off it again.
+    It has three pieces of constant jerk: on to a deceleration, with it, and off it again. All joints brake
+    together, so that the arm goes on nearly as it was going; where that takes one of them out of its limits,
+    each brakes by itself.
 
     Args:
         problem: The problem; its start is in motion.
     """
-    limits, start = with_jerk(problem.limits), problem.reduced.start_positions
-    positions, velocities, accelerations, hardest, jerks = (
-        [float(value) for value in column]
-        for column in (
-            start,
-            problem.start_velocities,
-            problem.start_accelerations,
-            limits.acceleration,
-            limits.jerk,
-        )
-    )
-    states: list[State] = list(zip(positions, velocities, accelerations, strict=True))
-    stops = [_stop(*each) for each in zip(velocities, accelerations, hardest, jerks, strict=True)]
-    breaks = {0, *(sum(ticks for ticks, _ in stop[:end]) for stop in stops for end in (1, 2, 3))}
-    ticks = np.array(sorted(breaks))
-    rows = np.array(
-        [
-            [_at(tick, state, stop) for state, stop in zip(states, stops, strict=True)]
-            for tick in ticks.tolist()
-        ]
-    )
-    rows[-1, :, 1:] = 0.0  # exactly
-    return Trajectory(limits.joint_names, TICK * ticks, *np.moveaxis(rows, 2, 0))
+    limits = with_jerk(problem.limits)
+    begin = np.stack((problem.reduced.start_positions, problem.start_velocities, problem.start_accelerations))
+    _, velocities, accelerations = begin.tolist()
+    moved = zip(velocities, accelerations, limits.acceleration.tolist(), limits.jerk.tolist(), strict=True)
+    alone = [_ticks(*each) for each in moved]
+    longest = tuple(max(column) for column in zip(*alone, strict=True))
+    together = _braked(begin, np.tile(longest, (len(alone), 1)), limits)
+    return together if _within(together, limits) else _braked(begin, np.array(alone), limits)
 
 
 def with_jerk(limits: JointLimits) -> JointLimits:
@@ -61,8 +49,8 @@ def with_jerk(limits: JointLimits) -> JointLimits:
     return replace(limits, jerk=readonly(np.minimum(limits.jerk, limits.acceleration / SHORTEST)))
 
 
-def _stop(velocity: float, acceleration: float, limit: float, jerk: float) -> Pieces:
-    """Bring the velocity and acceleration of a joint to zero, within limits of acceleration and jerk."""
+def _ticks(velocity: float, acceleration: float, limit: float, jerk: float) -> Ticks:
+    """Return how soon a joint's velocity and acceleration can be zero, within limits of it and its jerk."""
     # The velocity that is left where the acceleration is brought to zero at once says which way to brake.
     left = velocity + acceleration * abs(acceleration) / (2.0 * jerk)
     side = 1.0 if left >= 0.0 else -1.0
@@ -75,15 +63,49 @@ def _stop(velocity: float, acceleration: float, limit: float, jerk: float) -> Pi
         peak = (speed / TICK + gain * on / 2.0) / (on / 2.0 + hold + off / 2.0)
         rise, fall = (gain + peak) / (on * TICK), peak / (off * TICK)
         if max(abs(peak) / limit, abs(rise) / jerk, abs(fall) / jerk) <= 1.0:
-            return ((on, -side * rise), (hold, 0.0), (off, side * fall))
+            return on, hold, off
         on, hold, off = on + 1, hold + 1, off + 1
 
 
-def _at(tick: int, state: State, pieces: Pieces) -> State:
-    """Return the state of a joint after some ticks."""
-    q, v, a = state
-    for ticks, jerk in pieces:
-        t = TICK * min(tick, ticks)
-        q, v, a = q + t * (v + t * (a / 2.0 + t * jerk / 6.0)), v + t * (a + t * jerk / 2.0), a + t * jerk
-        tick -= min(tick, ticks)
-    return q, v, a
+def _braked(begin: Floats, ticks: Ints, limits: JointLimits) -> Trajectory:
+    """Return the motion of joints that brake in given times.
+
+    Args:
+        begin: Positions, velocities and accelerations, shape (3, n).
+        ticks: Of each joint's three pieces, shape (n, 3).
+        limits: Of the joints.
+    """
+    _, velocities, accelerations = begin
+    on, hold, off = ticks.T * TICK
+    peak = (velocities + accelerations * on / 2.0) / (on / 2.0 + hold + off / 2.0)
+    jerks = np.stack((-(accelerations + peak) / on, 0.0 * peak, peak / off), axis=1)
+    ends = np.cumsum(ticks, axis=1)
+    times = np.unique(np.concatenate((np.zeros(1, dtype=np.int64), ends.ravel())))
+    rows = np.empty((3, len(times), len(on)), dtype=np.float64)
+    rows[:, 0] = begin
+    for row, (now, then) in enumerate(pairwise(times.tolist())):
+        t = TICK * (then - now)
+        # Joints whose last piece is over are at rest.
+        piece = np.minimum((ends <= now).sum(axis=1), 2)
+        jerk = np.where(ends[:, 2] > now, jerks[np.arange(len(piece)), piece], 0.0)
+        q, v, a = rows[:, row]
+        rows[:, row + 1] = (
+            q + t * (v + t * (a / 2.0 + t * jerk / 6.0)),
+            v + t * (a + t * jerk / 2.0),
+            a + t * jerk,
+        )
+        rows[1:, row + 1, ends[:, 2] == then] = 0.0  # exactly
+    return Trajectory(limits.joint_names, (TICK * times).astype(np.float64), *rows)
+
+
+def _within(stop: Trajectory, limits: JointLimits) -> bool:
+    """Whether a stop holds all limits, at samples: the judge looks at it more closely."""
+    times = np.linspace(0.0, stop.duration, SAMPLES)
+    position, velocity, acceleration, jerk = (stop(times, order) for order in range(4))
+    return bool(
+        (position >= limits.lower).all()
+        and (position <= limits.upper).all()
+        and (np.abs(velocity) <= limits.velocity * (1.0 + EXCESS)).all()
+        and (np.abs(acceleration) <= limits.acceleration * (1.0 + EXCESS)).all()
+        and (np.abs(jerk) <= limits.jerk * (1.0 + EXCESS)).all()
+    )

@@ -92,14 +92,17 @@ def _improved(
         with work.tracker.optimising(program.counts) as step:
             freed = program.improve(solved, motion, progress=step)
         work.tracker.count(qp_solves=freed.qp_solves, qp_iterations=freed.qp_iterations)
-        if not freed.feasible:
-            return result
         whole = replace(freed, log=(*solved.log, *freed.log))
+        if not freed.feasible:
+            stuck = replace(
+                result, status=Status.STUCK, solve=whole, message=reasons.stuck(work.problem, whole)
+            )
+            return result if result.verified else stuck
         for faster in work.timed(program.decode(freed)):
             if isinstance(faster, RetimeFailure):
                 break
             better = replace(work.judged(faster, whole), along_path=along_path)
-            if better.cost < result.cost:
+            if better.cost < result.cost or not result.verified:
                 return better
     except Stopped as ended:
         if not result.verified:

@@ -84,7 +84,7 @@ def attempt(candidate: Candidate) -> Result:
         work.tracker.count_work(counts)
     program = candidate.branch_of(seed).program
     result = plan_once(work.problem, seed, program=program, workspace=work, brief=candidate.brief)
-    if work.tracker.budget.improve:
+    if work.tracker.budget.improve and not work.problem.starts_moving:
         plain = work.judged_as_it_is(seed)
         if plain is not None and plain.cost < result.cost:
             return plain
