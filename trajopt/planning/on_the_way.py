@@ -16,7 +16,8 @@ def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
 
     The start has the motion's position, velocity and acceleration at that time, so that what is planned goes
     on from it without a jump; joints outside the group are where the problem's own start has them. From the
-    end of the motion on it is at rest.
+    end of the motion on it is at rest. The scene stays the problem's own: where things in it move, give that
+    of the time at which the motion from there on starts (`scene.at`).
 
     Args:
         problem: What the motion from there on must achieve.
