@@ -159,6 +159,7 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
             "NO_INVERSE_KINEMATICS",
         ),
         Mistake('planned(start={"panda_joint4": -0.1, "panda_joint2": 1.7})', "START_IN_COLLISION"),
+        Mistake("planned(scene=scene.with_clearance(0.12))", "CLEARANCE_IMPOSSIBLE"),
         Mistake('planned(start={"panda_joint1": 3.0})', "START_OUT_OF_LIMITS"),
         Mistake(
             'planned(goal=to.frame_placement("panda_hand", to.placement((0.5, 0, -0.05))))',

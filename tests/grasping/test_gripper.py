@@ -7,7 +7,7 @@ import pytest
 
 import trajopt as to
 from trajopt.errors import GripperError, NameNotFound, ShapeError
-from trajopt.grasping import Gripper, gripper_of
+from trajopt.grasping import Gripper, grasps_of, gripper_of, pick
 
 LIMIT = '<limit lower="{}" upper="{}" effort="{}" velocity="0.1"/>'
 
@@ -123,3 +123,18 @@ def test_a_described_gripper_is_checked(gripper: Gripper) -> None:
         replace(gripper, openings=gripper.openings[::-1])
     with pytest.raises(ShapeError, match="right angle"):
         replace(gripper, closing=(0.0, 1.0, 1.0))
+
+
+def test_a_tool_of_the_scene_is_between_the_pads(panda: to.Robot) -> None:
+    scene = to.Scene(panda).add("cup", to.Cylinder(0.03, 0.12), to.placement((0.5, -0.2, 0.06)))
+    plain = gripper_of(panda)
+    further = scene.with_tool("pads", on=plain.tool, placement=to.placement((0, 0, 0.01), rpy=(0, 0, np.pi)))
+    found = gripper_of(further, tool="pads")
+    assert found.tool == "pads" == gripper_of(further).tool and plain.tool not in further.tools
+    assert found.approach == pytest.approx(plain.approach) and found.force == pytest.approx(plain.force)
+    assert found.closing == pytest.approx(-plain.closing)
+    with pytest.raises(to.TrajoptError, match="'pads'"):
+        gripper_of(further, tool="pad")
+    grasps = grasps_of(further, "cup", found)
+    carried = pick(further, "cup", group="panda_arm", start="ready", grasps=grasps, gripper=found)
+    assert carried.verified, carried.explain()

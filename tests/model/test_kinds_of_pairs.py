@@ -13,6 +13,7 @@ from tests.robots_for_tests import odd_arm
 from trajopt.errors import ModelError, ShapeError
 from trajopt.model.collisions.clearances import PairKind
 from trajopt.model.reduced import reduce_model
+from trajopt.model.track import Track
 from trajopt.verify import verify
 from trajopt.verify.kernel.required import required_clearances
 
@@ -152,3 +153,19 @@ def test_the_judge_reads_the_scene_itself(scene: to.Scene) -> None:
     wrong = replace(reduced.pairs, required=np.zeros(len(reduced.pairs.first)))
     misled = replace(reduced, collision_model=replace(reduced.collision_model, pairs=wrong))
     assert to.examine(misled, misled.start_positions).collisions, "what the planner believes does not count"
+
+
+def test_what_moves_by_itself_is_part_of_the_world(scene: to.Scene) -> None:
+    away = [to.placement((1.6, side, 0.3)) for side in (-0.3, 0.3)]
+    cart = Track.through([0.0, 10.0], away)
+    moving = scene.add("cart", to.Box(0.1, 0.1, 0.1), motion=cart).with_clearance(world=0.05, robot=0.002)
+    assert moving.clearance_of("fore", "cart") == 0.05 == moving.clearance_of("drill", "cart")
+    motion = turn(moving, {"elbow": 0.6, "pan": -0.5}, {"elbow": 0.4, "pan": 0.5})
+
+    def holds(kept: to.Scene) -> dict[str, bool]:
+        reduced = reduce_model(kept, "all", kept.robot.positions({"elbow": 0.6, "pan": -0.5}))
+        rows = verify(reduced, motion, goals=()).checks
+        return {check.name: check.holds for check in rows if check.name == "clearance from the world"}
+
+    assert holds(moving) == {"clearance from the world": True}
+    assert holds(moving.with_clearance(1.5, "fore", "cart")) == {"clearance from the world": False}

@@ -143,7 +143,7 @@ FAR = 10.0
 """Distance up to which the pads are measured [m]."""
 
 
-def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | None = None) -> Gripper:
+def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: str | None = None) -> Gripper:
     """Return the gripper that a robot's SRDF describes, measured on its collision bodies.
 
     The group of the end effector must move exactly two links towards each other. From one end of their
@@ -151,7 +151,7 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
     from the link that the end effector is fixed to, to the tool frame.
 
     Args:
-        robot: The robot.
+        robot: The robot; or a scene with it, whose tools count too.
         end_effector: Its name; may be left out where there is one only.
         tool: The frame between the pads; the last frame of the arm when None.
 
@@ -163,8 +163,10 @@ def gripper_of(robot: Robot, *, end_effector: str | None = None, tool: str | Non
     for label, given in (("end_effector", end_effector), ("tool", tool)):
         if given is not None:
             one_of(label, given, str)
-    effector = _effector(one_of("robot", robot, Robot), end_effector)
-    scene, standing = Scene(robot), robot.positions()
+    tools = robot.tools_on_links if isinstance(robot, Scene) else {}
+    robot = robot.robot if isinstance(robot, Scene) else one_of("robot", robot, Robot)
+    effector = _effector(robot, end_effector)
+    scene, standing = Scene(robot, tools=tools), robot.positions()
     reduced = reduce_model(scene, effector.group, standing)
     limits = reduced.limits
     if not (np.isfinite(limits.lower).all() and np.isfinite(limits.upper).all()):
