@@ -26,8 +26,10 @@ to.Problem(
 PLAN = """
 import trajopt as to
 scene = to.Scene(to.load("panda")).add("post", to.Box(0.1, 0.1, 0.6), to.placement((0.5, 0.25, 0.3)))
-goal = to.joint_positions({"panda_joint1": 1.0})
-assert to.plan(to.Problem(scene=scene, group="panda_arm", start="ready", goal=goal)).verified
+posture = to.joint_positions({"panda_joint1": 1.0})
+place = to.frame_placement("panda_hand", to.placement((0.3, -0.4, 0.5), rpy=(3.1, 0, 0)))
+for goal in (posture, place):
+    assert to.plan(to.Problem(scene=scene, group="panda_arm", start="ready", goal=goal)).verified
 """
 
 

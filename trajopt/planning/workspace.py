@@ -4,6 +4,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from trajopt.arrays import Floats, Printed
 from trajopt.infeasibility import reasons
 from trajopt.methods import Decoded
@@ -64,18 +66,25 @@ class Workspace(Printed):
         return Query(self.problem.reduced)
 
     def timed(self, decoded: Iterable[Decoded]) -> Iterator[TimedMotion | RetimeFailure]:
-        """Time what a method made, and time it again, nearer to its path, each time another is needed."""
+        """Time what a method made, and time it again, nearer to its path, each time another is needed.
+
+        A motion that is as near as that already would be the same again, and is not made twice.
+        """
         for item in decoded:
             if item.trajectory is not None:
                 yield TimedMotion(item.path, item.trajectory, None)
                 continue
             exact = (EXACT_TOLERANCE,) if self.problem.waypoints or item.narrow else ()
+            away = np.inf
             for tolerance in (*PATH_TOLERANCES, *exact):
+                if away <= tolerance:
+                    continue
                 with self.tracker.stage("retime"):
                     retimed = retime_path(self.problem, item.path, tolerance=tolerance, query=self.query)
                 if isinstance(retimed, RetimeFailure):
                     yield retimed
                     return
+                away = retimed.deviation
                 yield TimedMotion(item.path, retimed.trajectory, retimed)
 
     def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:

@@ -109,10 +109,27 @@ def _(requirement: FramePlacement, motion: Motion, when: When) -> tuple[Check, .
 def rotation_error(rotation: Floats, requirement: FramePlacement) -> Floats:
     """Return the rotation error in the requirement's coordinates, (c, 3, 3) -> (c, 3) [rad]."""
     if requirement.coordinates is RotationCoordinates.ROTATION_VECTOR:
-        from scipy.spatial.transform import Rotation
-
-        return np.asarray(Rotation.from_matrix(rotation).as_rotvec())
+        return rotation_vectors(rotation)
     return euler_angles(rotation, requirement.rotation_tolerance)
+
+
+def rotation_vectors(rotation: Floats) -> Floats:
+    """Return axis times angle of rotations, (c, 3, 3) -> (c, 3) [rad].
+
+    The skew part of a rotation is the axis times the sine; beyond a right angle, where that says little of
+    the axis, the rest is its square times one minus the cosine.
+    """
+    skew = 0.5 * (rotation - rotation.swapaxes(1, 2))[:, (2, 0, 1), (1, 2, 0)]
+    sine, cosine = np.linalg.norm(skew, axis=1), 0.5 * (np.trace(rotation, axis1=1, axis2=2) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    square = 0.5 * (rotation + rotation.swapaxes(1, 2)) - cosine[:, None, None] * np.eye(3)
+    longest = np.diagonal(square, axis1=1, axis2=2).argmax(axis=1)
+    axis = square[np.arange(len(square)), :, longest]
+    against = (axis * skew).sum(axis=1) < 0.0
+    axis = axis / np.maximum(np.linalg.norm(axis, axis=1), 1e-300)[:, None]
+    beyond = np.where(against, -angle, angle)[:, None] * axis
+    ratio = np.where(sine > 0.0, angle / np.where(sine > 0.0, sine, 1.0), 1.0)
+    return np.where((cosine < 0.0)[:, None], beyond, ratio[:, None] * skew)
 
 
 def euler_angles(rotation: Floats, tolerance: Floats) -> Floats:
