@@ -1,4 +1,6 @@
 // Descents of a point past a disc: distances are known in closed form, so no robot is needed.
+#include <Eigen/Geometry>
+
 #include "check.hpp"
 #include "descent/loop.hpp"
 
@@ -10,10 +12,11 @@ namespace {
 constexpr int kKnots = 9;
 
 // A point in the plane and a disc around the origin; the one pair.
-struct Disc : distances::DistanceQuery {
+struct Disc : robot::RobotQuery {
+  int positions() const override { return 2; }
   int joints() const override { return 2; }
   int pairs() const override { return 1; }
-  distances::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
+  robot::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
     sample.clear(), pair.clear(), distance.clear(), jacobian.clear();
     for (int each = 0; each < samples; ++each) {
       const double x = positions[2 * each], y = positions[2 * each + 1], away = std::hypot(x, y);
@@ -24,10 +27,16 @@ struct Disc : distances::DistanceQuery {
     }
     return {pair.size(), sample.data(), pair.data(), distance.data(), jacobian.data()};
   }
-  distances::Work work() const override { return work_; }
+  void see(const robot::View&, const double* positions, robot::Seen& seen) override {
+    seen.point = {positions[0], positions[1], 0.0};
+    seen.rotation.setIdentity();
+    seen.point_rate.setIdentity(3, 2);
+    seen.spin.setZero(3, 2);
+  }
+  robot::Work work() const override { return work_; }
 
   bool broken = false;
-  distances::Work work_;
+  robot::Work work_;
   std::vector<std::int64_t> sample, pair;
   std::vector<double> distance, jacobian;
 };
@@ -153,4 +162,58 @@ TEST(a_linear_part_is_what_its_rows_say_anywhere) {
     }
   }
   CHECK_NEAR(point->cost, cost, 1e-12);
+}
+
+// What is seen after a small motion: three numbers move the point, three turn the frame.
+robot::Seen moved(const robot::Seen& seen, const Eigen::Matrix<double, 6, 1>& by) {
+  robot::Seen after = seen;
+  after.point += by.head<3>();
+  const Eigen::Vector3d turn = by.tail<3>();
+  if (turn.norm() > 0.0) after.rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * seen.rotation;
+  return after;
+}
+
+TEST(rates_of_terms_of_frames_are_those_of_small_motions) {
+  std::mt19937 rng(11);
+  const auto vector = [&] { return Vector3(uniform(rng, -1, 1), uniform(rng, -1, 1), uniform(rng, -1, 1)); };
+  const auto rotation = [&] {
+    return Matrix3(Eigen::AngleAxisd(uniform(rng, -3, 3), vector().normalized()).toRotationMatrix());
+  };
+  for (int trial = 0; trial < 40; ++trial) {
+    AxisAngle axis;
+    axis.axis = vector().normalized(), axis.direction = vector().normalized(), axis.across = Vector3::UnitX();
+    FramePlacement vectors, angles;
+    vectors.rotation = rotation(), vectors.translation = vector(), vectors.euler = false;
+    angles.rotation = rotation(), angles.translation = vector(), angles.euler = true;
+    PointDistance apart;
+    apart.from = vector();
+    ViewAngle view;
+    view.origin = vector(), view.axis = vector().normalized(), view.across = Vector3::UnitX();
+    ViewDistance away;
+    away.origin = vector();
+    PointInRegion region;
+    for (const Shape shape : {Shape::kBox, Shape::kSphere, Shape::kCylinder, Shape::kHalfSpace}) {
+      region.members.push_back({shape, {0.2, 0.2, 0.3}, rotation(), 2.0 * vector()});
+    }
+    robot::Seen seen;
+    seen.point = vector(), seen.rotation = rotation();
+    seen.point_rate.setZero(3, 6), seen.spin.setZero(3, 6);
+    seen.point_rate.leftCols<3>().setIdentity(), seen.spin.rightCols<3>().setIdentity();
+    for (const FrameTerm* term : std::vector<const FrameTerm*>{&axis, &vectors, &angles, &apart, &view, &away, &region}) {
+      Components at, more, less;
+      term->evaluate(seen, at);
+      for (int k = 0; k < 6; ++k) {
+        Eigen::Matrix<double, 6, 1> step = Eigen::Matrix<double, 6, 1>::Zero();
+        step[k] = 1e-6;
+        more.clear(), less.clear();
+        term->evaluate(moved(seen, step), more);
+        term->evaluate(moved(seen, -step), less);
+        for (auto a = at.begin(), b = more.begin(), c = less.begin(); a != at.end(); ++a, ++b, ++c) {
+          CHECK(a->number < term->components() && b->number == a->number);
+          const double slope = (b->value - c->value) / 2e-6;
+          if (std::abs(slope) < 20.0) CHECK_NEAR(a->rate[k], slope, 1e-5 * (1.0 + slope * slope));
+        }
+      }
+    }
+  }
 }

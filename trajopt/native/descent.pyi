@@ -5,8 +5,8 @@ from enum import Enum
 
 from trajopt.arrays import Bools, Floats, Ints
 
-class DistanceQuery:
-    """Measures distances; made by the core `proximity`."""
+class RobotQuery:
+    """Measures distances and places frames; made by the core `proximity`."""
 
 class Kind(Enum):
     """The losses of costs."""
@@ -41,6 +41,41 @@ def tapered(
     taper: float,
     share: float,
 ) -> Margins: ...
+
+class View:
+    """A point of a frame, and the reference that it is seen from."""
+
+    def __init__(
+        self,
+        *,
+        joint: int,
+        rotation: Floats,
+        point: Floats,
+        base: int,
+        base_rotation: Floats,
+        base_origin: Floats,
+    ) -> None: ...
+
+class Shape(Enum):
+    """Shapes of regions."""
+
+    BOX = 0
+    SPHERE = 1
+    CYLINDER = 2
+    HALF_SPACE = 3
+
+class FrameTerm:
+    """The formula of a term of a frame."""
+
+    @property
+    def components(self) -> int: ...
+
+def axis_angle(axis: Floats, direction: Floats, across: Floats) -> FrameTerm: ...
+def frame_placement(rotation: Floats, translation: Floats, euler: bool) -> FrameTerm: ...
+def point_distance(point: Floats) -> FrameTerm: ...
+def view_angle(origin: Floats, axis: Floats, across: Floats) -> FrameTerm: ...
+def view_distance(origin: Floats) -> FrameTerm: ...
+def region(members: Sequence[tuple[Shape, Floats, Floats, Floats]]) -> FrameTerm: ...
 
 class Point:
     """Everything at one point; never changed."""
@@ -106,7 +141,7 @@ configurations evaluated; and what the point keeps."""
 class Program:
     """A program over knots, made of parts."""
 
-    def __init__(self, lower: Floats, upper: Floats, scale: Floats, distances: DistanceQuery) -> None: ...
+    def __init__(self, lower: Floats, upper: Floats, scale: Floats, query: RobotQuery) -> None: ...
     def add_linear(self, role: Role, constant: Floats, jacobian: Floats, knots: Ints) -> None: ...
     def add_distances(
         self,
@@ -117,6 +152,16 @@ class Program:
         reach: Floats,
         factor: Floats,
         margins: Margins,
+    ) -> None: ...
+    def add_frames(
+        self,
+        role: Role,
+        knots: Ints,
+        weight: Floats,
+        place: Floats,
+        view: View,
+        term: FrameTerm,
+        configurations: int,
     ) -> None: ...
     def add_outside(self, role: Role) -> None: ...
     def at(self, x: Floats, ask: Callable[[Floats], InPython]) -> Point: ...

@@ -6,7 +6,7 @@ import coal
 import pinocchio as pin
 
 from trajopt.arrays import Floats, Ints
-from trajopt.native.descent import DistanceQuery
+from trajopt.native.descent import RobotQuery
 
 class Solid:
     """Points of a shape's parts, and its closed triangles, in its own frame."""
@@ -40,7 +40,7 @@ class Dynamics:
     def torques(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats: ...
     def gravity(self, positions: Floats) -> tuple[Floats, Floats]: ...
 
-class Query(DistanceQuery):
+class Query(RobotQuery):
     """What one thread asks a cell with."""
 
     def __init__(self, cell: Cell) -> None: ...

@@ -136,10 +136,44 @@ class DistancePart(Value):
 
     def block(self, made: descent.MadeRows) -> Block:
         """Return the rows at a point."""
-        rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
-        if isinstance(self.empty, CostRows):
-            return replace(self.empty, rows=rows, weight=made.weight)
-        return replace(self.empty, rows=rows, lower=made.lower, upper=made.upper)
+        return _with_rows(self.empty, made)
+
+
+@dataclass(frozen=True, eq=False)
+class FramePart(Value):
+    """A term of a frame at every sample.
+
+    Attributes:
+        empty: The cost or constraint, without rows; its weight is one number, its bounds are by sample and
+            component.
+        samples: Where it is evaluated.
+        view: The frame, and what it is seen from.
+        term: The formula.
+        configurations: How many count as evaluated: terms over the same samples share them.
+    """
+
+    empty: Block
+    samples: Samples
+    view: descent.View
+    term: descent.FrameTerm
+    configurations: int
+
+    def add_to(self, program: descent.Program) -> None:
+        """Hand it to the core."""
+        at, role = self.samples, _role(self.empty)
+        program.add_frames(role, at.knots, at.weight, at.place, self.view, self.term, self.configurations)
+
+    def block(self, made: descent.MadeRows) -> Block:
+        """Return the rows at a point."""
+        return _with_rows(self.empty, made)
+
+
+def _with_rows(empty: Block, made: descent.MadeRows) -> Block:
+    """Return a block with rows that are made anew at every point."""
+    rows = Rows(made.value, made.jacobian, made.knots, made.component, made.place)
+    if isinstance(empty, CostRows):
+        return replace(empty, rows=rows, weight=made.weight)
+    return replace(empty, rows=rows, lower=made.lower, upper=made.upper)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +195,7 @@ class PythonPart(Value):
             program.add_outside(descent.bounds(none, none, self.role))
 
 
-Part = LinearPart | DistancePart | PythonPart
+Part = LinearPart | DistancePart | FramePart | PythonPart
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +207,7 @@ class CompiledProgram:
         upper: Upper bounds, shape (N, n).
         scale: A step of ordinary size in each variable, shape (n,).
         sampling: The samples per segment, shape (N - 1,).
-        distances: Measures the distances.
+        query: Measures distances and places frames.
         costs: Parts of the costs.
         constraints: Parts of the constraints.
         span: Knots between the first and the last that one row depends on, at most.
@@ -183,7 +217,7 @@ class CompiledProgram:
     upper: Floats
     scale: Floats
     sampling: Ints
-    distances: descent.DistanceQuery
+    query: descent.RobotQuery
     costs: tuple[Part, ...]
     constraints: tuple[Part, ...]
     span: int
@@ -191,7 +225,7 @@ class CompiledProgram:
     @cached_property
     def core(self) -> descent.Program:
         """The program in the core."""
-        program = descent.Program(self.lower, self.upper, self.scale, self.distances)
+        program = descent.Program(self.lower, self.upper, self.scale, self.query)
         for part in (*self.costs, *self.constraints):
             part.add_to(program)
         return program

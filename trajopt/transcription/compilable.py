@@ -1,11 +1,13 @@
 """Programs over the samples of a curve in parts for the core: which terms it can evaluate, and how.
 
 Terms that are linear are handed over as the rows that they have where all knots are zero; distances as what
-they are measured against. Other terms of the library are evaluated in Python at every point, where their
-formulas are. Of a term that is none of these nothing is known before: it leaves the program to Python.
+they are measured against, and the commonest terms of frames as what is seen. Other terms of the library are
+evaluated in Python at every point. A term that is none of these leaves the program to Python: nothing is
+known of its rows before.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -16,45 +18,41 @@ from trajopt.solvers.compiled import (
     Block,
     CompiledProgram,
     DistancePart,
+    FramePart,
     LinearPart,
     Part,
     PythonPart,
     Samples,
     Taper,
 )
-from trajopt.terms.axis_alignment import AxisAngle
 from trajopt.terms.clearance import Clearance
 from trajopt.terms.coupled_joints import JointSum
-from trajopt.terms.distance_between import PointDistance
 from trajopt.terms.expression import Expression
 from trajopt.terms.follows_curve import CurveError
-from trajopt.terms.frame_placement import FramePlacementError
-from trajopt.terms.gaze import ViewAngle, ViewDistance
 from trajopt.terms.gravity_torque import GravityShare, HoldingTorque
 from trajopt.terms.joint_positions import JointPosition
 from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
 from trajopt.terms.point_on_arc import ArcCoordinates
-from trajopt.terms.position_in_region import RegionCoordinates
-from trajopt.terms.residual import Constraint, Cost
+from trajopt.terms.residual import WHOLE, Constraint, Cost
 from trajopt.terms.residual_from_function import FunctionResidual
 from trajopt.terms.rest_posture import RestPosture
 from trajopt.terms.rolling import Rolling
 from trajopt.terms.singularity_distance import LostManipulability, SmallestSingularValue
 from trajopt.terms.smoothness import Acceleration, Jerk, Velocity
 from trajopt.terms.soft_clearance import SoftClearance
+from trajopt.transcription.frame_terms import FRAME_TERMS, frame_in_core
 from trajopt.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable
 from trajopt.transcription.motion_nlp import MotionNlp
 from trajopt.transcription.tapered_bounds import TaperedConstraint
 
 LINEAR = {Velocity, Acceleration, Jerk, RestPosture, JointPosition, JointSum}
 """Terms whose rows are linear in the knots, and all there at every point."""
-IN_PYTHON = {
-    *(AxisAngle, FramePlacementError, RegionCoordinates, PointDistance, ArcCoordinates, CurveError),
-    *(ViewAngle, ViewDistance, SightClearance, SmallestSingularValue, LostManipulability),
-    *(GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression),
-}
-"""Terms whose rows each depend on the knots of one sample, or on two neighbours."""
+OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
+"""Terms of frames without a formula in the core. All terms of frames share the placements of the samples:
+with one of these all are evaluated in Python."""
+OTHERS = {GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression}
+"""Other terms, whose rows depend on the knots of one sample too, or on two neighbours."""
 BOUNDED = {Constraint, TaperedConstraint}
 """Constraints whose bounds depend on the component and the place of a row only."""
 
@@ -68,70 +66,98 @@ class CompilableMotionNlp(MotionNlp):
         if type(self).linearise is not MotionNlp.linearise or type(self.query) is not Query:
             return None
         motion = self.motion(np.zeros_like(self.lower), sampling)
-        costs = [self._cost_part(cost, motion) for cost in self.problem.costs or ()]
-        constraints = [self._constraint_part(item, motion) for item in self.constraints]
-        parts = [part for part in (*costs, *constraints) if part is not None]
-        if len(parts) < len(costs) + len(constraints):
-            return None
+        parts: list[Part] = []
+        placed = False
+        for item in (*(self.problem.costs or ()), *self.constraints):
+            part = self._part(item, motion, placed=placed)
+            if part is None:
+                return None
+            placed = placed or (isinstance(part, FramePart) and item.window == WHOLE)
+            parts.append(part)
+        count = len(self.problem.costs or ())
+        linear = [part.at_zero.rows.knots for part in parts if isinstance(part, LinearPart)]
         return CompiledProgram(
             self.lower,
             self.upper,
             self.scale,
             sampling,
             self.query.core,
-            tuple(parts[: len(costs)]),
-            tuple(parts[len(costs) :]),
-            max(
-                1,
-                _span(motion.support),
-                *map(_span, (part.at_zero.rows.knots for part in parts if isinstance(part, LinearPart))),
-            ),
+            tuple(parts[:count]),
+            tuple(parts[count:]),
+            max(_span(knots) for knots in (motion.support, *linear)),
         )
 
     def python_rows(self, x: Floats, sampling: Ints) -> tuple[Block, ...]:
-        """Return the rows of those parts that the core asks for, at a point."""
-        motion = self.motion(x, sampling)
-        costs = [item for item in self.problem.costs or () if type(item.residual) in IN_PYTHON]
-        constraints = [item for item in self.constraints if type(item.residual) in IN_PYTHON]
+        """Return the rows of those parts that the core leaves to Python, at a point."""
+        motion, terms = self.motion(x, sampling), self._python_terms
+        costs = [item for item in self.problem.costs or () if type(item.residual) in terms]
+        constraints = [item for item in self.constraints if type(item.residual) in terms]
         return (
             *(self.cost_rows(item, motion) for item in costs),
             *(self.constraint_rows(item, motion) for item in constraints),
         )
 
-    def _cost_part(self, cost: Cost, motion: Motion) -> Part | None:
-        """Return a cost as a part; None where its term is unknown."""
-        residual = cost.residual
-        if type(residual) in LINEAR:
-            return LinearPart(self.cost_rows(cost, motion))
-        if type(residual) in IN_PYTHON:
-            return PythonPart(cost.loss)
-        if isinstance(residual, Clearance | SoftClearance):
-            none = _no_rows(motion)
-            empty = CostRows(residual.name, none, np.array((cost.weight,)), cost.loss, type(residual))
-            return _distance_part(empty, residual, self.samples_within(motion, cost.window))
-        return None
+    @cached_property
+    def _python_terms(self) -> frozenset[type]:
+        """Kinds of terms that are evaluated in Python."""
+        kinds = {type(item.residual) for item in (*(self.problem.costs or ()), *self.constraints)}
+        return frozenset(kinds & (OTHERS | OF_FRAMES | (FRAME_TERMS if kinds & OF_FRAMES else set())))
 
-    def _constraint_part(self, item: Constraint, motion: Motion) -> Part | None:
-        """Return a constraint as a part; None where its term or its kind of bounds is unknown."""
+    def _part(self, item: Cost | Constraint, motion: Motion, *, placed: bool) -> Part | None:
+        """Return a cost or constraint as a part; None where its term or its kind of bounds is unknown.
+
+        Args:
+            item: The cost or constraint.
+            motion: The samples.
+            placed: Whether another part counts the placements of all samples already.
+        """
         residual = item.residual
-        if type(item) not in BOUNDED:
+        if not isinstance(item, Cost) and type(item) not in BOUNDED:
             return None
+        if type(residual) in self._python_terms:
+            return PythonPart(item.loss if isinstance(item, Cost) else item.tolerance)
         if type(residual) in LINEAR:
-            return LinearPart(self.constraint_rows(item, motion))
-        if type(residual) in IN_PYTHON:
-            return PythonPart(item.tolerance)
-        if isinstance(residual, Clearance | SoftClearance) and type(item) is Constraint:
-            none = _no_rows(motion)
-            empty = ConstraintRows(
-                residual.name, none, item.lower, item.upper, item.tolerance, item.reach, type(residual)
-            )
-            return _distance_part(empty, residual, self.samples_within(motion, item.window))
-        return None
+            one = isinstance(item, Cost)
+            return LinearPart(self.cost_rows(item, motion) if one else self.constraint_rows(item, motion))
+        within = self.samples_within(motion, item.window)
+        if isinstance(residual, Clearance | SoftClearance) and type(item) is not TaperedConstraint:
+            return _distance_part(_empty(item, within), residual, within)
+        frame = frame_in_core(residual)
+        if frame is None:
+            return None
+        count = 0 if placed and item.window == WHOLE else len(within.place)
+        empty = _empty(item, within, frame.term.components)
+        return FramePart(empty, _samples(within), frame.view, frame.term, count)
+
+
+def _samples(motion: Motion) -> Samples:
+    return Samples(motion.support, motion.weight, motion.place)
+
+
+def _empty(item: Cost | Constraint, motion: Motion, components: int | None = None) -> Block:
+    """Return a cost or constraint without rows, over stencils of a motion's samples.
+
+    Args:
+        item: The cost or constraint.
+        motion: The samples.
+        components: With these the bounds are laid out for each sample and component.
+    """
+    residual = item.residual
+    none = np.zeros(0, dtype=np.int64)
+    rows = motion.rows(none, np.zeros(0), np.zeros((0, motion.knots.shape[1])), none)
+    if isinstance(item, Cost):
+        return CostRows(residual.name, rows, np.array((float(item.weight),)), item.loss, type(residual))
+    lower, upper = item.lower, item.upper
+    if components is not None:
+        count = len(motion.place) * components
+        number = np.tile(np.arange(components, dtype=np.int64), len(motion.place))
+        place = np.repeat(motion.place, components)
+        lower, upper = item.bounds(Rows(np.zeros(count), rows.jacobian, rows.knots, number, place))
+    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, item.reach, type(residual))
 
 
 def _distance_part(empty: Block, residual: Clearance | SoftClearance, motion: Motion) -> DistancePart | None:
-    samples = Samples(motion.support, motion.weight, motion.place)
-    reduced = motion.query.reduced
+    samples, reduced = _samples(motion), motion.query.reduced
     if type(residual) is SoftClearance:
         distance, root = residual.by_pair(reduced)
         return DistancePart(empty, samples, distance, -root, distance, None)
@@ -163,12 +189,6 @@ def taper_of(margins: TaperedMargins, share: float) -> Taper:
         knots=margins.taper,
         share=share,
     )
-
-
-def _no_rows(motion: Motion) -> Rows:
-    """Return no rows, over stencils of the motion's samples."""
-    none = np.zeros(0, dtype=np.int64)
-    return motion.rows(none, np.zeros(0), np.zeros((0, motion.knots.shape[1])), none)
 
 
 def _span(knots: Ints) -> int:

@@ -1,7 +1,7 @@
 // Costs and constraints that are evaluated without leaving the core.
 #pragma once
 
-#include "../distance_query.hpp"
+#include "frame_terms.hpp"
 #include "margins.hpp"
 #include "rows.hpp"
 
@@ -41,7 +41,18 @@ struct Distances {
   std::vector<double> reach, factor;  // by pair
   Margins margins;
 
-  void evaluate(const Variables& variables, const Role& role, distances::DistanceQuery& query, const double* x,
+  void evaluate(const Variables& variables, const Role& role, robot::RobotQuery& query, const double* x,
+                Rows& rows) const;
+};
+
+// A term of a frame at every sample. Bounds are by sample and component.
+struct Frames {
+  Samples samples;
+  robot::View view;
+  std::shared_ptr<const FrameTerm> term;
+  std::int64_t configurations;  // that count as work: terms over the same samples share them
+
+  void evaluate(const Variables& variables, const Role& role, robot::RobotQuery& query, const double* x,
                 Rows& rows) const;
 };
 

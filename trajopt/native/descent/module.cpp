@@ -14,6 +14,8 @@ using namespace descent;
 using arrays::Block, arrays::expect, arrays::hand_over, arrays::Matrix, arrays::Vector;
 using SharedPoint = std::shared_ptr<Point>;
 
+void bind_frame_terms(nb::module_& m);
+
 namespace {
 
 constexpr auto kOwned = nb::rv_policy::automatic;  // arrays that are handed over belong to nothing else
@@ -43,10 +45,10 @@ void expect_knots(const Program& program, const Matrix<std::int64_t>& knots) {
 }
 
 void make_program(Program* made, const Matrix<double>& lower, const Matrix<double>& upper, const Vector<double>& scale,
-                  distances::DistanceQuery& query) {
+                  robot::RobotQuery& query) {
   const std::size_t knots = lower.shape(0), joints = lower.shape(1);
   expect(upper.shape(0) == knots && upper.shape(1) == joints && scale.shape(0) == joints, "bounds of the same variables");
-  expect(static_cast<int>(joints) == query.joints(), "one variable for each joint of the group");
+  expect(static_cast<int>(joints) == query.positions(), "one variable for each joint of the group");
   Variables variables;
   variables.joints = static_cast<int>(joints);
   variables.knot_moves.assign(knots, 0);
@@ -73,17 +75,33 @@ void add_linear(Program& program, const Role& role, const Vector<double>& consta
   program.add({role, Linear{static_cast<int>(knots.shape(1)), copied(constant), copied(jacobian), copied(knots)}});
 }
 
-void add_distances(Program& program, const Role& role, const Matrix<std::int64_t>& knots, const Matrix<double>& weight,
-                   const Vector<double>& place, const Vector<double>& reach, const Vector<double>& factor,
-                   const Margins& margins) {
-  const std::size_t samples = place.shape(0), pairs = program.distances().pairs();
+Samples samples_of(const Program& program, const Matrix<std::int64_t>& knots, const Matrix<double>& weight,
+                   const Vector<double>& place) {
+  const std::size_t samples = place.shape(0);
   expect(knots.shape(0) == samples && weight.shape(0) == samples && weight.shape(1) == knots.shape(1),
          "knots and weights for each sample");
   expect_knots(program, knots);
+  return {static_cast<int>(knots.shape(1)), copied(knots), copied(weight), copied(place)};
+}
+
+void add_distances(Program& program, const Role& role, const Matrix<std::int64_t>& knots, const Matrix<double>& weight,
+                   const Vector<double>& place, const Vector<double>& reach, const Vector<double>& factor,
+                   const Margins& margins) {
+  const std::size_t pairs = program.robot().pairs();
   expect(reach.shape(0) == pairs && factor.shape(0) == pairs && margins.full.size() == pairs, "numbers for each pair");
   expect_numbers(role, pairs, true);
-  Samples along{static_cast<int>(knots.shape(1)), copied(knots), copied(weight), copied(place)};
+  Samples along = samples_of(program, knots, weight, place);
   program.add({role, Distances{std::move(along), copied(reach), copied(factor), margins}});
+}
+
+void add_frames(Program& program, const Role& role, const Matrix<std::int64_t>& knots, const Matrix<double>& weight,
+                const Vector<double>& place, const robot::View& view, const std::shared_ptr<FrameTerm>& term,
+                std::int64_t configurations) {
+  const int joints = program.robot().joints();
+  expect(0 <= view.joint && view.joint < joints && 0 <= view.base && view.base < joints, "joints of the robot");
+  Samples along = samples_of(program, knots, weight, place);
+  expect_numbers(role, static_cast<std::size_t>(along.count()) * term->components(), true);
+  program.add({role, Frames{std::move(along), view, term, configurations}});
 }
 
 void add_outside(Program& program, const Role& role) {
@@ -218,7 +236,8 @@ auto line(std::vector<T> Rows::* numbers) {
 }  // namespace
 
 NB_MODULE(descent, m) {
-  nb::class_<distances::DistanceQuery>(m, "DistanceQuery");
+  nb::class_<robot::RobotQuery>(m, "RobotQuery");
+  bind_frame_terms(m);
   nb::enum_<Kind>(m, "Kind")
       .value("SQUARED", Kind::kSquared)
       .value("ABSOLUTE", Kind::kAbsolute)
@@ -265,9 +284,10 @@ NB_MODULE(descent, m) {
            nb::kw_only(), "penalty"_a, "relative_gain"_a, "absolute_gain"_a, "accuracy"_a, "regularisation"_a,
            "qp_iterations"_a, "steps"_a, "failures"_a, "until_feasible"_a);
   nb::class_<Program>(m, "Program")
-      .def("__init__", &make_program, "lower"_a, "upper"_a, "scale"_a, "distances"_a, nb::keep_alive<1, 5>())
+      .def("__init__", &make_program, "lower"_a, "upper"_a, "scale"_a, "query"_a, nb::keep_alive<1, 5>())
       .def("add_linear", &add_linear, "role"_a, "constant"_a, "jacobian"_a, "knots"_a)
       .def("add_distances", &add_distances, "role"_a, "knots"_a, "weight"_a, "place"_a, "reach"_a, "factor"_a, "margins"_a)
+      .def("add_frames", &add_frames, "role"_a, "knots"_a, "weight"_a, "place"_a, "view"_a, "term"_a, "configurations"_a)
       .def("add_outside", &add_outside, "role"_a)
       .def("at", &point_at, "x"_a, "ask"_a)
       .def("rows", &rows_of, "point"_a, "part"_a)

@@ -6,7 +6,7 @@
 namespace descent {
 
 Program::Program(Variables variables, std::vector<double> lower, std::vector<double> upper, std::vector<double> scale,
-                 distances::DistanceQuery& query)
+                 robot::RobotQuery& query)
     : variables_(std::move(variables)),
       lower_(std::move(lower)),
       upper_(std::move(upper)),
@@ -16,7 +16,7 @@ Program::Program(Variables variables, std::vector<double> lower, std::vector<dou
 std::shared_ptr<const Point> Program::at(std::vector<double> x, const Ask& ask) {
   auto point = std::make_shared<Point>();
   point->x = std::move(x);
-  const distances::Work before = query_.work();
+  const robot::Work before = query_.work();
   Answer answer;
   if (std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return std::holds_alternative<Outside>(part.rows); })) {
     answer = ask(point->x.data());
@@ -29,6 +29,9 @@ std::shared_ptr<const Point> Program::at(std::vector<double> x, const Ask& ask) 
     } else if (const auto* distances = std::get_if<Distances>(&part.rows)) {
       distances->evaluate(variables_, part.role, query_, point->x.data(), rows);
       work_.configurations += distances->samples.count();
+    } else if (const auto* frames = std::get_if<Frames>(&part.rows)) {
+      frames->evaluate(variables_, part.role, query_, point->x.data(), rows);
+      work_.configurations += frames->configurations;
     } else {
       rows = std::move(answer.rows.at(std::get<Outside>(part.rows).number));
     }
@@ -44,7 +47,7 @@ std::shared_ptr<const Point> Program::at(std::vector<double> x, const Ask& ask) 
     point->rows.push_back(std::move(rows));
   }
   point->kept = std::move(answer.kept);
-  const distances::Work after = query_.work();
+  const robot::Work after = query_.work();
   work_.bounds += after.bounds - before.bounds;
   work_.distances += after.distances - before.distances;
   return point;

@@ -16,7 +16,7 @@ struct Outside {
 
 struct Part {
   Role role;
-  std::variant<Linear, Distances, Outside> rows;
+  std::variant<Linear, Distances, Frames, Outside> rows;
 };
 
 // What was evaluated outside: rows of each part, what they were made of, and configurations evaluated for them.
@@ -57,7 +57,7 @@ class Program {
   using Ask = std::function<Answer(const double* x)>;
 
   Program(Variables variables, std::vector<double> lower, std::vector<double> upper, std::vector<double> scale,
-          distances::DistanceQuery& query);
+          robot::RobotQuery& query);
 
   void add(Part part) { parts_.push_back(std::move(part)); }
   std::shared_ptr<const Point> at(std::vector<double> x, const Ask& ask);
@@ -69,14 +69,14 @@ class Program {
   const std::vector<double>& lower() const { return lower_; }
   const std::vector<double>& upper() const { return upper_; }
   const std::vector<double>& scale() const { return scale_; }
-  distances::DistanceQuery& distances() { return query_; }
+  robot::RobotQuery& robot() { return query_; }
   const Work& work() const { return work_; }
 
  private:
   Variables variables_;
   std::vector<double> lower_, upper_;  // of each variable
   std::vector<double> scale_;          // of each joint
-  distances::DistanceQuery& query_;
+  robot::RobotQuery& query_;
   std::vector<Part> parts_;
   Work work_;
 };

@@ -223,7 +223,7 @@ std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matri
 
 NB_MODULE(proximity, m) {
   coal_boxes::settle();
-  nb::module_::import_("trajopt.native.descent");  // which knows what a DistanceQuery is
+  nb::module_::import_("trajopt.native.descent");  // which knows what a RobotQuery is
   nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a);
   nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
@@ -234,7 +234,7 @@ NB_MODULE(proximity, m) {
       .def(nb::new_(&make_dynamics), "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())
       .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a)
       .def("gravity", &gravity, "positions"_a);
-  nb::class_<Query, distances::DistanceQuery>(m, "Query")
+  nb::class_<Query, robot::RobotQuery>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
       .def("close_pairs", &close_pairs, "positions"_a, "reach"_a)
       .def("placements", &placements, "positions"_a)

@@ -1,21 +1,47 @@
 // What one thread asks a cell with.
 #pragma once
 
-#include "../distance_query.hpp"
+#include "../robot_query.hpp"
 #include "tracker.hpp"
 
 namespace proximity {
 
-struct Query : distances::DistanceQuery {
+struct Query : robot::RobotQuery {
   explicit Query(const Cell& asked) : cell(asked), kinematics(asked.robot), tracker(asked) {}
 
-  int joints() const override { return cell.robot.dofs(); }
+  int positions() const override { return cell.robot.dofs(); }
+  int joints() const override { return cell.robot.joints(); }
   int pairs() const override { return static_cast<int>(cell.pairs.size()); }
-  distances::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
+
+  robot::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
     const ClosePairs& found = tracker.close_pairs(positions, samples, reach);
     return {found.pair.size(), found.sample.data(), found.pair.data(), found.distance.data(), found.jacobian.data()};
   }
-  distances::Work work() const override { return {tracker.work.bounds, tracker.work.distances}; }
+
+  void see(const robot::View& view, const double* positions, robot::Seen& seen) override {
+    const auto& placed = kinematics(positions);
+    const auto &carrier = placed[view.joint], &base = placed[view.base];
+    const Vector3 point = carrier.act(view.point);
+    const Matrix3 to_base = (base.rotation() * view.base_rotation).transpose();
+    seen.point = to_base * (point - base.act(view.base_origin));
+    seen.rotation = to_base * carrier.rotation() * view.rotation;
+    seen.point_rate.setZero(3, cell.robot.dofs());
+    seen.spin.setZero(3, cell.robot.dofs());
+    const auto add = [&](int carried, double sign) {
+      for (int joint : cell.robot.supports[carried]) {
+        const auto by_group = cell.robot.expand.row(cell.robot.model->joints[joint].idx_v());
+        const Vector3 angular = placed[joint].rotation() * cell.robot.axis[joint].angular();
+        const Vector3 linear = placed[joint].rotation() * cell.robot.axis[joint].linear() +
+                               angular.cross(point - placed[joint].translation());
+        seen.point_rate += sign * (to_base * linear) * by_group;
+        seen.spin += sign * (to_base * angular) * by_group;
+      }
+    };
+    add(view.joint, 1.0);
+    add(view.base, -1.0);
+  }
+
+  robot::Work work() const override { return {tracker.work.bounds, tracker.work.distances}; }
 
   const Cell& cell;
   Kinematics kinematics;

@@ -2,11 +2,16 @@
 // meet in this class alone.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-namespace distances {
+namespace robot {
+
+using Vector3 = Eigen::Vector3d;
+using Matrix3 = Eigen::Matrix3d;
+using Rates = Eigen::Matrix<double, 3, Eigen::Dynamic>;  // by the group's positions
 
 // Pairs of bodies that are near each other at many configurations, one entry each; good until the next question.
 struct Near {
@@ -15,21 +20,38 @@ struct Near {
   const double *distance, *jacobian;  // the latter by the group's positions, a row for each entry
 };
 
+// A point of a frame, and the reference that it is seen from: the joints that carry them (0: the world), and where
+// they are in these joints.
+struct View {
+  int joint, base;
+  Matrix3 rotation, base_rotation;
+  Vector3 point, base_origin;
+};
+
+// What is seen of it at one configuration.
+struct Seen {
+  Vector3 point;
+  Matrix3 rotation;
+  Rates point_rate, spin;  // the latter an angular velocity
+};
+
 // What was done: bounds of distance that were compared, and distances that were measured.
 struct Work {
   std::int64_t bounds = 0, distances = 0;
 };
 
-class DistanceQuery {
+class RobotQuery {
  public:
-  virtual ~DistanceQuery() = default;
+  virtual ~RobotQuery() = default;
 
-  // Joints of the group, and pairs of bodies.
+  // Of the group, of the model (the world included), and pairs of bodies.
+  virtual int positions() const = 0;
   virtual int joints() const = 0;
   virtual int pairs() const = 0;
   // Every pair nearer than its reach at configurations of the group, which lie one after the other.
   virtual Near near(const double* positions, int samples, const std::vector<double>& reach) = 0;
+  virtual void see(const View& view, const double* positions, Seen& seen) = 0;
   virtual Work work() const = 0;
 };
 
-}  // namespace distances
+}  // namespace robot
