@@ -242,3 +242,22 @@ def test_a_problem_starts_where_the_running_motion_is() -> None:
         on_the_way(asked, running, -0.1)
     with pytest.raises(ProblemError, match="cannot start at"):
         on_the_way(replace(asked, velocity_scaling=0.05), running, half)
+
+
+def test_what_the_program_holds_the_motion_holds() -> None:
+    """Fast random starts, at which a longer duration would move the first control points."""
+    asked, rng = to.named_problem("past_pillar_ur5"), np.random.default_rng(11)
+    names, limits = asked.reduced.joint_names, asked.limits
+    ended: list[to.Status] = []
+    for _ in range(8):
+        speed = rng.uniform(-0.7, 0.7, len(names)) * limits.velocity
+        pull = rng.uniform(-0.7, 0.7, len(names)) * limits.acceleration
+        started = replace(
+            asked,
+            start_velocity=dict(zip(names, speed.tolist(), strict=True)),
+            start_acceleration=dict(zip(names, pull.tolist(), strict=True)),
+        )
+        result = to.plan(started, budget=to.Budget(attempts=1))
+        ended.append(result.status)
+        assert "acceleration" not in result.message and "velocity" not in result.message
+    assert ended.count(to.Status.SOLVED) >= 6

@@ -94,10 +94,11 @@ def _improved(
         work.tracker.count(qp_solves=freed.qp_solves, qp_iterations=freed.qp_iterations)
         whole = replace(freed, log=(*solved.log, *freed.log))
         if not freed.feasible:
-            stuck = replace(
-                result, status=Status.STUCK, solve=whole, message=reasons.stuck(work.problem, whole)
-            )
-            return result if result.verified else stuck
+            # A path that was timed from rest was only where the program began, if the start is in motion.
+            if result.verified or result.timed is None:
+                return result
+            words = reasons.stuck(work.problem, whole)
+            return work.result(Status.STUCK, words, solve=whole, path=result.path)
         for faster in work.timed(program.decode(freed)):
             if isinstance(faster, RetimeFailure):
                 break

@@ -60,11 +60,13 @@ class FreeDurationNlp:
         """Lay out what does not change."""
         basis = self.spline.basis
         self._derivatives = [basis.derivative(order) for order in (1, 2, 3)]
+        # From a start in motion a longer duration does not make up for what the tolerance lets pass.
+        share = 1.0 - 2.0 * TOLERANCE if self.moving else 1.0
+        begin = (np.abs(self.start_velocities), np.abs(self.start_accelerations), 0.0)
+        limits = (self.limits.velocity, self.limits.acceleration, self.limits.jerk)
         self._bounds = [
-            limit * self.reference**order
-            for order, limit in enumerate(
-                (self.limits.velocity, self.limits.acceleration, self.limits.jerk), 1
-            )
+            np.maximum(share * limit, rate) * self.reference**order
+            for order, (limit, rate) in enumerate(zip(limits, begin, strict=True), 1)
         ]
 
     @property
