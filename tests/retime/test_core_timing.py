@@ -1,6 +1,7 @@
 """The core against retiming in plain Python, from the polyline to the trajectory."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.oracles.retiming.constraints import ToolLimits as OracleToolLimits
 from tests.oracles.retiming.constraints import TorqueLimits
 from tests.oracles.retiming.smoothing import polyline, smooth
 from tests.oracles.retiming.timing import fastest_trajectory
@@ -33,11 +33,12 @@ def compare(
 ) -> None:
     """Check that the core does what plain Python does; both may refuse."""
     options = options or RetimeOptions()
+    limited = None if tools is None else ToolLimits(chain_speeds, tools, ("speed", "turning"))
     found = retime(
         path,
         limits,
         inverse_dynamics=two_links if torque else None,
-        tools=None if tools is None else ToolLimits(chain_speeds, tools, ("speed", "turning")),
+        tools=limited,
         deviation=deviation,
         options=options,
     )
@@ -50,7 +51,7 @@ def compare(
         limits,
         options=options,
         torque=TorqueLimits(two_links, np.arange(2), limits.effort) if torque else None,
-        tools=None if tools is None else OracleToolLimits(chain_speeds, tools, ("speed", "turning")),
+        tools=limited,
     )
     if isinstance(expected, RetimeFailure):
         assert isinstance(found, RetimeFailure)
@@ -167,3 +168,18 @@ def test_what_a_function_raises_passes_through() -> None:
 
     with pytest.raises(LookupError, match="no robot"):
         retime(corners(0, 2), make_limits(2, effort=50.0), inverse_dynamics=broken)
+
+
+def test_threads_time_paths_at_once() -> None:
+    """Each with functions of its own, to the same bits as alone."""
+    limits = jerky(make_limits(2, velocity=3.0, acceleration=20.0, effort=np.array((50.0, 20.0))), 60.0)
+
+    def times(seed: int) -> Floats:
+        found = retime(corners(seed, 2), limits, inverse_dynamics=two_links)
+        assert isinstance(found, Retimed)
+        return found.trajectory.times
+
+    alone = [times(seed) for seed in range(8)]
+    with ThreadPoolExecutor(4) as pool:
+        for together, expected in zip(pool.map(times, range(8)), alone, strict=True):
+            np.testing.assert_array_equal(together, expected)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tests.oracles.retiming.constraints import ToolLimits, TorqueAlong, TorqueLimits
+from tests.oracles.retiming.constraints import TorqueAlong, TorqueLimits
 from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath, trajectory
 from tests.oracles.retiming.peaks import (
     Peaks,
@@ -22,6 +22,7 @@ from tests.oracles.retiming.smoothing import Smoothing
 from trajopt.arrays import Bools
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Trajectory
+from trajopt.retime import ToolLimits
 from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
 
 

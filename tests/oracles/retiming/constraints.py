@@ -9,20 +9,16 @@ through them. No panel reaches beyond a knot of the path, where the derivative o
 the parabolas miss shows when the trajectory is measured (`torque_range`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
 from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
-from trajopt.arrays import Floats, Ints, Value
+from trajopt.arrays import Floats, Ints
 from trajopt.model.trajectory import Trajectory
-
-SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
-"""Positions and velocities of the joints, (S, n) each -> m speeds of tools, (S, m) [m/s | rad/s]."""
-InverseDynamics: TypeAlias = Callable[[Floats, Floats, Floats], Floats]
-"""Positions, velocities and accelerations of the joints, (S, n) each -> their torques (S, n) [Nm | N]."""
+from trajopt.retime import InverseDynamics, ToolLimits
 
 LARGEST_SQUARED_SPEED = 1e8
 """Bound of x where no velocity limit binds, since all joints turn back at once [-]."""
@@ -112,21 +108,6 @@ def joined(states: Sequence[States]) -> States:
     """Put states one after the other."""
     q, v, a = (np.concatenate(part) for part in zip(*states, strict=True))
     return States(q, v, a)
-
-
-@dataclass(frozen=True, eq=False)
-class ToolLimits(Value):
-    """Limited speeds of tools, and the function that returns them.
-
-    Attributes:
-        speeds: Returns the speeds; they must be proportional to the velocities' size.
-        limit: Largest speeds, positive, shape (m,) [m/s | rad/s].
-        names: What each is, for sentences.
-    """
-
-    speeds: SpeedOfTools
-    limit: Floats
-    names: tuple[str, ...]
 
 
 def tool_speed_peaks(tools: ToolLimits, trajectory: Trajectory) -> Floats:

@@ -6,18 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tests.oracles import extremes
-from tests.oracles.retiming.constraints import (
-    ToolLimits,
-    TorqueLimits,
-    tool_speed_peaks,
-    torque_range,
-    within,
-)
+from tests.oracles.retiming.constraints import TorqueLimits, tool_speed_peaks, torque_range, within
 from tests.oracles.retiming.discretised_path import Bounds, DiscretisedPath
 from tests.oracles.retiming.profile import Profile
 from tests.oracles.retiming.smooth_path import RampedPath, SmoothPath
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
+from trajopt.retime import ToolLimits
 
 LEAST_ROOM = 0.1
 """Part of the room beside gravity that tightening always leaves."""

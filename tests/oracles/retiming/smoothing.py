@@ -6,18 +6,14 @@ the polyline by more than the tolerance, the knot is replaced by a rounded corne
 points stay on the polyline, and two spline knots beside it set where the rounding begins.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from tests.oracles.retiming.smooth_path import SmoothPath, design, greville
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.errors import ShapeError
-
-DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
-"""Positions (S, n) on the smooth path and on the polyline -> how far any body moves (S,) [m]."""
+from trajopt.retime import DeviationBound
 
 SAMPLES = 8
 """Even number of samples per piece of the spline at which its distance from the polyline is measured."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tests.oracles.retiming.attempt import Attempt, Timer
-from tests.oracles.retiming.constraints import ToolLimits, TorqueLimits, torque_along
+from tests.oracles.retiming.constraints import TorqueLimits, torque_along
 from tests.oracles.retiming.discretised_path import (
     Bounds,
     DiscretisedPath,
@@ -24,6 +24,7 @@ from tests.oracles.retiming.smoothing import Smoothing
 from trajopt.arrays import Floats, readonly
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import LONGEST
+from trajopt.retime import ToolLimits
 from trajopt.retime.result import Retimed, RetimeFailure, RetimeOptions
 
 STRICT = 1.0 - 1e-9

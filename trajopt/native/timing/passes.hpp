@@ -25,7 +25,7 @@
 namespace passes {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLeastRoom = 1e-6;  // part of each limit that is left to motion: LEAST_ROOM of stages.py
+constexpr double kLeastRoom = 1e-6;  // part of each limit that is left to motion: LEAST_ROOM of retiming/constraints.py
 constexpr int kRounds = 200;         // a search takes each line once at most; rounding may make it turn in place
 constexpr double kSteep = 1e-8;      // a factor that is this much smaller than the other is rounding: STEEP there
 constexpr double kTrifle = 1e-13;    // part of a value that is no progress but rounding
