@@ -169,3 +169,50 @@ def test_what_moves_by_itself_is_part_of_the_world(scene: to.Scene) -> None:
 
     assert holds(moving) == {"clearance from the world": True}
     assert holds(moving.with_clearance(1.5, "fore", "cart")) == {"clearance from the world": False}
+
+
+def box(name: str, x: float) -> str:
+    shape = f'<origin xyz="{x} 0 0"/><geometry><box size="0.1 0.1 0.1"/></geometry>'
+    return f'<link name="{name}"><collision>{shape}</collision></link>'
+
+
+def fixed(name: str, parent: str) -> str:
+    return f'<joint name="to_{name}" type="fixed"><parent link="{parent}"/><child link="{name}"/></joint>'
+
+
+CELL = (
+    '<robot name="cell">{root}<link name="plate"/>'
+    + "".join(box(name, x) for name, x in (("table", 0.9), ("pedestal", 0.0), ("mount", 0.3), ("arm", 0.5)))
+    + fixed("plate", "root")
+    + fixed("table", "plate")
+    + fixed("pedestal", "root")
+    + fixed("mount", "pedestal")
+    + '<joint name="turn" type="revolute"><parent link="pedestal"/><child link="arm"/><axis xyz="0 0 1"/>'
+    '<limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>'
+)
+"""A table beside an arm on a pedestal, with something mounted on that."""
+
+
+@pytest.mark.parametrize("root", ['<link name="root"/>', box("root", -0.5)])
+def test_a_table_of_the_description_is_part_of_the_world(tmp_path: Path, root: str) -> None:
+    (tmp_path / "cell.urdf").write_text(CELL.format(root=root))
+    scene = to.Scene(to.load(tmp_path / "cell.urdf")).allow("pedestal", "arm", allowed=False)
+    asked = scene.with_clearance(world=0.03, robot=0.004)
+    meant = {"table": 0.03 if "collision" not in root else 0.004, "mount": 0.004, "pedestal": 0.004}
+    assert {name: asked.clearance_of("arm", name) for name in meant} == meant
+    reduced = reduce_model(asked, "all", asked.robot.positions())
+    found = required_clearances(reduced)
+    assert np.array_equal(found, reduced.pairs.required) and set(found.tolist()) == set(meant.values())
+
+
+def test_the_world_of_an_mjcf_file_is_the_world(tmp_path: Path) -> None:
+    (tmp_path / "bench.xml").write_text(
+        """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 0.1" pos="0 0 -0.5"/>
+        <body name="base"><geom type="sphere" size="0.05"/><body name="arm" pos="0 0 0.2">
+        <joint name="turn" axis="0 1 0" range="-1 1"/><geom type="sphere" size="0.05" pos="0.3 0 0"/>
+        </body></body></worldbody></mujoco>"""
+    )
+    asked = to.Scene(to.Robot.from_mjcf(tmp_path / "bench.xml")).with_clearance(world=0.03)
+    assert asked.clearance_of("arm", "world/floor") == 0.03 and asked.clearance_of("arm", "base") == 0.0
+    reduced = reduce_model(asked, next(iter(asked.robot.groups)), asked.robot.positions())
+    assert np.array_equal(required_clearances(reduced), reduced.pairs.required)

@@ -163,10 +163,9 @@ def gripper_of(robot: Robot | Scene, *, end_effector: str | None = None, tool: s
     for label, given in (("end_effector", end_effector), ("tool", tool)):
         if given is not None:
             one_of(label, given, str)
-    tools = robot.tools_on_links if isinstance(robot, Scene) else {}
-    robot = robot.robot if isinstance(robot, Scene) else one_of("robot", robot, Robot)
-    effector = _effector(robot, end_effector)
-    scene, standing = Scene(robot, tools=tools), robot.positions()
+    given = robot if isinstance(robot, Scene) else Scene(one_of("robot", robot, Robot))
+    robot, scene = given.robot, Scene(given.robot, tools=given.tools_on_links)
+    effector, standing = _effector(robot, end_effector), robot.positions()
     reduced = reduce_model(scene, effector.group, standing)
     limits = reduced.limits
     if not (np.isfinite(limits.lower).all() and np.isfinite(limits.upper).all()):

@@ -253,9 +253,10 @@ class Scene(SceneParts):
             value: Between everything, whatever its kind, or between `a` and `b`.
             a: One link, frame or object.
             b: The other.
-            world: From what stands in the world, of the robot and of what it carries.
+            world: From what stands in the world, tables and floors of the robot's description too, of the
+                robot and of what it carries.
             carried: Of what is carried, from everything; from the world it keeps the larger of both.
-            robot: Of the robot's links from each other. A table that is a link of the robot is one of them.
+            robot: Of the robot's links from each other.
 
         Raises:
             ShapeError: If a clearance is negative or not finite.

@@ -12,7 +12,7 @@ from trajopt.model.cached import cached_per_value
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
 from trajopt.model.collisions.bodies import CollisionBody
 from trajopt.model.collisions.clearances import PAIRS_DIFFER, ROOM, Clearances, PairKind, Part, in_kinds, kept
-from trajopt.model.description.pinocchio_model import link_frame, link_placement
+from trajopt.model.description.pinocchio_model import link_frame, link_placement, links_of_the_world
 from trajopt.model.frame_attachment import FrameAttachment
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.printed import in_short
@@ -206,14 +206,15 @@ class SceneParts(Value):
     def part(self, name: str) -> Part:
         """Say what a link, a frame or an object is to the robot.
 
-        An object on a link that no joint moves stands in the world: a table placed on the robot's base.
+        An object on a link that no joint moves stands in the world: a table placed on the robot's base. So
+        does a link that is fixed beside the robot: a table or a floor in its description.
 
         Raises:
             FrameNotFound: If it is none of them.
         """
         owner = self.owner(name)
         if owner not in self.objects:
-            return Part.LINK
+            return Part.WORLD if owner in _links_beside(self.robot) else Part.LINK
         return Part.WORLD if self.holder(owner).link in _standing_links(self.robot) else Part.CARRIED
 
     def __repr__(self) -> str:
@@ -300,6 +301,11 @@ def _shaped_links(robot: Robot) -> Mapping[str, str]:
         if frames[place].name in shaped:
             found[link] = str(frames[place].name)
     return found
+
+
+@cached_per_value
+def _links_beside(robot: Robot) -> frozenset[str]:
+    return links_of_the_world(robot.model, {body.owner for body in robot.bodies})
 
 
 @cached_per_value

@@ -120,7 +120,7 @@ def _rules(scene: Scene, robot: ReducedRobot) -> ContactRules:
         kind_margins=scene.kind_margins,
         clearances=scene.clearances,
         carriers=carriers,
-        parts={name: scene.part(name) for name in scene.objects} if apart else {},
+        parts={name: scene.part(name) for name in (*scene.robot.links, *scene.objects)} if apart else {},
         allowances=scene.allowances,
         robot_joints=robot.model.njoints - (0 if robot.driven is None else len(robot.driven.names)),
     )

@@ -51,7 +51,7 @@ class ContactRules:
         kind_margins: The same of kinds of pairs, where it differs [m].
         clearances: What is required.
         carriers: The link that carries each object, by object; those that stand in the world have none.
-        parts: What each object is to the robot; may be left out where no kind of pairs differs.
+        parts: What each link and object is to the robot; may be left out where no kind of pairs differs.
         allowances: Intended contacts, for a time.
         robot_joints: How many joints are the robot's, the world included; time drives the others.
     """
@@ -139,8 +139,7 @@ class _Owners:
             return np.full(self.excused.shape, every)
         order = tuple(Part)
         table = np.array([[kept(every, kinds, one, other) for other in order] for one in order])
-        parts = (Part.LINK if name in self._links else rules.parts[name] for name in self.names)
-        code = np.array([order.index(part) for part in parts], dtype=np.int64)
+        code = np.array([order.index(rules.parts[name]) for name in self.names], dtype=np.int64)
         return table[code[self._of_row]][:, code]
 
     def required(self, rules: ContactRules) -> Floats:

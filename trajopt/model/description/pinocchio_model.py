@@ -1,6 +1,6 @@
 """What trajopt reads from Pinocchio's model: names, limits, adjacent links, plain data for pickles."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import cast
 
 import numpy as np
@@ -88,6 +88,38 @@ def described_limits(model: pin.Model) -> JointLimits:
         np.full(count, np.inf),
         effort,
     )
+
+
+def links_of_the_world(model: pin.Model, shaped: Collection[str]) -> frozenset[str]:
+    """Return the links that stand in the world beside the robot: tables and floors of its description.
+
+    They carry no joint, and nothing with a shape lies between them and the root, which has none itself.
+
+    Args:
+        model: The model.
+        shaped: The links with a shape.
+    """
+    frames, carriers = model.frames, set[int]()
+    for frame in frames:
+        if frame.type == pin.FrameType.JOINT:
+            carriers.update(_links_above(model, int(frame.parentFrame)))
+    found: set[str] = set()
+    for place, frame in enumerate(frames):
+        if frame.type == pin.FrameType.BODY and frame.parentJoint == 0 and place not in carriers:
+            above = _links_above(model, int(frame.parentFrame))
+            if above and not any(frames[each].name in shaped for each in above):
+                found.add(str(frame.name))
+    return frozenset(found)
+
+
+def _links_above(model: pin.Model, place: int) -> list[int]:
+    """Return the places of the links from a frame to the root, itself if it is one."""
+    found: list[int] = []
+    while place > 0:
+        if model.frames[place].type == pin.FrameType.BODY:
+            found.append(place)
+        place = int(model.frames[place].parentFrame)
+    return found
 
 
 def adjacent_links(model: pin.Model, links: tuple[str, ...]) -> frozenset[frozenset[str]]:

@@ -1,6 +1,6 @@
 """The clearance that each pair must keep, read by the judge from what the scene states."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence, Set
 
 import numpy as np
 import pinocchio as pin
@@ -51,22 +51,19 @@ def _required(reduced: ReducedModel) -> Floats:
     scene, stated = reduced.scene, reduced.scene.clearances
     if not (stated.pairs or stated.links or stated.kinds):
         return readonly(np.full(len(reduced.pairs.first), stated.everywhere))
-    known: dict[frozenset[str], float] = {}
-    values: list[float] = []
-    for pair in _owners(reduced):
-        if pair not in known:
-            known[pair] = _of(scene, *sorted(pair))
-        values.append(known[pair])
-    return readonly(np.array(values, dtype=np.float64))
+    world = _of_the_world(scene)
+    pairs = _owners(reduced)
+    known = {pair: _of(scene, world, *sorted(pair)) for pair in set(pairs)}
+    return readonly(np.array([known[pair] for pair in pairs], dtype=np.float64))
 
 
-def _of(scene: Scene, one: str, other: str) -> float:
+def _of(scene: Scene, world: Set[str], one: str, other: str) -> float:
     """Return the clearance that is required of two links or objects [m]."""
     stated = scene.clearances
     single = stated.pairs.get(frozenset((one, other)))
     if single is not None:
         return single
-    meant = _meant(scene, one, other)
+    meant = _meant(scene, world, one, other)
     value = max([stated.kinds[kind] for kind in meant if kind in stated.kinds] or [stated.everywhere])
     carriers = [scene.holder(name).link for name in (one, other)]
     if WORLD in carriers:
@@ -74,29 +71,64 @@ def _of(scene: Scene, one: str, other: str) -> float:
     return value
 
 
-def _meant(scene: Scene, one: str, other: str) -> tuple[PairKind, ...]:
+def _meant(scene: Scene, world: Set[str], one: str, other: str) -> tuple[PairKind, ...]:
     """Return the kinds whose clearance two links or objects keep, the one that they are of first."""
-    objects = [name for name in (one, other) if name in scene.objects]
-    held = [name for name in objects if _moves(scene, name)]
-    world = (PairKind.WORLD,) if len(held) < len(objects) else ()
-    carried = (PairKind.CARRIED,) if held else ()
-    return world + carried or (PairKind.ROBOT,)
+    among = (PairKind.WORLD,) if world & {one, other} else ()
+    held = [name for name in (one, other) if name in scene.objects and name not in world]
+    return among + ((PairKind.CARRIED,) if held else ()) or (PairKind.ROBOT,)
 
 
-def _moves(scene: Scene, name: str) -> bool:
-    """Say whether any joint of the robot, of the group or not, moves an object."""
-    link = scene.holder(name).link
-    if link == WORLD:
-        return False
-    frames = (frame for frame in scene.robot.model.frames if frame.type == pin.FrameType.BODY)
-    return int(next(frame for frame in frames if frame.name == link).parentJoint) > 0
+def _of_the_world(scene: Scene) -> frozenset[str]:
+    """Return the links and objects that stand in the world.
+
+    An object does unless a joint of the robot, of the group or not, moves it; a link if it carries no joint
+    and nothing that has a shape is between it and the root, which has none.
+    """
+    parents, moving = _tree(scene)
+    above = {link: _above(parents, link) for link in scene.robot.links}
+    carrying = {name for link in moving for name in above[link]}
+    between = {*moving, *(body.owner for body in scene.robot.bodies)}
+    found = {
+        link
+        for link in scene.robot.links
+        if above[link] and link not in moving | carrying and not between.intersection(above[link])
+    }
+    for name in scene.objects:
+        holder = scene.holder(name).link
+        if holder == WORLD or not moving.intersection((holder, *above[holder])):
+            found.add(name)
+    return frozenset(found)
+
+
+def _tree(scene: Scene) -> tuple[dict[str, str], set[str]]:
+    """Return the link that each link hangs on, and the links that hang there by a joint that moves."""
+    frames, parents, moving = scene.robot.model.frames, dict[str, str](), set[str]()
+    for frame in frames:
+        if frame.type != pin.FrameType.BODY or frame.parentFrame == 0:
+            continue
+        joint = frames[frame.parentFrame]
+        if joint.parentFrame > 0:
+            parents[frame.name] = frames[joint.parentFrame].name
+        if joint.type == pin.FrameType.JOINT:
+            moving.add(frame.name)
+    return parents, moving
+
+
+def _above(parents: Mapping[str, str], link: str) -> list[str]:
+    """Return the links between a link and the root, with the root."""
+    found: list[str] = []
+    while link in parents:
+        link = parents[link]
+        found.append(link)
+    return found
 
 
 def _kinds(reduced: ReducedModel) -> Ints:
     """Return the number of each pair's kind, shape (p,)."""
-    order, scene = tuple(PairKind), reduced.scene
-    first = {pair: order.index(_meant(scene, *sorted(pair))[0]) for pair in set(_owners(reduced))}
-    return np.array([first[pair] for pair in _owners(reduced)], dtype=np.int64)
+    order, scene, pairs = tuple(PairKind), reduced.scene, _owners(reduced)
+    world = _of_the_world(scene)
+    first = {pair: order.index(_meant(scene, world, *sorted(pair))[0]) for pair in set(pairs)}
+    return np.array([first[pair] for pair in pairs], dtype=np.int64)
 
 
 def _owners(reduced: ReducedModel) -> list[frozenset[str]]:
