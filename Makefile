@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-threads clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-threads bench-cold clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -72,6 +72,10 @@ bench-loading: $(STAMP)
 # Side by side with an older version: OLD is the interpreter of an environment in which it is installed.
 bench-versions: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.versions $(DATA) --old $(OLD) --page benchmarks/README.md $(OPTIONS)
+
+# A process from its beginning; OLD, where given, is the interpreter of an environment with an older version.
+bench-cold: $(STAMP)
+	$(BIN)/python -m benchmarks.cold_start $(DATA) $(if $(OLD),--old $(OLD)) --page benchmarks/README.md $(OPTIONS)
 
 bench-threads: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.threads $(DATA) --page benchmarks/README.md $(OPTIONS)

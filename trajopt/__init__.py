@@ -4,15 +4,19 @@ The short way is here: a robot, a scene, a problem, `plan`; then `explain`, `sim
 take the result. The steps that `plan` is made of are in `trajopt.planning`, `trajopt.transcription`,
 `trajopt.solvers`, `trajopt.retime` and `trajopt.verify`. `trajopt.simulate` and `trajopt.view` are functions
 here and packages to import from; `bases` says how a robot's base moves.
+
+What planning needs is imported with this package, everything else when its name is first used.
 """
 
-from trajopt.benchmark import compare as compare
-from trajopt.benchmark import expected_status as expected_status
-from trajopt.cartesian import follow as follow
+import sys as _sys
+from collections.abc import Mapping as _Mapping
+from importlib import import_module as _import_module
+from importlib.util import find_spec as _find_spec
+from types import ModuleType as _ModuleType
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import TrajoptError as TrajoptError
-from trajopt.explanation import explain as explain
-from trajopt.grasping import pick_and_place as pick_and_place
 from trajopt.kinematics import goal_configurations as goal_configurations
 from trajopt.model import bases as bases
 from trajopt.model.load import load as load
@@ -43,10 +47,54 @@ from trajopt.planning.result import Result as Result
 from trajopt.planning.result import Status as Status
 from trajopt.problem import Problem as Problem
 from trajopt.problem import named_problem as named_problem
-from trajopt.simulate import render as render
-from trajopt.simulate import simulate as simulate
 from trajopt.terms import Constraint as Constraint
 from trajopt.terms import Cost as Cost
 from trajopt.verify import Moment as Moment
 from trajopt.verify import examine as examine
-from trajopt.view import view as view
+
+if _TYPE_CHECKING:
+    from trajopt.benchmark import compare as compare
+    from trajopt.benchmark import expected_status as expected_status
+    from trajopt.cartesian import follow as follow
+    from trajopt.explanation import explain as explain
+    from trajopt.grasping import pick_and_place as pick_and_place
+    from trajopt.simulate import render as render
+    from trajopt.simulate import simulate as simulate
+    from trajopt.view import view as view
+
+_LATER: _Mapping[str, str] = {
+    "compare": "trajopt.benchmark",
+    "expected_status": "trajopt.benchmark",
+    "follow": "trajopt.cartesian",
+    "explain": "trajopt.explanation",
+    "pick_and_place": "trajopt.grasping",
+    "render": "trajopt.simulate",
+    "simulate": "trajopt.simulate",
+    "view": "trajopt.view",
+}
+"""Names that planning does not need, and where they are defined."""
+
+
+class _Package(_ModuleType):
+    """This package, whose other names, and rooms, are imported when they are first asked for."""
+
+    def __getattr__(self, name: str) -> object:
+        if name in _LATER:
+            found: object = getattr(_import_module(_LATER[name]), name)
+        elif not name.startswith("_") and _find_spec(f"{self.__name__}.{name}") is not None:
+            found = _import_module(f"{self.__name__}.{name}")
+        else:
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        setattr(self, name, found)
+        return found
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # Python puts a room under its name here once it is imported; but `simulate` and `view` are functions.
+        if not (name in _LATER and isinstance(value, _ModuleType)):
+            super().__setattr__(name, value)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *_LATER})
+
+
+_sys.modules[__name__].__class__ = _Package

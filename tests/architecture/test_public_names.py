@@ -23,7 +23,7 @@ EVERY_FILE = sorted(
 def public_names() -> list[str]:
     return [
         name
-        for name in vars(trajopt)
+        for name in dir(trajopt)
         if not name.startswith("_") and not inspect.ismodule(getattr(trajopt, name))
     ]
 

@@ -77,3 +77,59 @@ def test_setting_up_a_problem_imports_no_slow_package(tmp_path: Path) -> None:
     code = f"import trajopt as to\nrobot = to.load({str(tmp_path / 'odd.urdf')!r}){PROBLEM}"
     assert imported(code, tmp_path) == {"scipy"}
     assert imported(code, tmp_path) == set()
+
+
+OTHER_ROOMS = {"benchmark", "cartesian", "commander", "explanation", "export", "grasping", "simulate", "view"}
+"""What planning does not need."""
+PLANAR = """
+import trajopt as to
+scene = to.Scene(to.load("planar2")).add("post", to.Sphere(0.1), to.placement((1.5, 0.8, 0.0)))
+goal = to.joint_positions({"joint1": 0.3, "joint2": 0.3})
+assert to.plan(to.Problem(scene=scene, start={"joint1": 0.0, "joint2": 0.0}, goal=goal)).verified
+"""
+
+
+def rooms(code: str) -> set[str]:
+    """Return which rooms a fresh interpreter has imported after some code."""
+    told = "import sys; print(*(name for name in sys.modules if name.startswith('trajopt.')))"
+    run = subprocess.run(
+        [sys.executable, "-c", f"{code}\n{told}"], capture_output=True, text=True, check=True
+    )
+    return {name.split(".")[1] for name in run.stdout.splitlines()[-1].split()}
+
+
+def test_planning_imports_no_other_room() -> None:
+    assert rooms(PLANAR) & (OTHER_ROOMS | {"cli", "moveit", "srdf_assistant"}) == set()
+
+
+def test_a_command_imports_no_other_command() -> None:
+    code = "from trajopt.cli.app import app_for\napp_for(['plan'])"
+    assert rooms(code) & (OTHER_ROOMS | {"srdf_assistant"}) == set()
+
+
+def test_the_first_plan_imports_what_was_imported_with_trajopt() -> None:
+    before = PLANAR.replace("assert to.plan(", "import sys; before = set(sys.modules)\nassert to.plan(")
+    left = "print([name for name in set(sys.modules) - before if name.startswith('trajopt.')])"
+    run = subprocess.run(
+        [sys.executable, "-c", f"{before}\n{left}"], capture_output=True, text=True, check=True
+    )
+    assert run.stdout.split() == ["[]"]
+
+
+@pytest.mark.parametrize("first", ["", "import trajopt.simulate, trajopt.view\n", "trajopt.benchmark\n"])
+def test_names_that_come_later_are_functions(first: str) -> None:
+    """Rooms of the same name do not take the place of functions, whoever imports them."""
+    code = (
+        f"import trajopt\n{first}from trajopt import *\n"
+        "from trajopt.simulate.rollout import Rollout\n"
+        "for name in ('simulate', 'view', 'explain', 'follow', 'compare'):\n"
+        "    assert callable(getattr(trajopt, name)), name\n"
+        "    assert name in dir(trajopt)\n"
+        "assert trajopt.planning.plan.plan is trajopt.plan\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_name_that_does_not_exist_is_told() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        _ = to.simulat  # pyright: ignore[reportAttributeAccessIssue]

@@ -4,42 +4,51 @@ Exit status: 0 a verified plan, 1 no plan found (with the reason), 2 bad input (
 """
 
 import sys
+from collections.abc import Sequence
+from importlib import import_module
 
 import typer
 
-from trajopt.cli.bench import bench
-from trajopt.cli.check import check
-from trajopt.cli.compare import compare
-from trajopt.cli.demo import demo
-from trajopt.cli.export import export
-from trajopt.cli.moveit import moveit
-from trajopt.cli.plan import plan
-from trajopt.cli.reach import reach
-from trajopt.cli.sample import sample
-from trajopt.cli.srdf import srdf
-from trajopt.cli.suite import suite
-from trajopt.cli.view import view
 from trajopt.errors import TrajoptError
 
 BAD_INPUT = 2
+COMMANDS = (
+    "demo", "plan", "check", "export", "bench", "suite", "compare", "view", "sample", "reach", "srdf",
+    "moveit",
+)  # fmt: skip
+"""All commands; each is the function of its name in a file of its name."""
+OTHERS_WORDS = ("moveit",)
+"""Commands of whose arguments those after the first belong to somebody else."""
 
-app = typer.Typer(
-    name="trajopt",
-    help="Plan motions of robot arms by optimisation, with a proof that each motion does what it must.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-for command in (demo, plan, check, export, bench, suite, compare, view, sample, reach, srdf):
-    app.command()(command)
-app.command(context_settings={"allow_interspersed_args": False})(moveit)
+
+def app_for(words: Sequence[str]) -> typer.Typer:
+    """Return the command line for some arguments: with the command that they name, or else with all.
+
+    So `trajopt plan` does not wait for what only other commands need.
+    """
+    app = typer.Typer(
+        name="trajopt",
+        help="Plan motions of robot arms by optimisation, with a proof that each motion does what it must.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_whole)
+    for name in words[:1] if words and words[0] in COMMANDS else COMMANDS:
+        settings = {"allow_interspersed_args": False} if name in OTHERS_WORDS else None
+        app.command(name, context_settings=settings)(getattr(import_module(f"trajopt.cli.{name}"), name))
+    return app
+
+
+def _whole() -> None:
+    """Do nothing of its own: with one command alone, its name is still the first word."""
 
 
 def main() -> None:
     """Run the command line; errors of input are one line on standard error and exit status 2."""
     try:
-        app()
+        app_for(sys.argv[1:])()
     except TrajoptError as error:
         sys.stderr.write(f"trajopt: {error}\n")
         sys.exit(BAD_INPUT)

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Annotated, cast
 
 import typer
-from rich.console import Console
 
+from trajopt.cli.progress import status_line
 from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import number_of
 from trajopt.model.load import load
@@ -80,7 +80,7 @@ class RobotSource:
 
     def load(self) -> Robot:
         """Load the robot; convex pieces of new meshes take a while, so a line says so."""
-        with Console(stderr=True).status(f"loading {self.robot}: covering its meshes, once"):
+        with status_line(f"loading {self.robot}: covering its meshes, once"):
             return self._load()
 
     def _load(self) -> Robot:

@@ -1,12 +1,9 @@
 """A progress line on standard error, where that is a terminal."""
 
+import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-
-from rich.console import Console
-from rich.progress import Progress as Bar
-from rich.status import Status as ConsoleStatus
 
 from trajopt.planning.result import Result
 from trajopt.solvers import Iteration
@@ -28,10 +25,10 @@ class ProgressLine:
     """The line: the present stage, and the best motion so far.
 
     Attributes:
-        status: Where it is written.
+        write: Writes it.
     """
 
-    status: ConsoleStatus
+    write: Callable[[str], None]
     _best: str = ""
 
     def show(self, stage: str, step: Iteration | None) -> None:
@@ -39,7 +36,7 @@ class ProgressLine:
         text = DOING.get(stage, stage)
         if step is not None:
             text += f": cost {step.cost:.3f}, violation {step.violation:.4f}"
-        self.status.update(self._best + text)
+        self.write(self._best + text)
 
     def have(self, result: Result) -> None:
         """Show from now on how long the best motion so far takes."""
@@ -47,15 +44,30 @@ class ProgressLine:
 
 
 @contextmanager
+def status_line(text: str) -> Generator[Callable[[str], None]]:
+    """Show a spinner with a text, and yield what changes it; silent where standard error is no terminal."""
+    if not sys.stderr.isatty():
+        yield lambda text: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(text) as status:
+        yield status.update
+
+
+@contextmanager
 def progress_line() -> Generator[ProgressLine]:
     """Show a spinner with the present stage; silent where standard error is no terminal."""
-    with Console(stderr=True).status("starting") as status:
-        yield ProgressLine(status)
+    with status_line("starting") as write:
+        yield ProgressLine(write)
 
 
 @contextmanager
 def progress_bar(text: str, total: int) -> Generator[Callable[[int], None]]:
     """Show a bar of how many of a total are done; silent where standard error is no terminal."""
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
     console = Console(stderr=True)
     with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(text, total=total)

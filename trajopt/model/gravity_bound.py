@@ -9,6 +9,7 @@ that turn are left out: most of them turn nearly all the way.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import atan2, hypot
 
 import numpy as np
 import pinocchio as pin
@@ -171,7 +172,8 @@ def _tilts(
 
 
 def _angle(first: Floats, second: Floats) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(first, second)), first @ second))
+    (a, b, c), (x, y, z) = first.tolist(), second.tolist()
+    return atan2(hypot(b * z - c * y, c * x - a * z, a * y - b * x), a * x + b * y + c * z)
 
 
 def _slide_ranges(reduced: ReducedModel) -> Floats:

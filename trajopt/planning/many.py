@@ -4,7 +4,6 @@ import os
 import sys
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sized
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from threading import Event
 from typing import Protocol
@@ -63,6 +62,8 @@ def plan_many(
 
 
 def _planned(problems: Iterable[Problem], workers: int, planner: Planner, *, bar: bool) -> Iterator[Result]:
+    from concurrent.futures import Future, ThreadPoolExecutor
+
     over = Event()
     running: deque[Future[Result]] = deque()
 

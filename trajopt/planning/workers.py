@@ -5,7 +5,6 @@ Nothing is sent anywhere: problem, method and the user's own terms are used as t
 """
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from copy import copy
 from dataclasses import replace
 from threading import Event
@@ -29,6 +28,8 @@ def attempted_in_threads(candidates: Sequence[Candidate], tracker: BudgetTracker
     Raises:
         Stopped: If the budget ends; whoever ends the iteration ends the attempts.
     """
+    from concurrent.futures import ThreadPoolExecutor, wait
+
     over, so_far = Event(), tracker.so_far
 
     def alone(candidate: Candidate) -> Result:

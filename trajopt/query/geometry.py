@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import coal
 import numpy as np
-from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints
 from trajopt.model.cached import cached_per_value
@@ -35,28 +34,23 @@ def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
         case Plane():
             geometry = coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
         case Convex():
-            geometry = coal.Convex(_points(shape.vertices), _triangles(shape.faces))
+            surface = _surface(shape)
+            surface.buildConvexRepresentation(False)  # shares no memory with the surface
+            geometry = surface.convex
         case Mesh():
-            geometry = coal.BVHModelOBBRSS()
-            geometry.beginModel(len(shape.faces), len(shape.vertices))
-            geometry.addSubModel(_points(shape.vertices), _triangles(shape.faces))
+            geometry = _surface(shape)
             geometry.endModel()
     geometry.computeLocalAABB()
     return geometry
 
 
-def _points(vertices: Floats) -> coal.StdVec_Vec3s:
-    points = coal.StdVec_Vec3s()
-    for vertex in vertices:
-        points.append(vertex)
-    return points
-
-
-def _triangles(faces: NDArray[np.integer]) -> coal.StdVec_Triangle:
-    triangles = coal.StdVec_Triangle()
-    for a, b, c in faces.tolist():
-        triangles.append(coal.Triangle(a, b, c))
-    return triangles
+def _surface(shape: Convex | Mesh) -> coal.BVHModelOBBRSS:
+    """Return a surface, not ended yet; it takes arrays, where a hull takes a list, point by point."""
+    surface = coal.BVHModelOBBRSS()
+    surface.beginModel(len(shape.faces), len(shape.vertices))
+    surface.addVertices(np.ascontiguousarray(shape.vertices))
+    surface.addTriangles(np.ascontiguousarray(shape.faces, dtype=np.int64))
+    return surface
 
 
 def closed_triangles(shape: Shape) -> Floats:

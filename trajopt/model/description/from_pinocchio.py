@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import cast
-from xml.sax.saxutils import quoteattr
 
 import coal
 import numpy as np
@@ -134,6 +133,8 @@ def described(model: pin.Model, collisions: pin.GeometryModel | None, name: str 
     objects = () if collisions is None else tuple(collisions.geometryObjects)
     title = name or str(model.name) or "robot"
     elements = tuple(_collision(model, item) for item in objects)
+    from xml.sax.saxutils import quoteattr  # with it comes all of HTTP
+
     return Urdf(Path(), f"<robot name={quoteattr(title)}/>", title, elements, (), {})
 
 
