@@ -39,8 +39,8 @@ Robot make_robot(const nb::object& model, const Matrix<double>& expand, const Ve
                Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.shape(0)));
 }
 
-Dynamics* make_dynamics(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset) {
-  return new Dynamics(make_robot(model, expand, offset));
+void make_dynamics(Dynamics* made, const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset) {
+  new (made) Dynamics(make_robot(model, expand, offset));
 }
 
 Solid* make_solid(const Matrix<double>& points, const Block<double>& closed) {
@@ -55,7 +55,7 @@ Solid* make_solid(const Matrix<double>& points, const Block<double>& closed) {
   return new Solid(std::move(inner), std::move(shell));
 }
 
-Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset,
+void make_cell(Cell* made, const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset,
                const nb::list& geometries, const nb::list& solids, const Vector<std::int64_t>& joint, const Block<double>& rotation,
                const Matrix<double>& translation, const Matrix<double>& centre, const Matrix<double>& half,
                const Vector<std::int64_t>& first, const Vector<std::int64_t>& second,
@@ -81,7 +81,7 @@ Cell* make_cell(const nb::object& model, const Matrix<double>& expand, const Vec
     pairs.push_back({static_cast<int>(first(i)), static_cast<int>(second(i))});
   }
   const auto [gjk, epa, epa_again] = accuracy;
-  return new Cell(std::move(robot), std::move(bodies), std::move(pairs), {gjk, epa, epa_again});
+  new (made) Cell(std::move(robot), std::move(bodies), std::move(pairs), {gjk, epa, epa_again});
 }
 
 void expect_positions(const Query& query, const Matrix<double>& positions) {
@@ -225,13 +225,13 @@ NB_MODULE(proximity, m) {
   coal_boxes::settle();
   nb::module_::import_("trajopt.native.descent");  // which knows what a RobotQuery is
   nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a);
-  nb::class_<Cell>(m, "Cell").def(nb::new_(&make_cell), "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
+  nb::class_<Cell>(m, "Cell").def("__init__", &make_cell, "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
                                   "accuracy"_a, nb::keep_alive<1, 2>());
   m.def("search_path", &search_path, "cell"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "unit"_a, "reach"_a, "step"_a, "looks"_a,
         "shortening"_a, "seed"_a, "check"_a);
   nb::class_<Dynamics>(m, "Dynamics")
-      .def(nb::new_(&make_dynamics), "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())
+      .def("__init__", &make_dynamics, "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())
       .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a)
       .def("gravity", &gravity, "positions"_a);
   nb::class_<Query, robot::RobotQuery>(m, "Query")
