@@ -249,9 +249,9 @@ def test_what_the_program_holds_the_motion_holds() -> None:
     asked, rng = to.named_problem("past_pillar_ur5"), np.random.default_rng(11)
     names, limits = asked.reduced.joint_names, asked.limits
     ended: list[to.Status] = []
-    for _ in range(8):
-        speed = rng.uniform(-0.7, 0.7, len(names)) * limits.velocity
-        pull = rng.uniform(-0.7, 0.7, len(names)) * limits.acceleration
+    for number in range(6):
+        pull = rng.uniform(-1.0, 1.0, len(names)) * limits.acceleration * (number % 2)
+        speed = rng.uniform(-1.0, 1.0, len(names)) * (limits.velocity - pull**2 / (2.0 * limits.jerk))
         started = replace(
             asked,
             start_velocity=dict(zip(names, speed.tolist(), strict=True)),
@@ -260,4 +260,4 @@ def test_what_the_program_holds_the_motion_holds() -> None:
         result = to.plan(started, budget=to.Budget(attempts=1))
         ended.append(result.status)
         assert "acceleration" not in result.message and "velocity" not in result.message
-    assert ended.count(to.Status.SOLVED) >= 6
+    assert ended.count(to.Status.SOLVED) >= 5
