@@ -118,7 +118,7 @@ def sample(hint: Any, name: str) -> Any:
         return KNOWN[kind]()
     if is_dataclass(kind):
         return filled(kind)
-    if isinstance(kind, typing.TypeVar):
+    if isinstance(kind, typing.TypeVar) or getattr(kind, "_is_protocol", False):
         return "anything"
     assert issubclass(kind, Enum), f"field {name}: no sample of {hint}"
     return next(iter(kind))
