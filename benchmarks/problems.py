@@ -1,5 +1,6 @@
 """Problems that grow in one direction at a time: knots, boxes, faces of a mesh, joints."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,10 @@ START = {
 GOAL = {**START, "panda_joint1": 0.8, "panda_joint2": 0.5, "panda_joint4": -1.8}
 FREE_SPACE = 0.15
 """Further boxes keep this far from the way that the arm takes without them [m]."""
+CLOSE_BY = (0.03, 0.15)
+"""Boxes close by come nearer to that way than the one and no nearer than the other [m]."""
+BOX = to.Box(0.08, 0.06, 0.1)
+CRUMB = to.Box(0.03, 0.02, 0.04)
 
 
 def past_pillar(robot: to.Robot, *, knots: int = 24, boxes: int = 2) -> to.Problem:
@@ -36,33 +41,78 @@ def past_pillar(robot: to.Robot, *, knots: int = 24, boxes: int = 2) -> to.Probl
     )
     if boxes <= 2:
         return problem
-    path = to.plan(problem).require().path
-    way = np.concatenate([_between(*ends) for ends in zip(path.knots, path.knots[1:], strict=False)])
-    for count, where in enumerate(_places_beside(scene, problem, way, boxes - 2)):
-        scene = scene.add(f"box{count}", to.Box(0.08, 0.06, 0.1), where)
-    return to.Problem(scene=scene, group="panda_arm", start=START, goal=to.joint_positions(GOAL), knots=knots)
+    places = _places_beside(problem, BOX, boxes - 2, FREE_SPACE, np.inf)
+    return _among(problem, BOX, places)
+
+
+def close_by(robot: to.Robot, boxes: int) -> to.Problem:
+    """The same swing among small boxes that all lie close to its way.
+
+    Args:
+        robot: The Panda.
+        boxes: Small boxes beside the table and the pillar.
+    """
+    problem = past_pillar(robot)
+    return _among(problem, CRUMB, _places_beside(problem, CRUMB, boxes, *CLOSE_BY))
+
+
+def carrying(robot: to.Robot, things: int) -> to.Problem:
+    """The same swing with small boxes in the hand, in rows beyond the fingers.
+
+    Args:
+        robot: The Panda.
+        things: Boxes that it carries.
+    """
+    problem = past_pillar(robot)
+    scene, touched = problem.scene, ["panda_hand", "panda_leftfinger", "panda_rightfinger"]
+    for count in range(things):
+        row, column = divmod(count, 10)
+        where = to.placement((0.012 * (row - 4.5), 0.012 * (column - 4.5), 0.12))
+        scene = scene.add(
+            f"thing{count}", to.Box(0.01, 0.01, 0.02), where, frame="panda_hand", touch_links=touched
+        )
+    return replace(problem, scene=scene)
+
+
+def _among(problem: to.Problem, shape: to.Box, places: list[to.Placement]) -> to.Problem:
+    scene = problem.scene
+    for count, where in enumerate(places):
+        scene = scene.add(f"box{count}", shape, where)
+    return replace(problem, scene=scene)
 
 
 def _between(first: Floats, last: Floats) -> Floats:
     return np.linspace(first, last, 6)
 
 
-def _places_beside(scene: to.Scene, problem: to.Problem, way: Floats, count: int) -> list[to.Placement]:
-    """Draw places in the room around the arm that its way leaves free, the same ones in every run."""
+def _places_beside(
+    problem: to.Problem, shape: to.Box, count: int, nearest: float, farthest: float
+) -> list[to.Placement]:
+    """Draw places between two distances from the way that the arm takes, the same ones in every run."""
+    path = to.plan(problem).require().path
+    way = np.concatenate([_between(*ends) for ends in zip(path.knots, path.knots[1:], strict=False)])
     rng = np.random.default_rng(0)
+    low, high = (
+        ((-2.5, -2.5, -0.5), (2.5, 2.5, 2.5)) if np.isinf(farthest) else ((-0.3, -0.8, 0.0), (0.8, 0.8, 1.1))
+    )
     places: list[to.Placement] = []
     while len(places) < count:
-        batch = [
-            to.placement(rng.uniform((-2.5, -2.5, -0.5), (2.5, 2.5, 2.5)), rpy=rng.uniform(-3.0, 3.0, 3))
-            for _ in range(200)
-        ]
-        trial = to.Scene(scene.robot)
+        batch = [to.placement(rng.uniform(low, high), rpy=rng.uniform(-3.0, 3.0, 3)) for _ in range(200)]
+        trial = to.Scene(problem.scene.robot)
         for index, where in enumerate(batch):
-            trial = trial.add(f"trial{index}", to.Box(0.08, 0.06, 0.1), where)
-        reduced = to.Problem(scene=trial, group="panda_arm", start=START, goal=problem.goal).reduced
-        found = Query(reduced).close_pairs(way, np.full(len(reduced.pairs.margin), FREE_SPACE))
-        taken = {name for pair in np.unique(found.pair) for name in reduced.owners(int(pair))}
-        places.extend(where for index, where in enumerate(batch) if f"trial{index}" not in taken)
+            trial = trial.add(f"trial{index}", shape, where)
+        reduced = replace(problem, scene=trial).reduced
+        apart: dict[str, float] = {}
+        reach = nearest if np.isinf(farthest) else farthest
+        found = Query(reduced).close_pairs(way, np.full(len(reduced.pairs.margin), reach))
+        for pair, distance in zip(found.pair.tolist(), found.distance.tolist(), strict=True):
+            for name in reduced.owners(pair):
+                apart[name] = min(apart.get(name, np.inf), distance)
+        places.extend(
+            where
+            for index, where in enumerate(batch)
+            if nearest <= apart.get(f"trial{index}", np.inf) <= farthest
+        )
     return places[:count]
 
 

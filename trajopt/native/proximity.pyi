@@ -9,9 +9,9 @@ from trajopt.arrays import Floats, Ints
 from trajopt.native.descent import RobotQuery
 
 class Solid:
-    """Points of a shape's parts, and its closed triangles, in its own frame."""
+    """Points of a shape's parts, its closed triangles, and its corners if it is convex, in its own frame."""
 
-    def __init__(self, points: Floats, closed: Floats) -> None: ...
+    def __init__(self, points: Floats, closed: Floats, geometry: coal.CollisionGeometry) -> None: ...
 
 class Cell:
     """A robot among its obstacles; never changed, shared by threads."""

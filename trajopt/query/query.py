@@ -27,7 +27,7 @@ class Counts:
 
     Attributes:
         forward_kinematics: Configurations at which all joints were placed.
-        bounds: Spheres tested against boxes, before any distance is measured.
+        bounds: Bounds of distance by spheres, boxes and directions, asked before any is measured.
         distances: Calls of Coal's distance function.
     """
 
@@ -136,8 +136,9 @@ class Query:
         """Measure every pair that is nearer than its reach.
 
         Args:
-            positions: S configurations of the group, shape (S, n) [rad | m]. Another call with as many
-                configurations near the last ones is cheaper; the result is the same.
+            positions: S configurations of the group, shape (S, n) [rad | m], cheaper where neighbours are
+                near each other. Another call with as many configurations near the last ones is cheaper; the
+                result is the same.
             reach: Distance of interest, one for each pair, shape (p,) [m].
 
         Returns:
@@ -227,5 +228,7 @@ def _cell(reduced: ReducedModel) -> proximity.Cell:
 @cached_per_value
 def _solid(shape: Shape) -> proximity.Solid:
     return proximity.Solid(
-        np.ascontiguousarray(part_points(shape)), np.ascontiguousarray(closed_triangles(shape))
+        np.ascontiguousarray(part_points(shape)),
+        np.ascontiguousarray(closed_triangles(shape)),
+        collision_geometry(shape),
     )

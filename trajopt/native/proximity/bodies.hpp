@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "enclosure.hpp"
+#include "support.hpp"
 
 namespace proximity {
 
@@ -28,6 +29,8 @@ struct Body {
   double radius;          // of the sphere around it
   std::shared_ptr<const coal::CollisionGeometry> geometry;
   std::shared_ptr<const Solid> solid;
+  Support support;
+  Vector3 middle;         // of its bounding box, in the shape's frame
 
   bool is_mesh() const { return geometry->getObjectType() == coal::OT_BVH; }
 };
@@ -42,8 +45,8 @@ inline Place place(const Body& body, const pinocchio::SE3& joint) {
   return {joint.rotation() * body.rotation, joint.rotation() * body.centre + joint.translation()};
 }
 
-inline coal::Transform3s transform(const Body& body, const pinocchio::SE3& joint) {
-  return {joint.rotation() * body.rotation, joint.rotation() * body.translation + joint.translation()};
+inline coal::Transform3s transform(const Body& body, const Place& at, const pinocchio::SE3& joint) {
+  return {at.rotation, joint.rotation() * body.translation + joint.translation()};
 }
 
 // How far any point of the body is between two places, at most.

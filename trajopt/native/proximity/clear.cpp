@@ -6,6 +6,7 @@ Clear::Clear(const Cell& cell, std::vector<double> reach)
     : cell_(cell), reach_(std::move(reach)), kinematics_(cell.robot), narrow_(cell.accuracy) {
   for (double each : reach_) longest_reach_ = std::max(longest_reach_, each);
   places_.resize(cell.movers.size());
+  across_.assign(cell.pairs.size(), Vector3::Zero());
   for (const auto& pairs : cell.pair_with) {
     with_still_.emplace_back();
     for (int pair : pairs) {
@@ -69,8 +70,19 @@ bool Clear::bounds_keep(int pair) {
 bool Clear::keeps(int pair) {
   const auto [first, second] = cell_.pairs[pair];
   const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
+  const double reach = reach_[pair];
+  const Place &at_a = at(first), &at_b = at(second);
+  Vector3& across = across_[pair];
+  if (!across.isZero(0.0)) {
+    ++work.bounds;
+    if (narrow_.along(a, at_a, b, at_b, across) > reach) return true;
+  }
   ++work.distances;
-  return narrow_.keeps(a, transform(a, (*placed_)[a.joint]), b, transform(b, (*placed_)[b.joint]), reach_[pair]);
+  const auto& placed = *placed_;
+  const Nearest found = narrow_.keeping(a, transform(a, at_a, placed[a.joint]), b, transform(b, at_b, placed[b.joint]), reach);
+  const bool kept = found.distance >= reach;
+  if (kept && narrow_.has_direction(a, b, found)) across = found.normal;
+  return kept;
 }
 
 void Clear::remember(int pair) {

@@ -1,7 +1,8 @@
 // Whether every pair keeps at least its reach at a configuration: yes or no, the cheapest test first.
 //
 // What undercut its reach lately is asked first: neighbouring configurations mostly touch the same thing. Then come
-// spheres and boxes of all pairs, and Coal for those that these leave within reach.
+// spheres and boxes of all pairs; for those that these leave within reach the direction along which the pair was
+// apart last, and Coal.
 #pragma once
 
 #include <cstdint>
@@ -55,6 +56,7 @@ class Clear {
   std::vector<char> many_;                    // mover -> whether these are looked up in the tree
   std::vector<int> remembered_;               // pairs that undercut their reach, the last one first
   std::vector<int> doubtful_;                 // pairs that spheres and boxes leave within reach
+  std::vector<Vector3> across_;               // pair -> direction along which it was apart, zero where none is known
   std::vector<int> near_;
 };
 

@@ -1,11 +1,15 @@
-// Which bodies the closed surface of an exact mesh encloses: Coal's distance to its triangles does not tell.
+// What is made of a shape once, for all bodies that have it: its corners and edges where it is convex, and which bodies the
+// closed surface of an exact mesh encloses, which Coal's distance to its triangles does not tell.
 #pragma once
 
 #include <Eigen/Dense>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
+
+#include "polytope.hpp"
 
 namespace proximity {
 
@@ -15,12 +19,15 @@ class Solid {
   using Vector3 = Eigen::Vector3d;
   using Triangle = std::array<Vector3, 3>;
 
-  Solid(std::vector<Vector3> points, std::vector<Triangle> shell)
-      : points_(std::move(points)), shell_(std::move(shell)) {
+  Solid(std::vector<Vector3> points, std::vector<Triangle> shell, std::unique_ptr<const Polytope> polytope)
+      : polytope_(std::move(polytope)), points_(std::move(points)), shell_(std::move(shell)) {
     for (const Triangle& triangle : shell_) {
       for (const Vector3& corner : triangle) low_ = low_.cwiseMin(corner), high_ = high_.cwiseMax(corner);
     }
   }
+
+  // Of a convex polytope; none for other shapes.
+  const Polytope* polytope() const { return polytope_.get(); }
 
   // Whether the closed surface winds around a part of a body that is placed in this one's frame.
   bool encloses(const Solid& body, const Eigen::Matrix3d& rotation, const Vector3& translation) const {
@@ -32,6 +39,7 @@ class Solid {
   }
 
  private:
+  std::unique_ptr<const Polytope> polytope_;
   std::vector<Vector3> points_;   // One of each connected part.
   std::vector<Triangle> shell_;   // Closed, seen counter-clockwise from outside.
   Vector3 low_ = Vector3::Constant(INFINITY), high_ = Vector3::Constant(-INFINITY);

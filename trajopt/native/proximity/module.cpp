@@ -43,7 +43,7 @@ void make_dynamics(Dynamics* made, const nb::object& model, const Matrix<double>
   new (made) Dynamics(make_robot(model, expand, offset));
 }
 
-Solid* make_solid(const Matrix<double>& points, const Block<double>& closed) {
+Solid* make_solid(const Matrix<double>& points, const Block<double>& closed, const nb::object& geometry) {
   expect(points.shape(1) == 3 && closed.shape(1) == 3 && closed.shape(2) == 3, "points and triangles in space");
   std::vector<Vector3> inner;
   std::vector<Solid::Triangle> shell;
@@ -52,7 +52,9 @@ Solid* make_solid(const Matrix<double>& points, const Block<double>& closed) {
     const Eigen::Map<const Eigen::Matrix3d> corners(closed.data() + 9 * i);
     shell.push_back({corners.col(0), corners.col(1), corners.col(2)});
   }
-  return new Solid(std::move(inner), std::move(shell));
+  const auto shape = inside<std::shared_ptr<coal::CollisionGeometry>>(geometry, "not a Coal geometry");
+  const auto* convex = dynamic_cast<const coal::ConvexBase*>(shape.get());
+  return new Solid(std::move(inner), std::move(shell), convex == nullptr ? nullptr : std::make_unique<const Polytope>(*convex));
 }
 
 void make_cell(Cell* made, const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset,
@@ -70,10 +72,13 @@ void make_cell(Cell* made, const nb::object& model, const Matrix<double>& expand
   std::vector<Body> bodies;
   for (size_t i = 0; i < count; ++i) {
     const Vector3 box = vector_at(half, i);
-    bodies.push_back({static_cast<int>(joint(i)), Eigen::Map<const Rotation>(rotation.data() + 9 * i),
-                      vector_at(translation, i), vector_at(centre, i), box, box.norm(),
-                      inside<std::shared_ptr<coal::CollisionGeometry>>(geometries[i], "not a Coal geometry"),
-                      nb::cast<std::shared_ptr<Solid>>(solids[i])});
+    auto geometry = inside<std::shared_ptr<coal::CollisionGeometry>>(geometries[i], "not a Coal geometry");
+    auto solid = nb::cast<std::shared_ptr<Solid>>(solids[i]);
+    const Support support = Support::of(*geometry, solid->polytope());
+    const Matrix3 turn = Eigen::Map<const Rotation>(rotation.data() + 9 * i);
+    const Vector3 shift = vector_at(translation, i), around = vector_at(centre, i);
+    bodies.push_back({static_cast<int>(joint(i)), turn, shift, around, box, box.norm(), std::move(geometry), std::move(solid),
+                      support, turn.transpose() * (around - shift)});
   }
   std::vector<Pair> pairs;
   for (size_t i = 0; i < first.shape(0); ++i) {
@@ -96,7 +101,7 @@ auto close_pairs(Query& query, const Matrix<double>& positions, const Vector<dou
   {
     nb::gil_scoped_release release;
     found = query.tracker.close_pairs(positions.data(), static_cast<int>(positions.shape(0)),
-                         {reach.data(), reach.data() + reach.shape(0)});
+                                      {reach.data(), reach.data() + reach.shape(0)});
   }
   const size_t count = found.pair.size();
   const size_t dofs = query.cell.robot.dofs();
@@ -224,7 +229,7 @@ std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matri
 NB_MODULE(proximity, m) {
   coal_boxes::settle();
   nb::module_::import_("trajopt.native.descent");  // which knows what a RobotQuery is
-  nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a);
+  nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a, "geometry"_a);
   nb::class_<Cell>(m, "Cell").def("__init__", &make_cell, "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
                                   "accuracy"_a, nb::keep_alive<1, 2>());

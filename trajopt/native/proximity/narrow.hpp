@@ -9,18 +9,13 @@
 #include <limits>
 
 #include "cell.hpp"
+#include "convex_pair.hpp"
 
 namespace proximity {
 
-struct Nearest {
-  double distance;  // signed; beyond the reach only a lower bound, and without points; NaN where Coal has no answer
-  Vector3 normal;   // from the first body to the second
-  Vector3 first, second;
-};
-
 class NarrowPhase {
  public:
-  explicit NarrowPhase(const Accuracy& accuracy) : accuracy_(accuracy) {
+  explicit NarrowPhase(const Accuracy& accuracy) : accuracy_(accuracy), convex_(accuracy.gjk) {
     request_.enable_signed_distance = true;
     request_.gjk_tolerance = accuracy.gjk;
     contacts_.num_max_contacts = 64;
@@ -43,14 +38,24 @@ class NarrowPhase {
     return found;
   }
 
-  // Whether two bodies keep at least a distance: cheaper than how far they are apart.
-  bool keeps(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b, double reach) {
+  // How far apart two bodies are along a direction, where that can be asked: their distance is no less.
+  double along(const Body& a, const Place& at_a, const Body& b, const Place& at_b, const Vector3& direction) {
+    return convex_.along(a, at_a, b, at_b, direction);
+  }
+
+  // Whether a direction was found along which two bodies are as far apart, and can be asked again.
+  static bool has_direction(const Body& a, const Body& b, const Nearest& found) {
+    return a.support.farthest != nullptr && b.support.farthest != nullptr && found.normal.squaredNorm() > 0.5;
+  }
+
+  // Whether two bodies keep at least a distance, by how far they are apart: below it that says no more than this.
+  Nearest keeping(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b, double reach) {
     // How deep they touch is asked only where touching is not too near already.
-    if (!(reach > 0.0) || a.is_mesh() || b.is_mesh()) return (*this)(a, at_a, b, at_b, reach).distance >= reach;
+    if (!(reach > 0.0) || a.is_mesh() || b.is_mesh()) return (*this)(a, at_a, b, at_b, reach);
     request_.enable_signed_distance = false;
-    const double distance = measure(a, at_a, b, at_b, reach, accuracy_.epa, false).distance;
+    const Nearest found = measure(a, at_a, b, at_b, reach, accuracy_.epa, false);
     request_.enable_signed_distance = true;
-    return distance >= reach;
+    return found;
   }
 
  private:
@@ -60,6 +65,9 @@ class NarrowPhase {
 
   Nearest measure(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b,
                   double reach, double epa_tolerance, bool mesh) {
+    if (ConvexPair::measures(a, b)) {
+      return convex_(a, at_a, b, at_b, reach, request_.enable_signed_distance, epa_tolerance);
+    }
     request_.epa_tolerance = epa_tolerance;
     result_.clear();
     double distance = 0.0;
@@ -100,6 +108,7 @@ class NarrowPhase {
   }
 
   Accuracy accuracy_;
+  ConvexPair convex_;
   coal::DistanceFunctionMatrix table_;
   coal::GJKSolver solver_;
   coal::DistanceRequest request_;

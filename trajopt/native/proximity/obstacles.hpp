@@ -22,7 +22,8 @@ class Obstacles {
       return;
     }
     const Vector3 extent = body.rotation.cwiseAbs() * body.half;
-    objects_.push_back(ball_box(body.centre, extent));
+    objects_.push_back(std::make_unique<coal::CollisionObject>(std::make_shared<coal::Box>(2.0 * extent),
+                                                               Matrix3::Identity(), body.centre));
     objects_.back()->setUserData(reinterpret_cast<void*>(static_cast<std::intptr_t>(index)));
   }
 
@@ -37,17 +38,33 @@ class Obstacles {
   void near(const Vector3& centre, double radius, std::vector<int>& found) const {
     found.insert(found.end(), everywhere_.begin(), everywhere_.end());
     if (objects_.empty()) return;
-    const auto ball = ball_box(centre, Vector3::Constant(radius));
+    const coal::AABB around(centre - Vector3::Constant(radius), centre + Vector3::Constant(radius));
+    if (objects_.size() <= kFew) {
+      for (const auto& object : objects_) {
+        if (object->getAABB().overlap(around)) found.push_back(index_of(*object));
+      }
+      return;
+    }
+    // The tree looks only at the box around it.
+    coal::CollisionObject ball(anything_, coal::Transform3s(), false);
+    ball.setUserData(kBall);
+    ball.getAABB() = around;
     Collect collect(found);
-    tree_.collide(ball.get(), &collect);
+    tree_.collide(&ball, &collect);
   }
 
  private:
+  // So few boxes are all looked at sooner than a tree is climbed down.
+  static constexpr std::size_t kFew = 16;
+
+  static int index_of(const coal::CollisionObject& object) {
+    return static_cast<int>(reinterpret_cast<std::intptr_t>(object.getUserData()));
+  }
+
   struct Collect : coal::CollisionCallBackBase {
     explicit Collect(std::vector<int>& target) : found(target) {}
     bool collide(coal::CollisionObject* one, coal::CollisionObject* other) override {
-      void* tag = one->getUserData() == kBall ? other->getUserData() : one->getUserData();
-      found.push_back(static_cast<int>(reinterpret_cast<std::intptr_t>(tag)));
+      found.push_back(index_of(one->getUserData() == kBall ? *other : *one));
       return false;
     }
     std::vector<int>& found;
@@ -55,13 +72,7 @@ class Obstacles {
 
   static inline void* const kBall = reinterpret_cast<void*>(std::intptr_t{-1});
 
-  static std::unique_ptr<coal::CollisionObject> ball_box(const Vector3& centre, const Vector3& extent) {
-    auto object = std::make_unique<coal::CollisionObject>(std::make_shared<coal::Box>(2.0 * extent),
-                                                          Matrix3::Identity(), centre);
-    object->setUserData(kBall);
-    return object;
-  }
-
+  const std::shared_ptr<coal::CollisionGeometry> anything_ = std::make_shared<coal::Sphere>(1.0);
   std::vector<std::unique_ptr<coal::CollisionObject>> objects_;
   std::vector<int> everywhere_;
   coal::DynamicAABBTreeCollisionManager tree_;

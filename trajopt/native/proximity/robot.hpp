@@ -13,6 +13,12 @@ namespace proximity {
 using Vector3 = Eigen::Vector3d;
 using Matrix3 = Eigen::Matrix3d;
 
+// A joint of the group that moves a joint of the model, and how far it does.
+struct Drive {
+  int joint;
+  double factor;
+};
+
 // What never changes: pinocchio's model as Python made it, and the map from the group's positions to it.
 struct Robot {
   const pinocchio::Model* model;
@@ -20,11 +26,13 @@ struct Robot {
   Eigen::VectorXd offset;  // of joints that mimic others
   std::vector<pinocchio::Motion> axis;           // of each joint at unit speed, in its own frame
   std::vector<std::vector<int>> supports;        // joints from the root that carry each joint, itself included
+  std::vector<std::vector<Drive>> driven;        // by which of the group's joints each joint is moved
 
   Robot(const pinocchio::Model& handed, Eigen::MatrixXd map, Eigen::VectorXd shift)
       : model(&handed), expand(std::move(map)), offset(std::move(shift)) {
     axis.resize(model->njoints, pinocchio::Motion::Zero());
     supports.resize(model->njoints);
+    driven.resize(model->njoints);
     Eigen::VectorXd q = neutral();
     for (int joint = 1; joint < model->njoints; ++joint) {
       auto data = model->joints[joint].createData();
@@ -32,6 +40,10 @@ struct Robot {
       axis[joint] = pinocchio::Motion(data.S().matrix().col(0));
       supports[joint] = supports[model->parents[joint]];
       supports[joint].push_back(joint);
+      const auto row = expand.row(model->joints[joint].idx_v());
+      for (int drive = 0; drive < dofs(); ++drive) {
+        if (row[drive] != 0.0) driven[joint].push_back({drive, row[drive]});
+      }
     }
   }
 

@@ -16,50 +16,72 @@ void ClosePairs::clear() {
   for (auto* numbers : {&distance, &normal, &first, &second, &jacobian}) numbers->clear();
 }
 
+// Pairs of which nothing is known.
+void Tracker::Watched::reset() {
+  least.assign(pair.size(), kNever);
+  clear.resize(pair.size());
+  for (auto& bounds : clear) bounds.fill(kNever);
+  across.resize(pair.size());
+  known.assign(pair.size(), 0);
+  close.assign(pair.size(), 0);
+}
+
 Tracker::Tracker(const Cell& cell)
-    : cell_(cell), kinematics_(cell.robot), narrow_(cell.accuracy), movers_(static_cast<int>(cell.movers.size())) {}
+    : cell_(cell), kinematics_(cell.robot), narrow_(cell.accuracy), movers_(static_cast<int>(cell.movers.size())) {
+  for (const Pair& pair : cell.pairs) both_.push_back({mover(pair.first), mover(pair.second)});
+}
 
 const ClosePairs& Tracker::close_pairs(const double* positions, int samples, const std::vector<double>& reach) {
-  const bool same = samples == samples_ && reach == reach_;
-  if (!same) {
+  if (samples != samples_) {
     samples_ = samples;
-    reach_ = reach;
-    longest_reach_ = 0.0;
-    for (double each : reach) longest_reach_ = std::max(longest_reach_, each);
     forget();
   }
-  place_all(positions, samples);
+  reach_ = reach;
+  widen(reach);
+  place_all(positions);
   found_.clear();
-  const int stretches = (samples + kStretch - 1) / kStretch;
-  for (int stretch = 0; stretch < stretches; ++stretch) {
-    const int begin = stretch * kStretch, end = std::min(begin + kStretch, samples);
-    for (int mover = 0; mover < movers_; ++mover) {
-      Neighbours& list = neighbours_[stretch * movers_ + mover];
-      if (outdated(list, mover, begin, end)) list_obstacles(list, mover, begin, end);
-      along_obstacles(list, mover, begin, end);
-    }
-    for (int sample = begin; sample < end; ++sample) between_movers(sample);
-  }
+  for (int begin = 0; begin < samples; begin += kStretch) along_stretch(begin, std::min(begin + kStretch, samples));
   return found_;
 }
 
 // Samples other than last time: nothing is known of them.
 void Tracker::forget() {
+  const int stretches = (samples_ + kStretch - 1) / kStretch;
   joints_.resize(static_cast<size_t>(samples_) * cell_.robot.joints());
   places_.resize(static_cast<size_t>(samples_) * movers_);
-  moved_.assign(static_cast<size_t>(samples_) * movers_, -1.0);
-  neighbours_.assign(static_cast<size_t>((samples_ + kStretch - 1) / kStretch) * movers_, {});
-  clear_between_.assign(static_cast<size_t>(samples_) * cell_.between_movers.size(), kNever);
+  moved_.assign(static_cast<size_t>(samples_) * (movers_ + 1), -1.0);
+  for (int sample = 0; sample < samples_; ++sample) moved(sample, movers_) = 0.0;
+  neighbours_.resize(static_cast<size_t>(stretches) * movers_);
+  for (Neighbours& list : neighbours_) list.listed = false;
+  between_.resize(stretches);
+  for (Watched& pairs : between_) {
+    pairs.pair = cell_.between_movers;
+    pairs.reset();
+  }
 }
 
-void Tracker::place_all(const double* positions, int samples) {
+// Bounds hold whatever the reach is; lists of obstacles hold for those that they were made for.
+void Tracker::widen(const std::vector<double>& reach) {
+  listed_.resize(reach.size(), kNever);
+  bool wider = false;
+  for (size_t pair = 0; pair < reach.size(); ++pair) {
+    if (!(reach[pair] > listed_[pair])) continue;
+    listed_[pair] = reach[pair];
+    longest_listed_ = std::max(longest_listed_, reach[pair]);
+    wider = true;
+  }
+  if (!wider) return;
+  for (Neighbours& list : neighbours_) list.listed = false;
+}
+
+void Tracker::place_all(const double* positions) {
   const int joints = cell_.robot.joints(), dofs = cell_.robot.dofs();
-  for (int sample = 0; sample < samples; ++sample) {
+  for (int sample = 0; sample < samples_; ++sample) {
     const auto& placed = kinematics_(positions + static_cast<size_t>(sample) * dofs);
     std::copy(placed.begin(), placed.end(), joints_.begin() + static_cast<size_t>(sample) * joints);
     for (int mover = 0; mover < movers_; ++mover) {
       const Body& body = cell_.bodies[cell_.movers[mover]];
-      Place& before = places_[sample * movers_ + mover];
+      Place& before = places_[static_cast<size_t>(sample) * movers_ + mover];
       const Place now = place(body, placed[body.joint]);
       double& sum = moved(sample, mover);
       sum = sum < 0.0 ? 0.0 : sum + motion(body, before, now);
@@ -68,9 +90,24 @@ void Tracker::place_all(const double* positions, int samples) {
   }
 }
 
+void Tracker::along_stretch(int begin, int end) {
+  farthest_.assign(movers_ + 1, 0.0);
+  for (int sample = begin; sample < end; ++sample) {
+    for (int mover = 0; mover < movers_; ++mover) farthest_[mover] = std::max(farthest_[mover], moved(sample, mover));
+  }
+  steps_.assign(static_cast<size_t>(movers_ + 1) * kStretch, -1.0);
+  std::fill(steps_.end() - kStretch, steps_.end(), 0.0);
+  for (int mover = 0; mover < movers_; ++mover) {
+    Neighbours& list = neighbours_[static_cast<size_t>(begin / kStretch) * movers_ + mover];
+    if (outdated(list, mover, begin, end)) list_obstacles(list, mover, begin, end);
+    watch(list.pairs, begin, end);
+  }
+  watch(between_[begin / kStretch], begin, end);
+}
+
 const Place& Tracker::at(int sample, int body) const {
   const int mover = cell_.mover_of[body];
-  return mover < 0 ? cell_.still[body] : places_[sample * movers_ + mover];
+  return mover < 0 ? cell_.still[body] : place_of(sample, mover);
 }
 
 bool Tracker::outdated(const Neighbours& list, int mover, int begin, int end) const {
@@ -83,77 +120,115 @@ bool Tracker::outdated(const Neighbours& list, int mover, int begin, int end) co
 
 void Tracker::list_obstacles(Neighbours& list, int mover, int begin, int end) {
   const Body& body = cell_.bodies[cell_.movers[mover]];
-  Vector3 low = places_[begin * movers_ + mover].centre, high = low;
-  list.since.clear();
+  Vector3 low = place_of(begin, mover).centre, high = low;
   for (int sample = begin; sample < end; ++sample) {
-    const Vector3& centre = places_[sample * movers_ + mover].centre;
+    const Vector3& centre = place_of(sample, mover).centre;
     low = low.cwiseMin(centre);
     high = high.cwiseMax(centre);
-    list.since.push_back(moved(sample, mover));
+    list.since[sample - begin] = moved(sample, mover);
   }
   const Vector3 centre = (low + high) / 2.0;
   const double radius = (high - low).norm() / 2.0 + body.radius;
-  std::vector<int> near;
-  cell_.obstacles.near(centre, radius + longest_reach_ + kSkin, near);
-  list.pair.clear();
-  list.body.clear();
-  for (int other : near) {
+  near_.clear();
+  cell_.obstacles.near(centre, radius + longest_listed_ + kSkin, near_);
+  list.pairs.pair.clear();
+  for (int other : near_) {
     const int pair = cell_.pair_with[mover][other];
     if (pair < 0) continue;
     const double apart = std::sqrt(outside_squared(cell_.bodies[other], cell_.still[other], centre)) - radius;
     ++work.bounds;
-    if (apart > reach_[pair] + kSkin) continue;
-    list.pair.push_back(pair);
-    list.body.push_back(other);
+    if (apart <= listed_[pair] + kSkin) list.pairs.pair.push_back(pair);
   }
-  list.clear.assign(list.pair.size() * (end - begin), kNever);
+  list.pairs.reset();
   list.listed = true;
 }
 
-void Tracker::along_obstacles(Neighbours& list, int mover, int begin, int end) {
-  const Body& body = cell_.bodies[cell_.movers[mover]];
-  double* clear = list.clear.data();
-  for (size_t entry = 0; entry < list.pair.size(); ++entry) {
-    const int pair = list.pair[entry];
-    const Body& other = cell_.bodies[list.body[entry]];
-    const Place& still = cell_.still[list.body[entry]];
-    const double reach = reach_[pair];
-    for (int sample = begin; sample < end; ++sample, ++clear) {
-      const double sum = moved(sample, mover);
-      if (*clear - sum > reach) continue;
-      double distance = lower_bound(body, places_[sample * movers_ + mover], other, still, reach);
-      ++work.bounds;
-      if (distance <= reach) distance = measure(pair, sample);
-      *clear = distance + sum;
-    }
+void Tracker::watch(Watched& pairs, int begin, int end) {
+  for (size_t entry = 0; entry < pairs.pair.size(); ++entry) {
+    const Both& both = both_[pairs.pair[entry]];
+    if (pairs.least[entry] - farthest_[both.first] - farthest_[both.second] > reach_[pairs.pair[entry]]) continue;
+    follow(pairs, entry, begin, end);
   }
 }
 
-void Tracker::between_movers(int sample) {
-  const size_t count = cell_.between_movers.size();
-  double* clear = clear_between_.data() + sample * count;
-  for (size_t entry = 0; entry < count; ++entry, ++clear) {
-    const int pair = cell_.between_movers[entry];
-    const auto [first, second] = cell_.pairs[pair];
-    const double sum = moved(sample, cell_.mover_of[first]) + moved(sample, cell_.mover_of[second]);
-    if (*clear - sum > reach_[pair]) continue;
-    double distance = lower_bound(cell_.bodies[first], at(sample, first), cell_.bodies[second], at(sample, second), reach_[pair]);
-    ++work.bounds;
-    if (distance <= reach_[pair]) distance = measure(pair, sample);
-    *clear = distance + sum;
+// Follow a pair from sample to sample.
+void Tracker::follow(Watched& pairs, size_t entry, int begin, int end) {
+  const int pair = pairs.pair[entry];
+  const Both both = both_[pair];
+  const double reach = reach_[pair];
+  double least = std::numeric_limits<double>::infinity(), before = kNever;
+  for (int sample = begin; sample < end; ++sample) {
+    const int place = sample - begin;
+    double& clear = pairs.clear[entry][place];
+    const double sum = moved(sample, both);
+    double bound = clear - sum;
+    if (!(bound > reach)) {
+      if (before > reach) bound = std::max(bound, before - step(both.first, sample, place) - step(both.second, sample, place));
+      if (!(bound > reach)) bound = apart(pairs, entry, sample, place);
+      clear = bound + sum;
+    }
+    least = std::min(least, clear);
+    before = bound;
   }
+  pairs.least[entry] = least;
+}
+
+// How far a mover is from where it is at the sample before, at most.
+double Tracker::step(int mover, int sample, int place) {
+  double& known = steps_[static_cast<size_t>(mover) * kStretch + place];
+  if (known < 0.0) {
+    known = motion(cell_.bodies[cell_.movers[mover]], place_of(sample - 1, mover), place_of(sample, mover));
+  }
+  return known;
+}
+
+// How far apart a pair is, at least. What was within reach at last, here or else at the sample before, is measured;
+// of all else it is asked first whether they are apart along the direction that is known, then their spheres and boxes.
+double Tracker::apart(Watched& pairs, size_t entry, int sample, int place) {
+  const int pair = pairs.pair[entry];
+  const auto [first, second] = cell_.pairs[pair];
+  const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
+  const double reach = reach_[pair];
+  std::uint8_t &known = pairs.known[entry], &close = pairs.close[entry];
+  const std::uint8_t here = 1 << place, before = here >> 1;
+  const bool fresh = pairs.clear[entry][place] == kNever;
+  if (!(close & here) && !(fresh && close & before)) {
+    const Place &at_a = at(sample, first), &at_b = at(sample, second);
+    if (known & (here | before)) {
+      ++work.bounds;
+      const Vector3 across = pairs.across[entry][known & here ? place : place - 1];
+      const double along = narrow_.along(a, at_a, b, at_b, across);
+      if (along > reach) {
+        pairs.across[entry][place] = across;
+        known |= here;
+        return along;
+      }
+    }
+    ++work.bounds;
+    const double bound = lower_bound(a, at_a, b, at_b, reach);
+    if (bound > reach) return bound;
+  }
+  const Nearest found = measure(pair, sample);
+  const bool beyond = found.distance > reach;
+  close = beyond ? close & ~here : close | here;
+  known &= ~here;
+  if (beyond && narrow_.has_direction(a, b, found)) {
+    known |= here;
+    pairs.across[entry][place] = found.normal;
+  }
+  return std::isnan(found.distance) ? kNever : found.distance;
 }
 
 // Ask Coal; a close pair becomes a row.
-double Tracker::measure(int pair, int sample) {
+Nearest Tracker::measure(int pair, int sample) {
   const auto [first, second] = cell_.pairs[pair];
   const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
   const auto* placed = joints_.data() + static_cast<size_t>(sample) * cell_.robot.joints();
-  const Nearest found =
-      narrow_(a, transform(a, placed[a.joint]), b, transform(b, placed[b.joint]), reach_[pair]);
+  const Nearest found = narrow_(a, transform(a, at(sample, first), placed[a.joint]), b,
+                                transform(b, at(sample, second), placed[b.joint]), reach_[pair]);
   ++work.distances;
   if (found.distance < reach_[pair]) add_row(pair, sample, found);
-  return std::isnan(found.distance) ? kNever : found.distance;
+  return found;
 }
 
 // d(q + dq) = d + n . (J_second - J_first) dq, a joint's column being v + w x (p - o) with its velocity (v, w) at
@@ -168,19 +243,27 @@ void Tracker::add_row(int pair, int sample, const Nearest& found) {
   append(found_.second, found.second);
   const size_t start = found_.jacobian.size();
   found_.jacobian.resize(start + robot.dofs(), 0.0);
-  Eigen::Map<Eigen::VectorXd> row(found_.jacobian.data() + start, robot.dofs());
+  double* row = found_.jacobian.data() + start;
   const auto* placed = joints_.data() + static_cast<size_t>(sample) * robot.joints();
-  const auto add = [&](int body, const Vector3& point, double sign) {
-    for (int joint : robot.supports[cell_.bodies[body].joint]) {
+  const auto &carries_first = robot.supports[cell_.bodies[cell_.pairs[pair].first].joint];
+  const auto &carries_second = robot.supports[cell_.bodies[cell_.pairs[pair].second].joint];
+  // What carries both moves them as one.
+  size_t common = 0;
+  while (common < std::min(carries_first.size(), carries_second.size()) && carries_first[common] == carries_second[common]) {
+    ++common;
+  }
+  const auto add = [&](const std::vector<int>& joints, const Vector3& point, double sign) {
+    for (size_t next = common; next < joints.size(); ++next) {
+      const int joint = joints[next];
       const auto& frame = placed[joint];
       const Vector3 linear = frame.rotation() * robot.axis[joint].linear();
       const Vector3 angular = frame.rotation() * robot.axis[joint].angular();
       const double speed = found.normal.dot(linear + angular.cross(point - frame.translation()));
-      row += sign * speed * robot.expand.row(robot.model->joints[joint].idx_v()).transpose();
+      for (const Drive& drive : robot.driven[joint]) row[drive.joint] += sign * speed * drive.factor;
     }
   };
-  add(cell_.pairs[pair].second, found.second, 1.0);
-  add(cell_.pairs[pair].first, found.first, -1.0);
+  add(carries_second, found.second, 1.0);
+  add(carries_first, found.first, -1.0);
 }
 
 }  // namespace proximity

@@ -2,11 +2,14 @@
 //
 // What was measured once is kept as a bound: a pair whose distance was d, and whose bodies have moved by no more
 // than m since, is still at least d - m apart. So every body carries the sum of its motion bounds at each sample,
-// every bound is stored as d plus that sum, and most pairs are dismissed by one subtraction. Obstacles are listed
-// for stretches of consecutive samples, with a skin: a list stays good until its body has moved through the skin.
+// every bound is stored as d plus that sum, and one subtraction dismisses a pair along a stretch of samples. The same
+// holds along the path, from one sample to the next. Of a pair that was measured beyond its reach, the direction is
+// kept in which the two were apart: mostly they still are, and that is asked with one farthest point of each. Obstacles
+// are listed for stretches of consecutive samples, with a skin: a list stays good until its body has moved through it.
 // Nothing is lost by any of it: the rows are the same as without.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -38,40 +41,68 @@ class Tracker {
   static constexpr int kStretch = 8;
   static constexpr double kSkin = 0.15;
 
+  // Pairs along one stretch of samples, and what is known of them.
+  struct Watched {
+    std::vector<int> pair;
+    std::vector<double> least;                           // of the bounds of each pair, motion sums included
+    std::vector<std::array<double, kStretch>> clear;     // bound plus both bodies' motion sums
+    std::vector<std::array<Vector3, kStretch>> across;   // direction along which they are apart, where one is known
+    std::vector<std::uint8_t> known;                     // whether it is, a bit for each sample
+    std::vector<std::uint8_t> close;                     // whether they were within reach at last, a bit for each sample
+
+    void reset();
+  };
+
   // Obstacles near one mover along one stretch of samples.
   struct Neighbours {
     bool listed = false;
-    std::vector<double> since;  // the mover's motion sum at each sample when the list was made
-    std::vector<int> pair, body;
-    std::vector<double> clear;  // bound plus motion sum, by entry and sample
+    std::array<double, kStretch> since;  // the mover's motion sum at each sample when the list was made
+    Watched pairs;
   };
 
-  void place_all(const double* positions, int samples);
+  // The movers of a pair; what stands still is one more, that never moves.
+  struct Both {
+    int first, second;
+  };
+
+  void place_all(const double* positions);
   void forget();
+  void widen(const std::vector<double>& reach);
+  void along_stretch(int begin, int end);
   bool outdated(const Neighbours& list, int mover, int begin, int end) const;
   void list_obstacles(Neighbours& list, int mover, int begin, int end);
-  void along_obstacles(Neighbours& list, int mover, int begin, int end);
-  void between_movers(int sample);
-  double measure(int pair, int sample);
+  void watch(Watched& pairs, int begin, int end);
+  void follow(Watched& pairs, std::size_t entry, int begin, int end);
+  double apart(Watched& pairs, std::size_t entry, int sample, int place);
+  double step(int mover, int sample, int place);
+  Nearest measure(int pair, int sample);
   void add_row(int pair, int sample, const Nearest& found);
 
+  int mover(int body) const { return cell_.mover_of[body] < 0 ? movers_ : cell_.mover_of[body]; }
   const Place& at(int sample, int body) const;
-  double& moved(int sample, int mover) { return moved_[sample * movers_ + mover]; }
-  double moved(int sample, int mover) const { return moved_[sample * movers_ + mover]; }
+  const Place& place_of(int sample, int mover) const { return places_[static_cast<std::size_t>(sample) * movers_ + mover]; }
+  double& moved(int sample, int mover) { return moved_[static_cast<std::size_t>(sample) * (movers_ + 1) + mover]; }
+  double moved(int sample, int mover) const { return moved_[static_cast<std::size_t>(sample) * (movers_ + 1) + mover]; }
+  double moved(int sample, const Both& both) const { return moved(sample, both.first) + moved(sample, both.second); }
 
   const Cell& cell_;
   Kinematics kinematics_;
   NarrowPhase narrow_;
   const int movers_;
+  std::vector<Both> both_;  // by pair
 
   int samples_ = 0;
-  std::vector<double> reach_;
-  double longest_reach_ = 0.0;
+  std::vector<double> reach_;    // now
+  std::vector<double> listed_;   // the widest of each pair so far: what lists of obstacles are made for
+  double longest_listed_ = 0.0;
   std::vector<pinocchio::SE3, Eigen::aligned_allocator<pinocchio::SE3>> joints_;  // by sample and joint
   std::vector<Place, Eigen::aligned_allocator<Place>> places_;                    // by sample and mover
   std::vector<double> moved_;                                                     // by sample and mover
   std::vector<Neighbours> neighbours_;                                            // by stretch and mover
-  std::vector<double> clear_between_;                                             // by sample and pair of movers
+  std::vector<Watched> between_;                                                  // pairs of movers, by stretch
+  // Of the stretch that is asked now: the farthest that each mover has moved, and its steps from sample to sample.
+  std::vector<double> farthest_, steps_;
+  std::vector<int> near_;
   ClosePairs found_;
 };
 
