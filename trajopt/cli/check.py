@@ -11,6 +11,7 @@ from trajopt.cli.options import (
     JerkOption,
     JsonOption,
     LimitsOption,
+    MotionsOption,
     PackageOption,
     RequestOption,
     RobotOption,
@@ -39,6 +40,7 @@ def check(
     exact_meshes: ExactOption = False,
     torque_scaling: TorqueOption = 1.0,
     limit_jerk: JerkOption = False,
+    motions: MotionsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
@@ -47,7 +49,7 @@ def check(
     """
     folders = tuple(package_dir or ())
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
-    around, asked = read_files(source.load(), scene, request)
+    around, asked = read_files(source.load(), scene, request, motions)
     problem = asked.problem()
     motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)
     # Of several goals any one will do: the verdict is that with the goal that is reached.

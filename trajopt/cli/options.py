@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Annotated, cast
@@ -15,7 +15,7 @@ from trajopt.io.files import number_of
 from trajopt.model.load import load
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot
-from trajopt.moveit import RequestFile, SceneFile, read_request, read_scene
+from trajopt.moveit import RequestFile, SceneFile, read_motions, read_request, read_scene
 from trajopt.planning.budget import Budget
 
 RobotOption = Annotated[
@@ -30,6 +30,10 @@ LimitsOption = Annotated[
 PackageOption = Annotated[
     list[Path] | None,
     typer.Option("--package-dir", help="With a URDF file: where package:// meshes are (repeatable)."),
+]
+MotionsOption = Annotated[
+    Path | None,
+    typer.Option("--motions", help="How objects of the scene move, appear and expire (YAML, JSON)."),
 ]
 TorqueOption = Annotated[
     float,
@@ -156,11 +160,15 @@ def budget_of(
     return Budget(time_budget, attempts=attempts, workers=workers, improve=improve, clock=clock)
 
 
-def read_files(robot: Robot, scene: Path, request: Path) -> tuple[SceneFile, RequestFile]:
-    """Read a scene and a request.
+def read_files(
+    robot: Robot, scene: Path, request: Path, motions: Path | None = None
+) -> tuple[SceneFile, RequestFile]:
+    """Read a scene, the motions of its objects if there are any, and a request.
 
     Raises:
         FileFormatError: If a file is missing or does not say what it must.
     """
     around = read_scene(scene, robot)
+    if motions is not None:
+        around = replace(around, scene=read_motions(motions, around.scene))
     return around, read_request(request, around)

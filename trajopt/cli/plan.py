@@ -12,6 +12,7 @@ from trajopt.cli.options import (
     JerkOption,
     JsonOption,
     LimitsOption,
+    MotionsOption,
     PackageOption,
     PortfolioOption,
     RequestOption,
@@ -65,6 +66,7 @@ def plan(
     exact_meshes: ExactOption = False,
     torque_scaling: TorqueOption = 1.0,
     limit_jerk: JerkOption = False,
+    motions: MotionsOption = None,
     explain: ExplainOption = False,
     as_json: JsonOption = False,
     portfolio: PortfolioOption = True,
@@ -78,7 +80,7 @@ def plan(
     folders = tuple(package_dir or ())
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
     budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
-    around, asked = read_files(source.load(), scene, request)
+    around, asked = read_files(source.load(), scene, request, motions)
     with progress_line() as line:
         result = plan_problem(
             asked.problem(),
@@ -96,6 +98,8 @@ def plan(
             **source.as_dict(),
             "scene": str(scene.resolve()),
             "request": str(request.resolve()),
+            **({} if motions is None else {"motions": str(motions.resolve())}),
+            **({} if motions is None else {"motions": str(motions.resolve())}),
         },
     }
     explanation = result.explain(plan_again=True) if explain and not result.verified else None

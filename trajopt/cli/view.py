@@ -78,4 +78,6 @@ def _problem_of(plan: Path) -> Problem:
     scene, request = source.get("scene"), source.get("request")
     if not isinstance(scene, str) or not isinstance(request, str):
         raise FileFormatError(str(plan), "names no scene; give --robot, --scene and --request")
-    return read_files(robot.load(), Path(scene), Path(request))[1].problem()
+    motions = source.get("motions")
+    files = (Path(scene), Path(request), Path(motions) if isinstance(motions, str) else None)
+    return read_files(robot.load(), *files)[1].problem()

@@ -132,6 +132,20 @@ def read_document(path: Path | str) -> Node:
     return Node(cast("object", documents[0]), str(path))
 
 
+def read_list(path: Path | str) -> Node:
+    """Parse a file that holds a list, as `read_document` parses one that holds a mapping.
+
+    Raises:
+        FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one list.
+    """
+    from trajopt.io.yaml_files import read_yaml  # slow to import
+
+    documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
+    if len(documents) != 1 or not isinstance(documents[0], list):
+        raise FileFormatError(str(path), "must hold one list (- item)")
+    return Node(cast("object", documents[0]), str(path))
+
+
 def write_text(path: Path | str, text: str) -> None:
     """Write a file atomically: a reader finds the old content or the new, never half of it.
 

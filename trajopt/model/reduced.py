@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly
-from trajopt.errors import FrameNotFound, ProblemError, shown
+from trajopt.errors import FrameNotFound, ProblemError, listed, shown
 from trajopt.model.cached import cached_per_value
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.collisions.collision_model import CollisionModel, collision_model_of
@@ -281,8 +281,20 @@ def model_and_trajectory(
 
     Raises:
         PlanningFailed: If the result has no plan.
-        ProblemError: If it is neither, or the trajectory is missing.
+        ProblemError: If it is neither, the trajectory is missing, or something changes with time.
     """
+    reduced, moved = _model_and_trajectory(caller, motion, trajectory)
+    if reduced.scene.changing:
+        names = listed(reduced.scene.changing)
+        raise ProblemError(
+            f"{caller}: {names} move, appear or expire, which is judged, but not shown or simulated"
+        )
+    return reduced, moved
+
+
+def _model_and_trajectory(
+    caller: str, motion: Planned | ReducedModel, trajectory: Trajectory | None
+) -> tuple[ReducedModel, Trajectory]:
     if isinstance(motion, ReducedModel):
         if trajectory is None:
             raise ProblemError(f"{caller}: give a plan, or a trajectory with the reduced model")

@@ -80,13 +80,10 @@ class Scene(SceneParts):
         parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
         links = self._owners(touch_links)
         where = object_placement(name, placement)
-        timing = timing_of(name, motion, appears, expires)
-        if timing.motion is not None:
-            if placement is not None or frame != WORLD:
-                raise ModelError(f"{shown(name)} is where its motion has it: give no placement and no frame")
-            where = timing.motion.track.at(0.0)
-        added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass), timing)
-        return replace(self, objects={**self.objects, name: added})
+        if motion is not None and (placement is not None or frame != WORLD):
+            raise ModelError(f"{shown(name)} is where its motion has it: give no placement and no frame")
+        added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass))
+        return self._with(added).with_motion(name, motion, appears=appears, expires=expires)
 
     def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> "Scene":
         """Give the robot a tool's frame: `scene.with_tool("tcp", on="tool0", placement=(...))`.
@@ -159,6 +156,30 @@ class Scene(SceneParts):
         if target == WORLD:
             raise ModelError(f"{shown(name)} would stand in the world, not on the robot: add it as an object")
         return self._with_tool(moved)
+
+    def with_motion(
+        self,
+        name: str,
+        motion: Prediction | Track | None = None,
+        *,
+        appears: float | None = None,
+        expires: float | None = None,
+    ) -> "Scene":
+        """Let an object move, appear and expire; see `add`.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            ModelError: If it is to move, and is placed in another frame than the world.
+            ShapeError: If it expires before it appears.
+        """
+        item, timing = self.object(name), timing_of(name, motion, appears, expires)
+        if timing.motion is None:
+            return self._with(replace(item, timing=timing))
+        if item.frame != WORLD:
+            raise ModelError(
+                f"{shown(name)} is placed in {shown(item.frame)}: only what stands in the world moves"
+            )
+        return self._with(replace(item, timing=timing, placement=timing.motion.track.at(0.0)))
 
     def attach(
         self,

@@ -243,11 +243,15 @@ def check_names(scene: Scene, item: Requirement) -> None:
 
     Raises:
         NameNotFound: If there is none of that name.
-        ProblemError: If the position of a joint that slides is in degrees.
+        ProblemError: If the position of a joint that slides is in degrees, or a frame moves by itself.
     """
     scene.robot.index(item.joints)
     for frame in item.frames:
         scene.holder(frame)
+        carrier = scene.carrier(frame)
+        if carrier is not None:
+            moves = "moves by itself" if carrier == frame else f"is carried by {shown(carrier)}, which moves"
+            raise ProblemError(f"{shown(frame)} {moves}: requirements take frames that time does not move")
     if isinstance(item, JointPositions) and item.in_degrees:
         for joint in item.joints:
             if joint_unit(scene.robot.model, joint) == "m":

@@ -3,6 +3,7 @@
 from trajopt.moveit.constraints import reads_constraints as reads_constraints
 from trajopt.moveit.motion_plan_request import RequestFile as RequestFile
 from trajopt.moveit.motion_plan_request import read_request as read_request
+from trajopt.moveit.motions import read_motions as read_motions
 from trajopt.moveit.planning_scene import SceneFile as SceneFile
 from trajopt.moveit.planning_scene import read_scene as read_scene
 from trajopt.moveit.robot_trajectory import read_trajectory as read_trajectory

@@ -12,6 +12,7 @@ from trajopt.methods import Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.every_goal import EveryGoal
 from trajopt.planning.goal_search import attempt
+from trajopt.planning.in_time import in_time
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
 from trajopt.planning.workers import attempted_in_threads
@@ -35,6 +36,9 @@ def plan(
     on_incumbent: Callable[[Result], None] | None = None,
 ) -> Result:
     """Plan a motion and have it judged.
+
+    Among things that move, appear and expire the motion may begin later, or go around where they pass; the
+    shorter of both in time, until the goal, is returned.
 
     Args:
         problem: What the motion must achieve.
@@ -69,6 +73,13 @@ def plan(
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
     if one_of("every_goal", every_goal, bool):
         return EveryGoal(problem, choice, given, tracker, on_incumbent).planned(_run)
+
+    if problem.scene.changing:
+
+        def run(each: Problem, /, *, most: int | None = None) -> Result:
+            return _run(Search(each, choice, given or np.random.default_rng(0), tracker, most=most))
+
+        return in_time(problem, run, tracker, on_incumbent)
     return _run(Search(problem, choice, given or np.random.default_rng(0), tracker, on_incumbent))
 
 

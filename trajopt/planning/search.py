@@ -39,6 +39,7 @@ class Search:
         tracker: Counts what is used, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
         remarks: What is to be said of the problem besides.
+        most: Attempts at most, fewer than the budget's; None for as many as that allows.
         incumbent: The best of those.
         attempts: What became of each seed.
     """
@@ -49,6 +50,7 @@ class Search:
     tracker: BudgetTracker
     on_incumbent: Callable[[Result], None] | None = None
     remarks: tuple[str, ...] = ()
+    most: int | None = None
     incumbent: Result | None = None
     attempts: list[Attempt] = field(default_factory=list[Attempt])
     _refusals: dict[str, Result] = field(default_factory=dict[str, Result])
@@ -81,7 +83,7 @@ class Search:
             if not nearest_first:
                 return
             candidates = [item for goal in nearest_first for item in goal.candidates(rows, self._best(goal))]
-            left = None if budget.attempts is None else budget.attempts - len(self.attempts)
+            left = None if self._most is None else self._most - len(self.attempts)
             self._rounds += 1
             yield candidates[:left]
             if self.done:
@@ -94,11 +96,17 @@ class Search:
         return self._rounds > 1 and min(self.tracker.budget.workers, len(candidates)) > 1
 
     @property
+    def _most(self) -> int | None:
+        """How many seeds may be attempted."""
+        bounds = [bound for bound in (self.most, self.tracker.budget.attempts) if bound is not None]
+        return min(bounds, default=None)
+
+    @property
     def done(self) -> bool:
         """Whether there is a motion and no better one is looked for, or all attempts are used up."""
         budget = self.tracker.budget
         found = self.incumbent is not None and not budget.improve
-        return found or (budget.attempts is not None and len(self.attempts) >= budget.attempts)
+        return found or (self._most is not None and len(self.attempts) >= self._most)
 
     def learn(self, candidate: Candidate, result: Result) -> None:
         """Note what became of a candidate; keep its motion if it is better than the best so far."""

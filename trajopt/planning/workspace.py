@@ -1,7 +1,7 @@
 """Workspace: what the attempts at one problem share: its judge, its budget, and the way to make results."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,11 +10,13 @@ from trajopt.arrays import Floats, Printed
 from trajopt.infeasibility import reasons
 from trajopt.methods import Decoded
 from trajopt.methods.timing import PATH_TOLERANCE, retime_path
+from trajopt.model.timed import timed_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.judgement import Judged, decide
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
+from trajopt.planning.waiting import Waiting
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
@@ -72,7 +74,7 @@ class Workspace(Printed):
         """
         for item in decoded:
             if item.trajectory is not None:
-                yield TimedMotion(item.path, item.trajectory, None)
+                yield self.begun(TimedMotion(item.path, item.trajectory, None))
                 continue
             exact = (EXACT_TOLERANCE,) if self.problem.waypoints or item.narrow else ()
             away = np.inf
@@ -85,7 +87,26 @@ class Workspace(Printed):
                     yield retimed
                     return
                 away = retimed.deviation
-                yield TimedMotion(item.path, retimed.trajectory, retimed)
+                yield self.begun(TimedMotion(item.path, retimed.trajectory, retimed))
+
+    def begun(self, motion: TimedMotion) -> TimedMotion:
+        """Return a motion begun as early as it seems clear of what changes with time; as it is if never.
+
+        Raises:
+            Stopped: If the budget ends before.
+        """
+        if self._waiting is None:
+            return motion
+        before = replace(self._waiting.counts)
+        with self.tracker.stage("wait"):
+            later = self._waiting.earliest(motion.trajectory)
+        self.tracker.count_work(self._waiting.counts.since(before))
+        return motion if later is None else replace(motion, trajectory=later)
+
+    @cached_property
+    def _waiting(self) -> Waiting | None:
+        timed = timed_model(self.problem.reduced)
+        return None if timed is None else Waiting(timed, Counts())
 
     def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:
         """Have a motion judged against everything that the problem requires.

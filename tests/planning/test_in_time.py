@@ -1,0 +1,103 @@
+"""Planning among things that move, appear and expire: later, around, or why not."""
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.verify.test_moving_things import sampled
+from trajopt.planning.waiting import begun_later
+
+START = {
+    "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,
+    "panda_joint5": 0.0, "panda_joint6": 2.3, "panda_joint7": 0.8,
+}  # fmt: skip
+GOAL = {**START, "panda_joint1": 0.8, "panda_joint2": 0.5, "panda_joint4": -1.8}
+WALL = to.Box(1.2, 0.04, 3.0), to.placement((0.75, 0.0, 0.5))
+"""Between start and goal, from in front of the base to beyond the arm's reach."""
+
+
+@pytest.fixture(scope="module")
+def table() -> to.Scene:
+    try:
+        panda = to.load("panda")
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+    return to.Scene(panda).add("table", to.Box(1.2, 1.6, 0.04), to.placement((0.5, 0.0, -0.06)))
+
+
+def problem(scene: to.Scene) -> to.Problem:
+    return to.Problem(scene=scene, group="panda_arm", start=START, goal=to.joint_positions(GOAL))
+
+
+def across(height: float, *, begin: float, end: float) -> to.Track:
+    """Return a track along x through the middle of the arm's way."""
+    places = [to.placement((x, 0.0, height)) for x in (1.4, 0.5, 1.4)]
+    return to.Track.through([begin, (begin + end) / 2.0, end], places)
+
+
+def test_what_is_far_away_changes_nothing(table: to.Scene) -> None:
+    still = to.plan(problem(table)).require().trajectory
+    late = table.add("box", to.Box(0.1, 0.1, 0.4), motion=across(0.4, begin=5.0, end=7.0))
+    among = to.plan(problem(late))
+    assert among.verified and np.array_equal(among.require().trajectory.positions, still.positions)
+
+
+def test_the_arm_waits_for_what_crosses_its_way(table: to.Scene) -> None:
+    still = to.plan(problem(table)).require().trajectory
+    # From before the floor to above the arm's reach, so that there is no way around.
+    scene = table.add("gate", to.Box(0.5, 0.05, 3.0), motion=across(0.6, begin=-0.6, end=1.0))
+    result = to.plan(problem(scene))
+    motion = result.require().trajectory
+    assert still.duration + 0.1 < motion.duration < 1.0 + still.duration
+    assert sampled(scene, result.problem.reduced, motion) > 0.0
+    certificate = result.require().certificate
+    assert "proven given that gate is on its track" in certificate.notes
+    sooner = begun_later(still, motion.duration - still.duration - 0.05)
+    assert not to.judge(result.problem, sooner).verified, "nothing shorter begun sooner is clear"
+
+
+def test_the_arm_goes_around_what_stops_in_its_way(table: to.Scene) -> None:
+    lands = to.Track.through([0.0, 0.5], [to.placement((0.55, 0.0, z)) for z in (1.4, 0.2)])
+    scene = table.add("box", to.Box(0.08, 0.08, 0.5), motion=lands)
+    result = to.plan(problem(scene))
+    assert result.verified
+    assert sampled(scene, result.problem.reduced, result.require().trajectory) > 0.0
+
+
+def test_what_expires_is_in_the_way_no_longer(table: to.Scene) -> None:
+    stays, goes = (table.add("wall", *WALL, expires=expires) for expires in (9.0, 0.3))
+    long, short = (to.plan(problem(scene)).require().trajectory for scene in (stays, goes))
+    assert short.duration < 0.3 + 1.0 < long.duration
+    assert sampled(goes, problem(goes).reduced, short) > 0.0
+
+
+def test_what_appears_at_the_goal_leaves_no_motion_and_says_so(table: to.Scene) -> None:
+    there = table.placement_of("panda_hand", table.robot.positions(GOAL))
+    block = table.add("block", to.Box(0.3, 0.3, 0.3), to.placement(there.translation), appears=0.1)
+    result = to.plan(problem(block), budget=to.Budget(attempts=1))
+    assert result.status is to.Status.NOT_VERIFIED
+    assert "no later beginning and no way around seems clear" in result.reason and "block" in result.reason
+
+
+def test_the_room_for_an_error_costs_time(table: to.Scene) -> None:
+    gate, track = to.Box(0.5, 0.05, 3.0), across(0.6, begin=-0.6, end=1.0)
+    durations = [
+        to.plan(problem(table.add("gate", gate, motion=to.Prediction(track, (radius, 0.0, 0.0)))))
+        .require()
+        .trajectory.duration
+        for radius in (0.0, 0.05)
+    ]
+    assert durations[0] + 0.01 < durations[1]
+
+
+def test_a_goal_in_the_frame_of_what_moves_is_refused_by_name(table: to.Scene) -> None:
+    scene = table.add("tray", to.Box(0.1, 0.1, 0.01), motion=across(0.4, begin=0.0, end=1.0))
+    with pytest.raises(to.TrajoptError, match="'tray' moves by itself"):
+        to.plan(
+            to.Problem(
+                scene=scene,
+                group="panda_arm",
+                start=START,
+                goal=to.frame_placement("panda_hand", to.placement((0.0, 0.0, 0.2)), reference="tray"),
+            )
+        )

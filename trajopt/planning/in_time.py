@@ -1,0 +1,149 @@
+"""Among things that change with time: later, around them, or another way."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import ceil, inf
+from typing import Protocol
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.model.scene import Scene
+from trajopt.model.shapes import bounding_box
+from trajopt.planning.budget import BudgetTracker, Stopped
+from trajopt.planning.result import Result
+from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.problem import Problem
+
+LONGER = 1.5
+"""A way around takes about so many times as long as one without what moves, and keeps clear of it so long."""
+MOST_PLACES = 24
+"""Of one thing: more would wall the arm in long before."""
+AROUND, OTHERWISE = 4, 12
+"""Attempts at a way around, a straight line and three sampled paths, and at any other way: what stands where
+things pass often leaves none at all."""
+
+
+class Run(Protocol):
+    """Plans one problem."""
+
+    def __call__(self, problem: Problem, /, *, most: int | None = None) -> Result:
+        """Plan with so many attempts at most."""
+        ...
+
+
+def in_time(
+    problem: Problem, run: Run, tracker: BudgetTracker, on_incumbent: Callable[[Result], None] | None
+) -> Result:
+    """Return the motion that is over soonest, by three ways of planning it, each begun later if need be.
+
+    The first is the motion as it would be without what changes. If it has to wait, or is never clear, one is
+    looked for that keeps clear of the places where things pass, or of those where they end. If none is clear,
+    the seeds of the schedule are attempted, each judged among what changes.
+
+    Args:
+        problem: What is asked.
+        run: Plans a problem.
+        tracker: Counts what is used, and stops planning.
+        on_incumbent: Called with every verified motion that is shorter than the one before.
+    """
+    alone = run(replace(problem, scene=_still(problem.scene)))
+    if not alone.verified:
+        return replace(alone, problem=replace(alone.problem, scene=problem.scene))
+    soonest = alone.require().trajectory.duration
+    best, stopped = _judged(alone, problem.scene, tracker), alone.stopped
+    try:
+        for other, most in _other_ways(problem, LONGER * soonest):
+            if best.verified and (_duration(best) <= soonest or most == OTHERWISE):
+                break
+            found = run(other, most=most)
+            stopped = found.stopped
+            if found.verified:
+                better = _judged(found, problem.scene, tracker)
+                best = better if _duration(better) < _duration(best) else best
+            if stopped is not None:
+                break
+    except Stopped as ended:
+        stopped = ended.stop
+    if best.verified and on_incumbent is not None:
+        on_incumbent(best)
+    return replace(best, stopped=stopped, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
+
+
+def _other_ways(problem: Problem, duration: float) -> Iterator[tuple[Problem, int]]:
+    for around in _with_places(problem, duration):
+        yield around, AROUND
+    yield problem, OTHERWISE
+
+
+def _duration(result: Result) -> float:
+    return result.require().trajectory.duration if result.verified else inf
+
+
+def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
+    """Judge a motion among what changes, begun later if need be."""
+    planned = other.require()
+    if other.problem.scene is scene:
+        return other
+    work = Workspace(replace(other.problem, scene=scene), tracker)
+    motion = work.begun(TimedMotion(planned.path, planned.trajectory, other.timed))
+    judged = work.judged(motion, other.solve)
+    if not judged.verified:
+        why = f"no later beginning and no way around seems clear; without what changes: {judged.message}"
+        return replace(judged, message=why)
+    fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
+    return replace(judged, **{name: getattr(other, name) for name in fields})
+
+
+def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
+    """Yield the problem with things standing where they pass, and with things standing where they end."""
+    scene = problem.scene
+    still = _still(scene)
+    passed = {name: _times(scene, name, duration) for name in scene.changing}
+    ended = {
+        name: np.array((max(_last(scene, name), 0.0),)) for name in scene.changing if _stays(scene, name)
+    }
+    for places in (passed, ended):
+        among = still
+        for name, times in places.items():
+            item = scene.objects[name]
+            for number, time in enumerate(times.tolist()):
+                where = scene.at(time).holder(name).placement
+                among = among.add(f"{name} {number}", item.parts, where, touch_links=item.touch_links)
+        if places:
+            yield replace(problem, scene=among)
+
+
+def _still(scene: Scene) -> Scene:
+    """Return the scene without what changes."""
+    left = list(scene.changing)
+    while left:
+        on_top = next(name for name in left if not any(scene.objects[other].frame == name for other in left))
+        scene = scene.remove(on_top)
+        left.remove(on_top)
+    return scene
+
+
+def _stays(scene: Scene, name: str) -> bool:
+    return scene.objects[name].timing.expires == inf and _last(scene, name) < inf
+
+
+def _last(scene: Scene, name: str) -> float:
+    """Return when a thing has come to rest [s]."""
+    carrier = scene.carrier(name)
+    motion = None if carrier is None else scene.objects[carrier].timing.motion
+    return -inf if motion is None else motion.track.end
+
+
+def _times(scene: Scene, name: str, duration: float) -> Floats:
+    """Return times at which the places of a thing leave no gaps that the arm fits through, more or less."""
+    item = scene.objects[name]
+    begin, end = max(item.timing.appears, 0.0), min(item.timing.expires, duration)
+    if begin >= end or scene.carrier(name) is None:
+        return np.array((begin,)) if begin < duration else np.empty(0)
+    looks = np.linspace(begin, end, 4 * MOST_PLACES)
+    points = np.array([scene.at(time).holder(name).placement.translation for time in looks.tolist()])
+    way = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    sizes = [float((np.subtract(*bounding_box(shape)[::-1])).min()) for shape, _ in item.parts]
+    count = min(MOST_PLACES, 1 + ceil(way / max(min(sizes, default=way), 1e-3)))
+    return np.linspace(begin, end, count)
