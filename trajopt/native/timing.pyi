@@ -96,7 +96,8 @@ def retime(
         longest: Most that the path may take [s].
 
     Raises:
-        ShapeError: If a function returns an array of another shape, or a number that is not finite.
+        ShapeError: If a function returns an array of another shape, or a number that is not finite, or the
+            distances of knots overflow.
         ValueError: If the shapes of the limits do not match.
     """
 

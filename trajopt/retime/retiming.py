@@ -46,7 +46,8 @@ def retime(
 
     Raises:
         ShapeError: If the limits are of other joints than the path, a velocity or acceleration limit is
-            not finite, or a function returns another shape or a number that is not finite.
+            not finite, a function returns another shape or a number that is not finite, or the distances of
+            knots overflow.
     """
     _check(path, limits)
     failure = endless(path.knots, limits)

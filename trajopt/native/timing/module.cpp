@@ -187,11 +187,16 @@ auto motion_extremes(const Block<double>& coefficients, const Vector<double>& wi
 NB_MODULE(timing, m) {
   nb::register_exception_translator(
       [](const std::exception_ptr& thrown, void*) {
+        const auto refuse = [](const std::string& name, const std::string& what) {
+          const nb::object error = nb::module_::import_("trajopt.errors").attr("ShapeError");
+          PyErr_SetObject(error.ptr(), error(name, what).ptr());
+        };
         try {
           std::rethrow_exception(thrown);
         } catch (const Refused& refused) {
-          const nb::object error = nb::module_::import_("trajopt.errors").attr("ShapeError");
-          PyErr_SetObject(error.ptr(), error(refused.name, refused.what).ptr());
+          refuse(refused.name, refused.what);
+        } catch (const std::overflow_error& overflow) {
+          refuse("path", overflow.what());
         }
       },
       nullptr);

@@ -29,6 +29,8 @@ constexpr double kNegligible = 1e-9;  // joint differences up to this are not wo
 constexpr double kShrink = 0.1;       // smallest factor by which a rounding shrinks in one step
 constexpr double kMerged = 1e-9;  // knots nearer to the one before than this part of the whole length are left out
 
+constexpr const char* kTooFar = "has knots so far apart, or so near, that their distances are no numbers";
+
 // Straight segments between corners, none of them of zero length.
 //
 // The parameter s grows on each segment by the Euclidean norm over the joints of |dq| / v, v the velocity limit: it is
@@ -70,7 +72,8 @@ inline Polyline polyline(const Table& knots, const Numbers& velocity) {
   std::vector<std::size_t> kept{0};
   for (std::size_t i = 1; i <= last; ++i)
     if (apart(kept.back(), i) > least) kept.push_back(i);
-  if (kept.size() > 1) kept.back() = last;
+  if (!std::isfinite(least) || kept.size() < 2) throw std::overflow_error(kTooFar);
+  kept.back() = last;
   Polyline line{Numbers(knots[0], knots[0] + joints), Numbers(knots[last], knots[last] + joints), {0.0},
                 Table(kept.size(), joints)};
   for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -246,6 +249,8 @@ inline Smoothing smooth(const Polyline& line, const Numbers& lower, const Number
   std::vector<std::size_t> through;
   while (true) {
     const Numbers knots = spline_knots(line, rounding, through);
+    // A rounding can become too small for its knots to differ.
+    if (!std::is_sorted(knots.begin(), knots.end(), std::less_equal<double>())) throw std::overflow_error(kTooFar);
     Table control = spline_control(line, knots, through);
     for (std::size_t i = 0; i < control.rows; ++i)
       for (std::size_t joint = 0; joint < joints; ++joint)
@@ -264,7 +269,7 @@ inline Smoothing smooth(const Polyline& line, const Numbers& lower, const Number
     const double worst = *std::max_element(far.begin(), far.end());
     if (worst <= kBetween * tolerance || count == 2) return {std::move(path), worst};
     for (double& each : far) each /= kBetween * tolerance;
-    if (!round_corners(line.parameters, s, far, rounding)) throw std::overflow_error("positions that overflow");
+    if (!round_corners(line.parameters, s, far, rounding)) throw std::overflow_error(kTooFar);
   }
 }
 
