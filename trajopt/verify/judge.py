@@ -13,7 +13,7 @@ from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.checks.clearance import judge_clearance
-from trajopt.verify.checks.ends import end_checks
+from trajopt.verify.checks.ends import end_checks, ends_hold
 from trajopt.verify.checks.joint_limits import limit_checks, limits_hold
 from trajopt.verify.checks.joint_torques import Overload, overloads, torque_checks, torques_hold
 from trajopt.verify.checks.moving_limits import group_part, moving_limits
@@ -96,6 +96,7 @@ class Judge:
         bounds = group_part(self.reduced, moving)
         motion = self._motion(trajectory)
         checks = [
+            *end_checks(motion, specification.start_velocities, specification.start_accelerations),
             *_asked_checks(motion, specification),
             *limit_checks(motion, moving, specification.start_accelerations),
         ]
@@ -126,7 +127,8 @@ class Judge:
         moving = moving_limits(reduced, specification.limits)
         motion = self._motion(trajectory)
         held = (
-            limits_hold(motion, moving, specification.start_accelerations)
+            ends_hold(motion, specification.start_velocities, specification.start_accelerations)
+            and limits_hold(motion, moving, specification.start_accelerations)
             and torques_hold(motion, group_part(reduced, moving))
             and all(
                 check.holds or not check.required
@@ -196,8 +198,7 @@ class Judge:
 
 
 def _asked_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
-    """Judge the ends, goals, constraints and waypoints, one after the other."""
-    yield from end_checks(motion, specification.start_velocities, specification.start_accelerations)
+    """Judge the goals, constraints and waypoints, one after the other."""
     for when, requirements in ((When.END, specification.goals), (When.ALWAYS, specification.constraints)):
         for requirement in requirements:
             yield from check_requirement(requirement, motion, when)

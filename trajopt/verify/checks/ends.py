@@ -39,6 +39,22 @@ def end_checks(
     return tuple(checks)
 
 
+def ends_hold(
+    motion: Motion, start_velocities: Floats | None = None, start_accelerations: Floats | None = None
+) -> bool:
+    """Say whether all `end_checks` hold."""
+    options, velocities = motion.options, motion.trajectory.velocities
+    off = np.abs(motion.trajectory.positions[0] - motion.reduced.start_positions).max()
+    if velocities is not None:
+        begin = velocities[0] if start_velocities is None else velocities[0] - start_velocities
+        if not ((np.abs(begin) <= options.rest_speed) & (np.abs(velocities[-1]) <= options.rest_speed)).all():
+            return False
+    moving = start_accelerations is not None and start_accelerations.any() and motion.differentiable
+    if moving:
+        return all(check.holds for check in end_checks(motion, start_velocities, start_accelerations))
+    return bool(off <= options.start_error)
+
+
 def _check(motion: Motion, name: str, sizes: Floats, *, time: float, bound: float, order: int) -> Check:
     joint = int(sizes.argmax())
     subject = motion.reduced.joint_names[joint]

@@ -68,7 +68,8 @@ def limits_hold(motion: Motion, limits: JointLimits, start_accelerations: Floats
     """
     for order, (lower, upper) in enumerate(_ranges(motion, limits)):
         # Half of what is accepted: so the extremes, which are known to a thousandth of that, pass as well.
-        below, above = (_accepted(motion, order, side) / 2.0 for side in (lower, upper))
+        half, least = motion.options.excess / 2.0, 1.0 if order == 0 else 0.0
+        below, above = (half * np.maximum(np.abs(side), least) for side in (lower, upper))
         if not motion.moving(order).within(lower - below, upper + above):
             return all(check.holds for check in limit_checks(motion, limits, start_accelerations))
     jerky = np.isfinite(limits.jerk).any() and motion.differentiable
@@ -102,6 +103,8 @@ def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | No
     # A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.
     scale = np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
     checks: list[Check] = []
+    if not (worst > motion.options.excess * scale).any():
+        return checks
     for joint, name in enumerate(motion.reduced.moving_joints):
         if not limited[joint] or worst[joint] <= motion.options.excess * scale[joint]:
             continue

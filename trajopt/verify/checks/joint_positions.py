@@ -86,7 +86,7 @@ def joint_rows(motion: Motion, joints: tuple[str, ...]) -> tuple[Floats, Floats]
     index = reduced.scene.robot.index(joints)
     matrix = np.zeros((len(joints), len(reduced.joint_names)))
     offset = np.array(reduced.start[index])
-    moved = tuple(reduced.model.names[1:])
+    moved = reduced.moving_joints
     for row, joint in enumerate(joints):
         if joint in moved:
             place = moved.index(joint)

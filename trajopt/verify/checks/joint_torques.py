@@ -137,9 +137,10 @@ def _judged(motion: Motion, limits: JointLimits) -> bool:
 
 def _shares(motion: Motion, limits: JointLimits) -> tuple[Floats, Floats, Floats]:
     """Return times, (s,) [s], torques, (s, n) [Nm | N], and which part of its limit each is, (s, n)."""
-    times, torques = (
-        np.concatenate(parts) for parts in zip(inverse_dynamics(motion), _ends(motion), strict=True)
-    )
+    (times, states), (rests, at) = _samples(motion), _ends(motion)
+    still = np.zeros_like(at)
+    states = [np.concatenate(parts) for parts in zip(states, (at, still, still), strict=True)]
+    times, torques = np.concatenate((times, rests)), _needed(motion.kinematics, *states)
     limited = np.isfinite(limits.effort)
     return times, torques, np.where(limited, np.abs(torques) / limits.effort, -np.inf)
 
@@ -151,19 +152,24 @@ def torques_at_rest(kinematics: Kinematics, positions: Floats) -> Floats:
         kinematics: Of the arm and what it carries.
         positions: Of the group's joints, shape (s, n) [rad | m].
     """
-    reduced = kinematics.reduced
-    still = np.zeros((len(positions), len(reduced.mimic_matrix)))
-    torques = kinematics.torques(kinematics.configurations(positions), still, still)
-    return (torques + payload_torques(kinematics, positions, still, still)) @ reduced.mimic_matrix
+    still = np.zeros_like(positions)
+    return _needed(kinematics, positions, still, still)
+
+
+def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
+    """Return the torques of the group's joints, (s, n); those of mimic joints count for what they follow."""
+    matrix = kinematics.reduced.mimic_matrix
+    moving = velocities @ matrix.T, accelerations @ matrix.T
+    torques = kinematics.torques(kinematics.configurations(positions), *moving)
+    return (torques + payload_torques(kinematics, positions, *moving)) @ matrix
 
 
 def _ends(motion: Motion) -> tuple[Floats, Floats]:
-    """Return the times of those ends that are at rest, shape (e,), and the torques to stand there, (e, n)."""
+    """Return the times of those ends that are at rest, shape (e,) [s], and the positions there, (e, n)."""
     velocities = motion.trajectory.velocities
     assert velocities is not None  # The motion is differentiable.
     rests = np.abs(velocities[[0, -1]]).max(axis=1, initial=0.0) <= motion.options.rest_speed
-    at = motion.trajectory.positions[[0, -1]]
-    return np.array((0.0, motion.duration))[rests], torques_at_rest(motion.kinematics, at[rests])
+    return np.array((0.0, motion.duration))[rests], motion.trajectory.positions[[0, -1]][rests]
 
 
 def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
@@ -173,16 +179,8 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
         Times, shape (s,) [s], and torques of the group's joints, shape (s, n) [Nm | N]; those of
         mimic joints count for the joint they follow.
     """
-    reduced = motion.reduced
     times, states = _samples(motion)
-    configurations = motion.kinematics.configurations(states[0])
-    velocities, accelerations = (
-        states[1] @ reduced.mimic_matrix.T,
-        states[2] @ reduced.mimic_matrix.T,
-    )
-    torques = motion.kinematics.torques(configurations, velocities, accelerations)
-    torques = torques + payload_torques(motion.kinematics, states[0], velocities, accelerations)
-    return times, torques @ reduced.mimic_matrix
+    return times, _needed(motion.kinematics, *states)
 
 
 def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:
