@@ -50,8 +50,8 @@ def among(folder: Path, shapes: list[Shape], seed: int = 0) -> ReducedModel:
 
 
 def path_through(reduced: ReducedModel, seed: int, samples: int) -> Floats:
-    ends = np.random.default_rng(seed).uniform(*limits(reduced), (2, 4))
-    return np.linspace(*ends, samples)
+    start, end = np.random.default_rng(seed).uniform(*limits(reduced), (2, 4))
+    return np.linspace(start, end, samples)
 
 
 def rows(found: Contacts) -> list[Floats]:
