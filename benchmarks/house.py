@@ -25,6 +25,8 @@ NOT_CODE = {
     *(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT),
     *(tokenize.ENCODING, tokenize.ENDMARKER),
 }
+CHECKED = "checked.<locals>.call"
+"""What stands before a function to check its arguments, and is no step of its own."""
 CORE = ("native_descent.py", "descend")
 """File and name of the function that calls the native core for the steps of the SQP."""
 
@@ -93,7 +95,8 @@ def calls_to_the_core(planning: Callable[[to.Problem], object]) -> list[str]:
             return
         at: FrameType | None = frame
         while at is not None:
-            if Path(at.f_code.co_filename).is_relative_to(PACKAGE):
+            inside = Path(at.f_code.co_filename).is_relative_to(PACKAGE)
+            if inside and at.f_code.co_qualname != CHECKED:
                 chain.append(at.f_code.co_qualname)
             at = at.f_back
 

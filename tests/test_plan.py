@@ -178,7 +178,7 @@ def test_problem_says_what_it_is(pillar: to.Scene) -> None:
         ({"velocity_scaling": 0.0}, "velocity_scaling"),
         ({"goal": to.frame_placement("tipp", to.placement())}, "tip"),
         ({"constraints": [to.axis_alignment("tip", tolerance=0.1, reference="piller")]}, "pillar"),
-        ({"start": np.zeros(3)}, "shape"),
+        ({"start": np.zeros(3)}, "has 3 numbers"),
     ],
     ids=lambda value: str(value)[:30],
 )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from trajopt.errors import ProblemError, ShapeError, shown
+from trajopt.errors.arguments import kind_words
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -75,6 +76,32 @@ def number(name: str, value: float, *, infinite: bool = False) -> float:
     if type(value) is float and isfinite(value):
         return value
     return float(floats(name, value, (), infinite=infinite))
+
+
+def at_least(options: object, least: float, *names: str) -> None:
+    """Check fields of options that must not be smaller than a bound.
+
+    Raises:
+        ShapeError: If one is no number.
+        ProblemError: If one is smaller.
+    """
+    for name in names:
+        value = number(name, getattr(options, name), infinite=True)
+        if value < least:
+            raise ProblemError(f"{type(options).__name__}: {name} must be at least {least:g}, is {value:g}")
+
+
+def above_zero(options: object, *names: str) -> None:
+    """Check fields of options that must be positive.
+
+    Raises:
+        ShapeError: If one is no number.
+        ProblemError: If one is not positive.
+    """
+    for name in names:
+        value = number(name, getattr(options, name), infinite=True)
+        if value <= 0.0:
+            raise ProblemError(f"{type(options).__name__}: {name} must be positive, is {value:g}")
 
 
 class Printed:
@@ -164,15 +191,6 @@ def sequence(name: str, value: Iterable[V]) -> Sequence[V]:
     return tuple(value)
 
 
-def _kind_words(kind: type[object]) -> str:
-    """Return what a class is called in messages, with its article."""
-    if kind is str:
-        return "a name"
-    module = "" if kind.__module__.startswith(("trajopt", "builtins")) else kind.__module__
-    name = ".".join(part for part in (*module.split("."), kind.__name__) if part and part[0] != "_")
-    return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
-
-
 def one_of(name: str, value: object, kind: type[V]) -> V:
     """Return a value of a class.
 
@@ -180,7 +198,7 @@ def one_of(name: str, value: object, kind: type[V]) -> V:
         ProblemError: If it is of another.
     """
     if not isinstance(value, kind):
-        raise ProblemError(f"{name} must be {_kind_words(kind)}, is {shown(value)}")
+        raise ProblemError(f"{name} must be {kind_words(kind)}, is {shown(value)}")
     return value
 
 
@@ -211,7 +229,7 @@ def several(name: str, value: Iterable[V], kind: type[V]) -> tuple[V, ...]:
         ProblemError: If it is no collection, or an item is of another class.
     """
     if isinstance(value, str | bytes) or not isinstance(value, Iterable):  # pyright: ignore
-        words = "a list of names" if kind is str else f"{_kind_words(kind)} or several"
+        words = "a list of names" if kind is str else f"{kind_words(kind)} or several"
         raise ProblemError(f"{name} must be {words}, is {shown(value)}")
     return tuple(one_of(f"each of {name}", item, kind) for item in value)
 

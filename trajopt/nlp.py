@@ -86,6 +86,7 @@ class ConstraintRows(Value):
         reach: Rows farther inside their bounds than this are left out, as far pairs of bodies are; inf
             where all rows are always there. For solvers that treat distances as a field.
         kind: Class of the residual, which tells it from others of the same name.
+        units: Unit of each component of the residual, or one of all: "m", "rad"; none where it is not known.
     """
 
     name: str
@@ -95,6 +96,12 @@ class ConstraintRows(Value):
     tolerance: float
     reach: float = np.inf
     kind: type[object] = object
+    units: tuple[str, ...] = ()
+
+    def unit_of(self, row: int) -> str:
+        """Return the unit of a row; empty where it is not known."""
+        component = int(self.rows.component[row])
+        return self.units[component if len(self.units) > 1 else 0] if self.units else ""
 
     @cached_property
     def violation(self) -> Floats:

@@ -8,6 +8,7 @@ from typing import cast
 
 from trajopt.arrays import Floats, Value, number, one_of, sequence, several
 from trajopt.errors import ProblemError, ProblemNotFound, WaypointNotFound, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import JointLimits, LimitKind
 from trajopt.model.printed import in_short
 from trajopt.model.reduced import ReducedModel, reduce_model
@@ -40,6 +41,7 @@ def default_costs() -> tuple[Cost, ...]:
     return (Cost(Velocity()), Cost(Acceleration()))
 
 
+@checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Problem(Value):
     """A planning problem: from a start to a goal, holding constraints, at least cost.
@@ -196,6 +198,7 @@ class Problem(Value):
         """What must hold on a part of the motion only."""
         return tuple(item for item in self.constraints if isinstance(item, During))
 
+    @checked
     def span(self, part: During[PathConstraint]) -> tuple[int, int]:
         """Return the first and the last stop of a part: 0 is the start, then the waypoints, then the end.
 
@@ -213,6 +216,7 @@ class Problem(Value):
             raise ProblemError(f"{part}: ends before it begins")
         return first, last
 
+    @checked
     def requirements_at(self, stop: int) -> tuple[Requirement, ...]:
         """Return what must hold on the way past a stop: 0 is the start, then the waypoints, then the end."""
         spans = ((part, self.span(part)) for part in self.partial)

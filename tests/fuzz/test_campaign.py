@@ -12,6 +12,7 @@ from benchmarks.workers import run
 from tests.fuzz.campaign.any_robot import any_robot
 from tests.fuzz.campaign.arms import installed, random_arm
 from tests.fuzz.campaign.asked import near
+from tests.fuzz.campaign.attack import AT_GOAL, AT_START
 from tests.fuzz.campaign.case import Case, Contact, Thing
 from tests.fuzz.campaign.check import fault_of_configuration, fault_of_path, fault_of_trajectory
 from tests.fuzz.campaign.drawing import at, moving
@@ -235,3 +236,18 @@ def test_a_row_torn_off_is_asked_again(tmp_path: Path) -> None:
     rows.append({"key": "a-1", "outcome": "failed"})
     assert list(Rows(file).done) == ["a-0", "a-1"]
     assert file.read_text().startswith(whole)
+
+
+def test_every_verdict_on_an_end_is_attacked_as_one() -> None:
+    """But a start in motion, which no problem of the campaign has."""
+    of_start = {status for status in to.Status if status.name.startswith("START_")}
+    of_goal = {status for status in to.Status if status.name.startswith("GOAL_")}
+    assert of_start - {to.Status.START_TOO_FAST} == set(AT_START)
+    assert of_goal <= set(AT_GOAL)
+
+
+def test_a_configuration_that_overloads_a_joint_is_at_fault() -> None:
+    weak = next(found for seed in range(40) if (found := case("serial_robots", seed)).arm.efforts)
+    assert weak.arm.efforts
+    still = replace(weak, arm=replace(weak.arm, efforts=dict.fromkeys(weak.arm.efforts, 0.0)))
+    assert "bears" in fault_of_configuration(still, weak.start, goals=False)

@@ -9,11 +9,13 @@ from trajopt.benchmark.instance import Instance, instances_of
 from trajopt.benchmark.outcome import Outcome
 from trajopt.benchmark.running import run
 from trajopt.errors import MissingExtra
+from trajopt.errors.arguments import checked
 from trajopt.methods import Method, method_named
 from trajopt.planning.budget import Budget
 from trajopt.problem import Problem
 
 
+@checked
 @dataclass(frozen=True)
 class Allowance:
     """What every method may use on every problem.
@@ -32,6 +34,7 @@ class Allowance:
         return Budget(attempts=self.attempts, seconds=self.cpu_seconds, clock=time.process_time)
 
 
+@checked
 def compare(
     problems: Mapping[str, Problem] | Sequence[Problem | str],
     methods: Sequence[Method | str],
@@ -59,6 +62,7 @@ def compare(
     return tuple(compared(instances_of(problems), chosen, Allowance(attempts, cpu_seconds)))
 
 
+@checked
 def compared(
     instances: Sequence[Instance],
     methods: Sequence[Method],

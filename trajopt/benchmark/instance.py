@@ -10,6 +10,7 @@ import numpy as np
 
 from trajopt.arrays import one_of, sequence
 from trajopt.errors import ProblemError, ProblemNotFound, shown
+from trajopt.errors.arguments import checked
 from trajopt.planning.result import Status
 from trajopt.problem import Problem
 
@@ -30,6 +31,7 @@ _EXPECTED = "expected_status"
 """Attribute that a function which makes a problem without a solution carries."""
 
 
+@checked
 def expected_status(status: Status) -> Callable[[Callable[..., Problem]], Callable[..., Problem]]:
     """Mark a function as one that makes a problem without a solution.
 
@@ -95,6 +97,7 @@ class Definition:
         """Whether there are random instances."""
         return "rng" in signature(self.make).parameters
 
+    @checked
     def instance(self, draw: int = 0) -> Instance:
         """Return an instance.
 
@@ -123,6 +126,7 @@ def definitions() -> tuple[Definition, ...]:
     return tuple(Definition(name, installed[name].load()) for name in sorted(installed))
 
 
+@checked
 def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
     """Return installed problems.
 
@@ -139,6 +143,7 @@ def installed_definitions(names: Sequence[str] = ()) -> tuple[Definition, ...]:
     return tuple(known[name] for name in names or known)
 
 
+@checked
 def installed_instances(names: Sequence[str] = ()) -> tuple[Instance, ...]:
     """Return the fixed instances of installed problems.
 

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass, field, fields
 from math import isfinite
 from typing import cast
 
+from trajopt.errors.arguments import checked
 from trajopt.planning.seeds import SeedKind
 from trajopt.planning.status import Certainty, Status
 from trajopt.verify import Check, CheckKind, Evidence
@@ -126,6 +127,7 @@ class Outcome:
         }
 
     @staticmethod
+    @checked
     def from_dict(document: Mapping[str, object]) -> "Outcome":
         """Return what `as_dict` told; what is not there is as if it had not been measured."""
         known = {item.name: document[item.name] for item in fields(Outcome) if item.name in document}

@@ -9,6 +9,7 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.benchmark.instance import Instance
 from trajopt.benchmark.outcome import Moment, Outcome
+from trajopt.errors.arguments import checked
 from trajopt.methods import Knots, Method
 from trajopt.planning.budget import Budget
 from trajopt.planning.judgement import judge
@@ -22,6 +23,7 @@ TIP_SAMPLES = 60
 """Places along a motion at which the tip is noted."""
 
 
+@checked
 def run(
     instance: Instance, method: Method | None = None, *, budget: Budget = NO_BOUNDS, follow: bool = False
 ) -> Outcome:

@@ -36,7 +36,7 @@ def line(begin: PlacementLike, end: PlacementLike) -> Curve:
     Raises:
         ProblemError: If they are the same.
     """
-    return polyline((begin, end))
+    return polyline((as_placement("begin", begin), as_placement("end", end)))
 
 
 def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
@@ -52,7 +52,7 @@ def polyline(poses: Sequence[PlacementLike], *, blend: float = 0.0) -> Curve:
         ProblemError: If there are fewer than two poses, two that follow each other are the same, or the
             radius is negative.
     """
-    poses = [as_placement("pose", pose) for pose in sequence("poses", poses)]
+    poses = [as_placement("each of poses", pose) for pose in sequence("poses", poses)]
     if len(poses) < 2:
         raise ProblemError(f"a polyline needs at least two poses, has {len(poses)}")
     radius = number("blend", blend)
@@ -161,7 +161,7 @@ def circle(
         raise ProblemError(
             f"a circle needs a positive radius and a sweep, not {in_length(size)} and {in_degrees(angle)}"
         )
-    turned = placement(rotation=rotation).rotation
+    turned = placement(rotation=floats("rotation", rotation, (3, 3))).rotation
     piece = Piece(
         readonly(centre.translation[None]),
         turned,
@@ -187,7 +187,7 @@ def spline(poses: Sequence[PlacementLike]) -> Curve:
     """
     from scipy.interpolate import CubicSpline
 
-    poses = [as_placement("pose", pose) for pose in sequence("poses", poses)]
+    poses = [as_placement("each of poses", pose) for pose in sequence("poses", poses)]
     if len(poses) < 3:
         raise ProblemError(f"a spline needs at least three poses, has {len(poses)}; use line(...)")
     sides = [_side(first, second, place) for place, (first, second) in enumerate(pairwise(poses))]

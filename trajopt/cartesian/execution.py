@@ -7,6 +7,7 @@ from trajopt.cartesian.curves import line
 from trajopt.cartesian.following import FollowOptions, follow
 from trajopt.cartesian.result import Followed
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import follows_curve
 from trajopt.simulate import PoseError, Rollout, SimulationOptions, simulate
@@ -36,6 +37,7 @@ class Executed:
     reached: bool
 
 
+@checked
 def execute(
     followed: Followed,
     *,

@@ -7,7 +7,9 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats
 from trajopt.errors import FileFormatError, ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.io.document import Node, read_document
+from trajopt.model.likely_units import stated_angles
 from trajopt.model.placement import Placement, placement
 
 POINT = ("x", "y", "z")
@@ -15,7 +17,10 @@ QUATERNION = ("qx", "qy", "qz", "qw")
 RPY = ("roll", "pitch", "yaw")
 
 
-def read_poses(path: Path | str, *, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[Placement, ...]:
+@checked
+def read_poses(
+    path: Path | str, *, rpy: ArrayLike = (0.0, 0.0, 0.0), degrees: bool = False
+) -> tuple[Placement, ...]:
     """Read poses, in order, from a file.
 
     CSV has a header with the columns x, y, z [m], and for orientations qx, qy, qz, qw, or roll, pitch, yaw
@@ -25,22 +30,24 @@ def read_poses(path: Path | str, *, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[P
     Args:
         path: The file; what does not end in ".csv" is read as YAML.
         rpy: Orientation of poses that have none in the file: roll, pitch, yaw [rad].
+        degrees: Whether roll, pitch and yaw are in degrees, here and in the file.
 
     Raises:
         FileFormatError: If the file is missing or does not say what it must.
     """
-    fixed = placement(rpy=rpy).rotation
+    turned = stated_angles("rpy", rpy, (3,), degrees=degrees)
+    fixed = placement(rpy=turned).rotation
     if str(path).lower().endswith(".csv"):
-        poses = _read_csv(Path(path), fixed)
+        poses = _read_csv(Path(path), fixed, degrees=degrees)
     else:
         listed = read_document(path).only(("poses",))["poses"]
-        poses = [_pose(node, fixed) for node in listed.elements()]
+        poses = [_pose(node, fixed, degrees=degrees) for node in listed.elements()]
     if len(poses) < 2:
         raise FileFormatError(str(path), f"has {len(poses)} poses; a curve needs at least two")
     return tuple(poses)
 
 
-def _read_csv(path: Path, fixed: Floats) -> list[Placement]:
+def _read_csv(path: Path, fixed: Floats, *, degrees: bool) -> list[Placement]:
     try:
         with path.open(newline="") as file:
             reader = csv.DictReader(file, skipinitialspace=True)
@@ -59,18 +66,18 @@ def _read_csv(path: Path, fixed: Floats) -> list[Placement]:
         try:
             point = [float(row[name]) for name in POINT]
             numbers = [float(row[name]) for name in turned]
-            poses.append(_placed(point, turned, numbers, fixed))
+            poses.append(_placed(point, turned, numbers, fixed, degrees=degrees))
         except (TypeError, ValueError) as error:
             raise FileFormatError(str(path), f"line {line}: {error}") from error
     return poses
 
 
-def _pose(node: Node, fixed: Floats) -> Placement:
+def _pose(node: Node, fixed: Floats, *, degrees: bool) -> Placement:
     node.only(("position", "quaternion", "rpy"))
     turned = QUATERNION if node.has("quaternion") else RPY if node.has("rpy") else ()
     numbers = node["quaternion" if node.has("quaternion") else "rpy"].numbers()
     try:
-        return _placed(list(node["position"].numbers()), turned, list(numbers), fixed)
+        return _placed(list(node["position"].numbers()), turned, list(numbers), fixed, degrees=degrees)
     except ShapeError as error:
         raise node.error(str(error)) from error
 
@@ -80,7 +87,11 @@ def _placed(
     turned: tuple[str, ...],
     numbers: list[float],
     fixed: Floats,
+    *,
+    degrees: bool,
 ) -> Placement:
     if turned == QUATERNION:
         return placement(point, quaternion=numbers)
-    return placement(point, rpy=numbers) if turned == RPY else placement(point, rotation=fixed)
+    if turned == RPY:
+        return placement(point, rpy=numbers, degrees=degrees)
+    return placement(point, rotation=fixed)

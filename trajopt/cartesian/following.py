@@ -16,6 +16,7 @@ from trajopt.cartesian.search import LEAST, Found, Search, beginning, beginnings
 from trajopt.cartesian.timing import timed_along
 from trajopt.cartesian.tracking import Track, densified
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.infeasibility import reasons
 from trajopt.model.printed import in_degrees, in_length
 from trajopt.model.requirements import FollowsCurve
@@ -49,6 +50,7 @@ class Begin(Enum):
     ANY_BRANCH = "any that is at the beginning of the curve: the one that gets farthest"
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class FollowOptions:
     """Options of `follow`.

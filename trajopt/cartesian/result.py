@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from trajopt.errors import PlanningFailed
+from trajopt.errors.arguments import checked
 from trajopt.model.printed import in_degrees, in_length
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.trajectory import Path, Trajectory
@@ -125,6 +126,7 @@ class Followed:
         found = [check.value for check in self.certificate.checks if check.kind is kind]
         return max((value for value in found if value is not None), default=default)
 
+    @checked
     def require(self, fraction: float = 1.0) -> Plan:
         """Return the plan if enough of the curve is followed.
 

@@ -26,10 +26,13 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.cli.progress import progress_line
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_unit
 from trajopt.moveit.trajectory_files import write_json
 from trajopt.planning.comparison import table
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, improvement
+from trajopt.problem import Problem
 
 ExplainOption = Annotated[
     bool,
@@ -118,6 +121,12 @@ def plan(
     raise typer.Exit(0 if result.verified else 1)
 
 
+def _in_joint_space(problem: Problem, length: float) -> str:
+    """Print the length of a path: one unit where all joints of the group turn, or all slide."""
+    units = {joint_unit(problem.scene.robot.model, joint) for joint in problem.reduced.joint_names}
+    return f"{in_unit(length, units.pop()) if len(units) == 1 else f'{length:.3g}'} in joint space"
+
+
 def report(result: Result, notes: Sequence[str] = ()) -> str:
     """Return the report of a result.
 
@@ -129,7 +138,7 @@ def report(result: Result, notes: Sequence[str] = ()) -> str:
     trajectory, path = result.trajectory, result.path
     if trajectory is not None and path is not None:
         motion = f"motion of {trajectory.duration:.3f} s in {len(trajectory.times)} points"
-        motion += f", path of {path.length:.2f} rad"
+        motion += f", path of {_in_joint_space(result.problem, path.length)}"
         if result.timed is not None:
             motion += f", at most {result.timed.deviation * 1000:.1f} mm from the checked path"
             shares = result.timed.binding.items()

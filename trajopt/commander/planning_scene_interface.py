@@ -31,7 +31,6 @@ from trajopt.commander.scene_messages import (
 from trajopt.commander.shape_msgs.msg import Plane, SolidPrimitive
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World, world_or_current
-from trajopt.errors import ObjectNotFound
 from trajopt.io.document import Node
 from trajopt.model.collisions.clearances import Clearances
 from trajopt.model.meshes.mesh_file import load_mesh
@@ -200,12 +199,9 @@ class PlanningSceneInterface:
         return found
 
     def get_object_poses(self, object_ids: Sequence[str]) -> dict[str, Pose]:
-        """Return the poses of objects, in the planning frame."""
+        """Return the poses of objects by name, in the planning frame, of those of them that are there."""
         objects = self.get_objects()
-        for name in object_ids:
-            if name not in objects:
-                raise ObjectNotFound("object", name, objects)
-        return {name: objects[name].pose for name in object_ids}
+        return {name: objects[name].pose for name in object_ids if name in objects}
 
     def get_objects(self, object_ids: Sequence[str] = ()) -> dict[str, CollisionObject]:
         """Return objects of the world by name, those of them that are there; all if none is named."""

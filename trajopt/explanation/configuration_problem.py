@@ -19,7 +19,7 @@ from trajopt.solvers import Sqp
 from trajopt.terms import Clearance, Constraint, constrain, constraint
 from trajopt.terms.gravity_torque import HoldingTorque
 from trajopt.terms.motion import Motion
-from trajopt.terms.residual import WHOLE
+from trajopt.terms.residual import WHOLE, units_of
 from trajopt.transcription.holding import LISTED
 
 ELASTIC = 10.0
@@ -129,7 +129,8 @@ def _bounded(item: Constraint, motion: Motion) -> ConstraintRows:
     rows = _rows(item, motion)
     lower, upper = item.bounds(rows)
     residual = item.residual
-    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, kind=type(residual))
+    kind, units = type(residual), units_of(residual)
+    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, kind=kind, units=units)
 
 
 def _elastic(item: Constraint, motion: Motion) -> CostRows:

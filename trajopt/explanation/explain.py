@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from trajopt.arrays import function, one_of
 from trajopt.errors import shown
+from trajopt.errors.arguments import checked
 from trajopt.explanation.candidates import candidates
 from trajopt.explanation.diagnosis import diagnose
 from trajopt.explanation.explanation import Explanation
@@ -15,6 +16,7 @@ from trajopt.planning.result import Result
 from trajopt.problem import Problem
 
 
+@checked
 def explain(
     result: Result, *, plan_again: bool = False, plan: Callable[[Problem], Result] = plan_problem
 ) -> Explanation:

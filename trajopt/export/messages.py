@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from trajopt.errors import ShapeError, listed
+from trajopt.errors.arguments import checked
 from trajopt.export.exporter import Exported
 from trajopt.model.trajectory import Interpolation, Trajectory
 from trajopt.moveit.joint_trajectory import header, points_document, write_message
@@ -22,6 +23,7 @@ AS_PLANNED = "the motion's own points: between them the controller goes along th
 class JointTrajectory:
     """`trajectory_msgs/JointTrajectory`, for the topic of a `joint_trajectory_controller`."""
 
+    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         """Write a motion, without a rate its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
@@ -33,6 +35,7 @@ class JointTrajectory:
 class FollowJointTrajectory:
     """The goal of `control_msgs/action/FollowJointTrajectory`; its tolerances are the controller's own."""
 
+    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         """Write a motion, without a rate its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)
@@ -51,6 +54,7 @@ class FollowJointTrajectory:
 class RobotTrajectory:
     """`moveit_msgs/RobotTrajectory`, for MoveIt's `execute`."""
 
+    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         """Write a motion, without a rate its own points; see `Exporter.write`."""
         motion = _at_rate(trajectory, hz)

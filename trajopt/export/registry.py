@@ -75,6 +75,6 @@ def _trajectory_of(motion: Trajectory | Planned) -> Trajectory:
     trajectory: object = getattr(plan, "trajectory", None)
     if not isinstance(trajectory, Trajectory):
         raise ProblemError(
-            f"export: give a plan, a result that has one, or a trajectory, not {shown(motion)}"
+            f"export: give a plan, a result that has one, or a trajectory; motion is {shown(motion)}"
         )
     return trajectory

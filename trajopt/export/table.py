@@ -5,6 +5,7 @@ import io
 from dataclasses import dataclass
 from pathlib import Path
 
+from trajopt.errors.arguments import checked
 from trajopt.export.exporter import Exported
 from trajopt.io.document import write_text
 from trajopt.model.trajectory import Trajectory
@@ -17,6 +18,7 @@ TABLE_RATE = 100.0
 class Csv:
     """A row for each sample: time, then position, velocity and acceleration of each joint, SI units."""
 
+    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         """Write a motion; see `Exporter.write`."""
         rate = TABLE_RATE if hz is None else hz

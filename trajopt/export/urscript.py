@@ -10,6 +10,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, number
 from trajopt.errors import ShapeError, listed
+from trajopt.errors.arguments import checked
 from trajopt.export.exporter import Exported
 from trajopt.io.document import write_text
 from trajopt.model.trajectory import Trajectory
@@ -60,6 +61,7 @@ class Servoj:
         _within("lookahead_time", self.lookahead_time, 0.03, 0.2)
         _within("gain", self.gain, 100.0, 2000.0)
 
+    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         """Write a motion; see `Exporter.write`."""
         rate = CONTROL_RATE if hz is None else number("hz", hz)
@@ -101,6 +103,7 @@ class Movej:
         _within("tolerance", self.tolerance, 1e-6, 1.0)
         _within("blend", self.blend, 0.0, 1.0)
 
+    @checked
     def write(self, trajectory: Trajectory, path: Path, hz: float | None) -> Exported:
         """Write a motion; see `Exporter.write`. There is no rate.
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number, one_of
 from trajopt.errors import ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.methods import Knots, Method
 from trajopt.model.placement import Placement, as_placement
 from trajopt.model.requirements import (
@@ -78,6 +79,7 @@ class Grasp:
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
         for way in ("approach", "lift"):
             one_of(way, getattr(self, way), Straight)
+        one_of("name", self.name, str)
         positive("force", self.force)
         if number("width", self.width) < 0.0:
             raise ShapeError("width", f"is negative: {self.width:g} m")
@@ -116,12 +118,14 @@ class Place(Value):
     def __post_init__(self, degrees: bool) -> None:
         """Check the tolerances, and the types of all fields."""
         object.__setattr__(self, "placement", as_placement("placement", self.placement))
-        one_of("frame", self.frame, str)
+        for field_name in ("frame", "name"):
+            one_of(field_name, getattr(self, field_name), str)
         for way in ("lower", "retreat"):
             one_of(way, getattr(self, way), Straight)
         asked = self.requirement(WORLD, degrees=degrees)
         object.__setattr__(self, "rotation_tolerance", asked.rotation_tolerance)
 
+    @checked
     def requirement(self, name: str, *, degrees: bool = False) -> FramePlacement:
         """Return the requirement on the object of that name."""
         return frame_placement(
@@ -133,6 +137,7 @@ class Place(Value):
             degrees=degrees,
         )
 
+    @checked
     def error(self, placed: Placement, frame: Placement) -> Floats:
         """Return how far a placed object is from here.
 
@@ -153,6 +158,7 @@ class Place(Value):
         return floats("error", np.where(free, 0.0, off), (6,))
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class GraspingOptions:
     """Options of `pick`, `place` and `pick_and_place`.

@@ -7,6 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, floats, one_of
 from trajopt.errors import GripperError, NameNotFound, ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.description.srdf import EndEffector
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, reduce_model, tool_frame
@@ -16,6 +17,7 @@ from trajopt.model.scene import Scene
 from trajopt.query import Query
 
 
+@checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Gripper(Value):
     """A gripper with two fingers whose pads stay parallel.
@@ -78,6 +80,7 @@ class Gripper(Value):
         x = np.cross(self.closing, self.approach)
         return Placement(floats("axes", np.stack((x, self.closing, self.approach), axis=1), (3, 3)))
 
+    @checked
     def joints_at(self, opening: float) -> Mapping[str, float]:
         """Return where the driven joints are at an opening, joint -> position [rad | m].
 
@@ -98,6 +101,7 @@ class Gripper(Value):
             name: float(np.interp(opening, self.openings, np.asarray(column))) for name, column in columns
         }
 
+    @checked
     def opening_at(self, robot: Robot, positions: Floats) -> float:
         """Return how far the fingers are open at positions of all joints, by the first driven joint [m]."""
         joint = float(positions[robot.index(self.joint_names[:1])][0])
@@ -105,6 +109,7 @@ class Gripper(Value):
         order = np.argsort(column)
         return float(np.interp(joint, column[order], self.openings[order]))
 
+    @checked
     def pressing(self, width: float, force: float) -> Mapping[str, float]:
         """Return the effort of the driven joints with which each finger presses, by joint [N | Nm].
 
@@ -123,6 +128,7 @@ class Gripper(Value):
         rise = self.positions[place] - self.positions[place - 1]
         return len(self.joint_names) * rise / (self.openings[place] - self.openings[place - 1])
 
+    @checked
     def opened(self, robot: Robot, positions: Floats, opening: float) -> Floats:
         """Return positions of all joints with the fingers at an opening [rad | m].
 

@@ -5,8 +5,9 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import one_of, sequence, unless_none
+from trajopt.arrays import one_of, sequence, several, unless_none
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.grasping.grasp import Grasp, GraspingOptions, Place
 from trajopt.grasping.gripper import Gripper, arm_of, gripper_of
 from trajopt.grasping.result import PickPlaceResult
@@ -25,6 +26,8 @@ LET_GO = 0.02
 """By default, how much wider the fingers open to let go [m]."""
 
 
+@checked
+@checked
 def pick_and_place(
     scene: Scene,
     name: str,
@@ -79,6 +82,7 @@ def pick_and_place(
     return Search(task, _places(task.scene, places)).take(_graspable(task, grasps))
 
 
+@checked
 def pick(
     scene: Scene,
     name: str,
@@ -104,6 +108,7 @@ def pick(
     return Search(task, ()).take(_graspable(task, grasps))
 
 
+@checked
 def place(
     scene: Scene,
     name: str,
@@ -192,8 +197,7 @@ def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) ->
 
 def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
     """Check the places: that there are some, and that their frames are known."""
-    given = (places,) if isinstance(places, Place) else sequence("places", places)
-    listed = tuple(one_of("a place", place, Place) for place in given)
+    listed = several("places", (places,) if isinstance(places, Place) else places, Place)
     if not listed:
         raise ProblemError("name at least one place to put the object")
     for each in listed:
@@ -204,7 +208,7 @@ def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
 
 def _graspable(task: Task, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
     """Check the grasps: that there are some, that their frames are known, and that the object stands."""
-    listed = tuple(one_of("a grasp", grasp, Grasp) for grasp in sequence("grasps", grasps))
+    listed = several("grasps", grasps, Grasp)
     if not listed:
         raise ProblemError(f"name at least one grasp of {shown(task.name)}")
     for each in listed:

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
 from trajopt.errors import PlanningFailed, shown
+from trajopt.errors.arguments import checked
 from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.gripper import Gripper
 from trajopt.model.scene import Scene
@@ -71,6 +72,7 @@ class Segment:
         """Of motion and rest [s]."""
         return self.trajectory.duration + self.rest
 
+    @checked
     def positions(self, time: float) -> Floats:
         """Return positions of all joints at a time since its beginning, shape (number of joints,)."""
         return self.result.problem.reduced.all_positions(self.trajectory(time))
@@ -97,6 +99,7 @@ class Timeline:
         self.begins = readonly(ends[:-1])
         self.duration = float(ends[-1])
 
+    @checked
     def segment_at(self, t: float) -> int:
         """Return the index of the motion that runs, or rests, at a time [s]; clipped to the duration."""
         return max(int(np.searchsorted(self.begins, t, side="right")) - 1, 0)
@@ -205,6 +208,7 @@ class PickPlaceResult(Value):
         """Positions of all joints after, shape (number of joints,) [rad | m]."""
         return self.require()[-1].end
 
+    @checked
     def segment(self, stage: Stage) -> Segment | None:
         """Return the motion of a stage; None if it has none."""
         return next((item for item in self.segments if item.stage is stage), None)

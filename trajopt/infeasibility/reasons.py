@@ -119,7 +119,7 @@ def blocks_on_the_way(problem: Problem, solved: SolveResult) -> tuple[Block, ...
         for row in np.flatnonzero(block.violation > block.tolerance).tolist():
             amount, kind = float(block.violation[row]), BlockKind.REQUIREMENT
             place = float(block.rows.place[row]) / (problem.knots - 1)
-            subjects, what = (block.name,), f"{block.name} by {amount:.3g}"
+            subjects, what = (block.name,), f"{block.name} by {in_unit(amount, block.unit_of(row))}"
             if block.kind is Clearance:
                 kind, subjects = BlockKind.CONTACT, problem.reduced.owners(int(block.rows.component[row]))
                 required = problem.scene.clearance_of(*subjects)

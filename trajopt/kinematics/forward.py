@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.arguments import frame_of
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
@@ -43,6 +44,7 @@ class Placements(Value):
         return (self[index] for index in range(len(self)))
 
 
+@checked
 def forward_kinematics(
     reduced: ReducedModel,
     frame: str,
@@ -71,6 +73,7 @@ def forward_kinematics(
     return Placements(readonly(at.rotation), readonly(at.point))
 
 
+@checked
 def frame_jacobian(
     reduced: ReducedModel,
     frame: str,

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.arguments import count_of, requirements_of
 from trajopt.kinematics.goal_candidates import LEVENBERG_MARQUARDT, STARTS, goal_candidates
 from trajopt.kinematics.methods import InverseMethod, inverse_method
@@ -49,6 +50,7 @@ class InverseSolutions(Value):
         return f"no configuration found that holds the goal; in the nearest {why}"
 
 
+@checked
 def inverse_kinematics(
     reduced: ReducedModel,
     goal: Requirement | Sequence[Requirement],
@@ -85,7 +87,7 @@ def inverse_kinematics(
     wanted = requirements_of(reduced, "goal", goal)
     if not wanted:
         raise ProblemError("inverse_kinematics needs a goal: frame_placement(...) or several requirements")
-    at = reduced if near is None else with_start(reduced, near)
+    at = reduced if near is None else with_start(reduced, near, "near")
     found = goal_candidates(
         at,
         wanted,
@@ -100,11 +102,16 @@ def inverse_kinematics(
     return InverseSolutions(found.free, found.blocked, nearest)
 
 
-def with_start(reduced: ReducedModel, positions: ArrayLike) -> ReducedModel:
+def with_start(reduced: ReducedModel, positions: ArrayLike, name: str = "positions") -> ReducedModel:
     """Return the model with the group's joints starting elsewhere; all others stay where they are.
+
+    Args:
+        reduced: The model.
+        positions: Of the group's joints, shape (n,) [rad | m].
+        name: What they are called, for errors.
 
     Raises:
         ShapeError: If there is not one finite position for each joint of the group.
     """
-    place = floats("positions", positions, (len(reduced.joint_names),))
+    place = floats(name, positions, (len(reduced.joint_names),))
     return replace(reduced, start=readonly(reduced.all_positions(place)))

@@ -6,6 +6,7 @@ from typing import Protocol
 
 from trajopt.arrays import Floats
 from trajopt.errors import SolverNotFound
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.projection import Projection
 
 
@@ -40,6 +41,7 @@ class LevenbergMarquardt:
 
     name = "levenberg-marquardt"
 
+    @checked
     def search(self, projection: Projection) -> None:
         """Leave the search to the projection; see `InverseMethod.search`."""
         del projection

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Ints, Value, floats, number, readonly
 from trajopt.errors import FileFormatError, ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.arguments import count_of, frame_of
 from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress, Sampler
@@ -74,6 +75,7 @@ class ReachMap(Value):
         """
         return self.reached / self.directions
 
+    @checked
     def centres(self, axis: int) -> Floats:
         """Return the middles of the cells along an axis, 0 to 2 [m]."""
         middles = np.arange(self.hits.shape[axis], dtype=np.float64) + 0.5
@@ -92,6 +94,7 @@ class ReachMap(Value):
         inside = all(0 <= at < size for at, size in zip((i, j, k), self.hits.shape, strict=True))
         return (i, j, k) if inside else None
 
+    @checked
     def save(self, path: Path | str) -> Path:
         """Write the map as a compressed npz; returns the file written, its suffix added if there was none."""
         target = Path(path) if Path(path).suffix else Path(path).with_suffix(".npz")
@@ -102,6 +105,7 @@ class ReachMap(Value):
         return target
 
     @staticmethod
+    @checked
     def load(path: Path | str) -> "ReachMap":
         """Read a map that `save` wrote.
 
@@ -138,6 +142,7 @@ class ReachMap(Value):
         )
 
 
+@checked
 def reach_map(
     reduced: ReducedModel,
     frame: str,

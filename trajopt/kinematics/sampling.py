@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.arguments import count_of, requirements_of
 from trajopt.kinematics.projection import Projection
 from trajopt.kinematics.validity import clear, pair_margins
@@ -47,6 +48,7 @@ class RandomConfigurations(Value):
         )
 
 
+@checked
 def random_configurations(
     reduced: ReducedModel,
     count: int,

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Bools, Floats, Value, floats, number, one_of, readonly
 from trajopt.errors import JointNotFound, ProblemError, ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.arguments import requirements_of
 from trajopt.kinematics.projection import Projection
 from trajopt.kinematics.validity import clear
@@ -48,6 +49,7 @@ class SelfMotion(Value):
         return f"{len(self.positions)} configurations, {int(self.free.sum())} of them free, {ring}"
 
 
+@checked
 def self_motion(
     reduced: ReducedModel,
     goal: Requirement | Sequence[Requirement],

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Bools, Floats, Value, readonly
 from trajopt.errors import FileFormatError, MissingExtra, ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.arguments import count_of, frame_of
 from trajopt.kinematics.forward import manipulability, moving_frame, stacked_jacobian
 from trajopt.kinematics.sampling import BATCH, Progress
@@ -55,6 +56,7 @@ class ConfigurationTable(Value):
         """Return the number of rows."""
         return len(self.positions)
 
+    @checked
     def write(self, path: Path | str) -> None:
         """Write the table: `.parquet` with a column for each number, `.npz` with the arrays.
 
@@ -92,6 +94,7 @@ class ConfigurationTable(Value):
         pq.write_table(pa.table(columns).replace_schema_metadata(facts), path)
 
 
+@checked
 def sample_table(
     reduced: ReducedModel,
     frame: str,
@@ -161,6 +164,7 @@ def _rows(query: Query, frame: str, reference: str, positions: Floats, free: Boo
     )
 
 
+@checked
 def read_table(path: Path | str) -> ConfigurationTable:
     """Read a table that `ConfigurationTable.write` wrote.
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from trajopt.arrays import Floats
+from trajopt.errors.arguments import checked
 from trajopt.methods.method import Decoded, NlpProgram, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.solvers import HasBriefForm, Solver, SolveResult, Sqp
@@ -18,6 +19,7 @@ class NarrowResult(SolveResult):
     """A path through gaps that are too narrow for the margins."""
 
 
+@checked
 @dataclass(frozen=True)
 class Knots:
     """The method that planning uses unless told otherwise: sequential QP over knots.
@@ -37,6 +39,7 @@ class Knots:
         """Refuse a start in motion; every term has rows over knots."""
         return moving_start(problem)
 
+    @checked
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
         """Transcribe a problem over knots; see `Method.program`."""
         return KnotsProgram(transcribe(problem, seed, waypoint_knots), self.solver)

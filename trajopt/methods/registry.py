@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from trajopt.errors import ProblemError, SolverNotFound, shown
+from trajopt.errors.arguments import checked
 from trajopt.methods.bspline import Bspline
 from trajopt.methods.free_duration import FreeDuration
 from trajopt.methods.knots import Knots
@@ -48,6 +49,7 @@ def method_names() -> tuple[str, ...]:
     return (*METHODS, *sorted(installed - set(METHODS)))
 
 
+@checked
 def method_named(name: str) -> Method:
     """Return a method with its default options.
 

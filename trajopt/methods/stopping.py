@@ -7,6 +7,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import EXCESS, JointLimits
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
@@ -21,6 +22,7 @@ Ticks = tuple[int, int, int]
 """How long the three pieces of a stop take."""
 
 
+@checked
 def stopping_motion(problem: Problem) -> Trajectory:
     """Return a motion that brings a start in motion to rest as soon as the limits allow.
 

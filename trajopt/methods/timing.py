@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import JointLimits
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Path
@@ -17,6 +18,7 @@ PATH_TOLERANCE = 5e-3
 """How far a timed motion may leave its path unless told otherwise [m]."""
 
 
+@checked
 def retime_path(
     problem: Problem,
     path: Path,

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import floats, number, one_of, sequence
 from trajopt.errors import ModelError
+from trajopt.errors.arguments import checked
 from trajopt.model.requirements.requirement import direction_of, positive
 
 
@@ -86,6 +87,7 @@ class RobotBase:
     drive: Drive = Drive.HOLONOMIC
     drift: float = DRIFT
 
+    @checked
     def rolling(self, moved: Sequence[str]) -> tuple[int, int, int] | None:
         """Return where x, y and yaw are among joints that move; None where no wheels have to roll."""
         if self.drive is not Drive.DIFFERENTIAL or not set(self.joints) <= set(moved):
@@ -98,6 +100,7 @@ PLANAR = ("/x", "/y", "/theta")
 """What MoveIt calls the variables of a planar joint, after the joint's name."""
 
 
+@checked
 def planar_base(
     lower: ArrayLike,
     upper: ArrayLike,
@@ -163,6 +166,7 @@ def planar_base(
     )
 
 
+@checked
 def rail(
     axis: ArrayLike,
     lower: float,

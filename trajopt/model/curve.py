@@ -13,6 +13,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
 from trajopt.model.printed import in_degrees, in_length
 
@@ -128,11 +129,13 @@ class Curve(Value):
             rotation[here], translation[here] = places.rotation, places.translation
         return Places(rotation, translation)
 
+    @checked
     def placement(self, s: float) -> Placement:
         """Return the placement at a length along the curve [m]."""
         place = self(np.array((s,)))
         return Placement(readonly(place.rotation[0]), readonly(place.translation[0]))
 
+    @checked
     def pose_before(self, s: float) -> int:
         """Return the number, from 0, of the last pose that is reached before or at a length [m]."""
         return int(np.searchsorted(self.poses, s + JOINED, side="right")) - 1
@@ -152,6 +155,7 @@ class Curve(Value):
         return f"Curve({self.length:.4g} m, {len(self.pieces)} pieces, from {first} to {last})"
 
 
+@checked
 def joined(curves: Sequence[Curve]) -> Curve:
     """Join curves end to end.
 

@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 from trajopt.arrays import one_of, path
 from trajopt.errors import FileFormatError, MissingExtra, ModelError, RobotNotFound, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.bases import MovingBase
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot
@@ -22,6 +23,7 @@ _FROM_SDF = (
 )
 
 
+@checked
 def load(
     robot: str | Path,
     *,

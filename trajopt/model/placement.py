@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, readonly
 from trajopt.errors import ShapeError, SizeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.likely_units import stated_angles
 from trajopt.model.rotations import as_quaternion, as_rpy, from_quaternion, from_rpy
 
@@ -105,6 +106,7 @@ IDENTITY = Placement()
 """Where a frame is, seen from itself; it costs nothing to compose with."""
 
 
+@checked
 def placement(
     xyz: ArrayLike = (0.0, 0.0, 0.0),
     *,

@@ -12,8 +12,9 @@ from typing import Any, Protocol, TypeVar, cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, readonly, unless_none
 from trajopt.errors import FrameNotFound, ProblemError, listed, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.cached import cached_per_value
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.collisions.collision_model import CollisionModel, collision_model_of
@@ -160,6 +161,7 @@ def _again(scene: Scene, group: str, start: Floats, loaded: ModelData | None) ->
     return reduced if loaded is None else replace(reduced, model=model_of(loaded))
 
 
+@checked
 def reduce_model(scene: Scene, group: str, start: Floats) -> ReducedModel:
     """Fix every joint outside the group where it is at the start; mimic joints are where they follow.
 
@@ -270,7 +272,7 @@ class Planned(Protocol):
 
 
 def model_and_trajectory(
-    caller: str, motion: Planned | ReducedModel, trajectory: Trajectory | None
+    caller: str, motion: Planned | ReducedModel, trajectory: Trajectory | None, argument: str = "motion"
 ) -> tuple[ReducedModel, Trajectory]:
     """Return what moves and how, of a plan or of a reduced model with a trajectory.
 
@@ -278,12 +280,14 @@ def model_and_trajectory(
         caller: Name of the function that was called, for errors.
         motion: A plan, a result that has one, or a reduced model.
         trajectory: The motion of a reduced model; of a plan, None for its own.
+        argument: What the caller calls `motion`, for errors.
 
     Raises:
         PlanningFailed: If the result has no plan.
         ProblemError: If it is neither, the trajectory is missing, or something changes with time.
     """
-    reduced, moved = _model_and_trajectory(caller, motion, trajectory)
+    unless_none("trajectory", trajectory, Trajectory)
+    reduced, moved = _model_and_trajectory(caller, motion, trajectory, argument)
     if reduced.scene.changing:
         names = listed(reduced.scene.changing)
         raise ProblemError(
@@ -293,7 +297,7 @@ def model_and_trajectory(
 
 
 def _model_and_trajectory(
-    caller: str, motion: Planned | ReducedModel, trajectory: Trajectory | None
+    caller: str, motion: Planned | ReducedModel, trajectory: Trajectory | None, argument: str
 ) -> tuple[ReducedModel, Trajectory]:
     if isinstance(motion, ReducedModel):
         if trajectory is None:
@@ -301,6 +305,6 @@ def _model_and_trajectory(
         return motion, trajectory
     plan: object = motion.require() if hasattr(motion, "require") else None
     if not hasattr(plan, "problem"):
-        raise ProblemError(f"{caller}: give a plan, or a result that has one, not {shown(motion)}")
+        raise ProblemError(f"{caller}: give a plan, or a result that has one; {argument} is {shown(motion)}")
     plan = cast(PlannedMotion, plan)
     return plan.problem.reduced, plan.trajectory if trajectory is None else trajectory

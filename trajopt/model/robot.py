@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, Ints, mapping, one_of
+from trajopt.arrays import Floats, Ints, floats, mapping, one_of, several, unless_none
 from trajopt.errors import (
     FrameNotFound,
     GroupNotFound,
@@ -113,7 +113,7 @@ class Robot(RobotParts):
             NameNotFound: If the limits or a frame name what the URDF does not have.
         """
         beside = Beside(srdf, limits, frames, name, meshes)
-        return Robot(**vars(parts_of_urdf(Path(urdf), package_dirs, xacro, base, beside)))
+        return Robot(**vars(parts_of_urdf(urdf, package_dirs, xacro, base, beside)))
 
     @staticmethod
     def from_pinocchio(
@@ -186,7 +186,7 @@ class Robot(RobotParts):
             ModelError: If a geom is a height field or a signed distance field.
             NameNotFound: If the limits or a frame name what the model does not have.
         """
-        return Robot(**vars(parts_of_mjcf(Path(file), base, Beside(srdf, limits, frames, name, meshes))))
+        return Robot(**vars(parts_of_mjcf(file, base, Beside(srdf, limits, frames, name, meshes))))
 
     @cached_property
     def links(self) -> tuple[str, ...]:
@@ -231,7 +231,7 @@ class Robot(RobotParts):
         Raises:
             JointNotFound: If one is no movable joint.
         """
-        for joint in (names := tuple(joints)):
+        for joint in (names := several("joints", joints, str)):
             if joint not in self.joint_names:
                 raise JointNotFound("joint", joint, self.joint_names)
         return np.array([self.joint_names.index(joint) for joint in names], dtype=np.int64)
@@ -261,11 +261,12 @@ class Robot(RobotParts):
             StateNotFound: If there is no named state of that name.
         """
         result = np.clip(np.zeros(len(self.joint_names)), self.limits.lower, self.limits.upper)
+        _ = unless_none("group", group, str), one_of("degrees", degrees, bool)
         stated = dict[str, float]() if values is None else values
-        named = self.state(stated, group=group) if isinstance(stated, str) else mapping("positions", stated)
+        named = self.state(stated, group=group) if isinstance(stated, str) else mapping("values", stated)
         for joint, value in named.items():
             place = self.index([joint])[0]  # the name is checked before it is asked how the joint moves
-            turns = one_of("degrees", degrees, bool) and joint_unit(self.model, joint) == "rad"
+            turns = degrees and joint_unit(self.model, joint) == "rad"
             in_degrees = turns and not isinstance(values, str)
             result[place] = stated_angle(f"position of {joint}", value, degrees=in_degrees)
         return completed(
@@ -303,7 +304,7 @@ class Robot(RobotParts):
 
     def configuration(self, positions: Floats) -> Floats:
         """Return pinocchio's configuration of all joints' positions [rad | m], shape (model.nq,)."""
-        return configuration(self.model, positions)
+        return configuration(self.model, floats("positions", positions, (len(self.joint_names),)))
 
     def with_torque_scaling(self, scaling: float, *, joints: Iterable[str] | None = None) -> "Robot":
         """Return the robot with other limits of torque, or none; `notes` says so.

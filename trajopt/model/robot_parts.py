@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from trajopt.arrays import Value
 from trajopt.errors import FileFormatError
+from trajopt.errors.arguments import checked
 from trajopt.model.bases import MovingBase, RobotBase
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
 from trajopt.model.description.base_joints import with_base
@@ -60,6 +61,7 @@ class RobotParts(Value):
     urdf_xml: str
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Beside:
     """What is asked of a robot beside its kinematics, as `Robot.from_urdf` says of each."""
@@ -79,21 +81,23 @@ class Beside:
         return {} if self.limits is None else read_joint_limits(Path(self.limits))
 
 
+@checked
 def parts_of_urdf(
-    urdf: Path,
+    urdf: Path | str,
     package_dirs: Sequence[Path | str],
     xacro: Mapping[str, str] | None,
     base: MovingBase | None,
     beside: Beside,
 ) -> RobotParts:
     """Return the parts of a robot that files describe; as `Robot.from_urdf`."""
-    written = read_urdf(urdf, [Path(folder) for folder in package_dirs], xacro)
+    written = read_urdf(Path(urdf), [Path(folder) for folder in package_dirs], xacro)
     return _parts_of_description(written, beside.semantics(), base, beside)
 
 
-def parts_of_mjcf(file: Path, base: MovingBase | None, beside: Beside) -> RobotParts:
+@checked
+def parts_of_mjcf(file: Path | str, base: MovingBase | None, beside: Beside) -> RobotParts:
     """Return the parts of a robot of MuJoCo's; as `Robot.from_mjcf`."""
-    written, stated = read_mjcf(file)
+    written, stated = read_mjcf(Path(file))
     semantics = beside.semantics()
     semantics = replace(
         semantics,
@@ -122,6 +126,7 @@ def _parts_of_description(
     return _assembled(model, description, based.srdf, limits, based.base, beside)
 
 
+@checked
 def parts_of_pinocchio(
     model: pin.Model,
     collision_model: pin.GeometryModel | None,

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from trajopt.arrays import Floats, one_of
+from trajopt.arrays import Floats, floats, one_of, unless_none
 from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, shown
 from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.model.meshes.mesh_cover import MeshPolicy
-from trajopt.model.placement import PlacementLike
+from trajopt.model.placement import PlacementLike, as_placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene_object import SceneObject, checked_mass, covered_parts, object_placement
 from trajopt.model.scene_parts import SceneParts
@@ -77,7 +77,7 @@ class Scene(SceneParts):
         if not name or name == WORLD or name in self.frame_names:
             raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
         self._check_frame(frame)
-        parts, notes = covered_parts(name, shape, meshes or MeshPolicy())
+        parts, notes = covered_parts(name, shape, unless_none("meshes", meshes, MeshPolicy) or MeshPolicy())
         links = self._owners(touch_links)
         where = object_placement(name, placement)
         if motion is not None and (placement is not None or frame != WORLD):
@@ -149,7 +149,7 @@ class Scene(SceneParts):
         self._check_frame(target)
         self._check_not_within(name, target)
         timing = replace(item.timing, motion=None)
-        where = object_placement(name, placement)
+        where = object_placement(name, as_placement("placement", placement))
         moved = replace(item, placement=where, frame=target, timing=ALWAYS if timing.always else timing)
         if name not in self.tools:
             return self._with(moved)
@@ -209,7 +209,7 @@ class Scene(SceneParts):
             ShapeError: If the mass is negative or not finite.
         """
         item = self.object(name)
-        holder = self.holder(link).link
+        holder = self.holder(one_of("link", link, str)).link
         if holder == WORLD:
             raise ModelError(
                 f"{shown(link)} stands in the world: nothing attached to it would move; "
@@ -220,6 +220,7 @@ class Scene(SceneParts):
             raise ModelError("attach: give either `placement`, in the link, or `at`, where it is grasped")
         where = object_placement(name, placement)
         if at is not None:
+            at = floats("at", at, (len(self.robot.joint_names),))
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
         links = self._owners(touch_links) | {holder, self.owner(link)} | item.touch_links
         weight = item.mass if mass is None else checked_mass(name, mass)
@@ -246,7 +247,7 @@ class Scene(SceneParts):
         Raises:
             FrameNotFound: If a name is no link, frame or object.
         """
-        matrix = self.allowed
+        matrix, allowed = self.allowed, one_of("allowed", allowed, bool)
         for meant in (self._entered, self.owner):
             one, other = meant(a), None if b is None else meant(b)
             matrix = (

@@ -267,6 +267,9 @@ class SceneParts(Value):
     ) -> tuple[frozenset[str] | None, Mapping[PairKind, float]]:
         """Return the pair that is asked of, if it is one, and what is asked of kinds of pairs [m]."""
         order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
+        first = "margin" if caller == "with_margin" else "value"
+        for name, each in zip((first, "world", "carried", "robot"), (value, *kinds), strict=True):
+            _ = None if each is None else number(name, each)
         stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
         pair = self._pair(caller, a, b)
         if pair is not None and (value is None or stated):

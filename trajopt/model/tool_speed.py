@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number, one_of
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.likely_units import stated_angle
 from trajopt.model.printed import in_degrees, in_length
 
@@ -48,6 +49,7 @@ class ToolSpeed(Value):
         return f"ToolSpeed({self})"
 
 
+@checked
 def tool_speed(
     frame: str,
     *,

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
 from trajopt.errors import ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_number
 from trajopt.model.rotations import as_rotation_vector, from_rotation_vector
@@ -81,6 +82,7 @@ class Track(Value):
                 )
 
     @staticmethod
+    @checked
     def through(times: ArrayLike, placements: Sequence[PlacementLike]) -> "Track":
         """Make a track that is at placements at times, straight and turning evenly in between.
 
@@ -114,6 +116,7 @@ class Track(Value):
         )
 
     @staticmethod
+    @checked
     def constant_velocity(
         placement: PlacementLike,
         velocity: ArrayLike,
@@ -164,6 +167,7 @@ class Track(Value):
         piece = min(max(int(np.searchsorted(self.times, moment, side="right")) - 1, 0), len(self.rates) - 1)
         return self._within(piece, moment - float(self.times[piece]))
 
+    @checked
     def shifted(self, time: float) -> "Track":
         """Return the track by a clock that shows 0 when this one's shows `time` [s]."""
         return replace(self, times=readonly(self.times - number("time", time)))
@@ -213,6 +217,7 @@ class Prediction(Value):
         if number("until", self.until, infinite=True) <= 0.0:
             raise ShapeError("until", f"must be after 0 s, is {self.until:g} s")
 
+    @checked
     def error_at(self, time: float) -> float:
         """Return how far points may be from where the track has them at a time [m]."""
         radius, velocity, acceleration = self.error

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
 from trajopt.errors import JointNotFound, ShapeError, listed
+from trajopt.errors.arguments import checked
 from trajopt.model.printed import in_number
 
 MEETING = 1e-5
@@ -17,6 +18,7 @@ MEETING = 1e-5
 judge takes a tenth of it for the start state."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Path(Value):
     """A polyline through knots in joint space, without time.
@@ -68,6 +70,7 @@ class Interpolation(Enum):
     QUINTIC = 5
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Trajectory(Value):
     """Joint positions over time: polynomials between points.
@@ -110,6 +113,7 @@ class Trajectory(Value):
         if self.accelerations is not None and self.velocities is None:
             raise ShapeError("velocities", "are missing while accelerations are given")
 
+    @checked
     def ordered(self, joint_names: tuple[str, ...]) -> "Trajectory":
         """Return the same motion with its joints in another order.
 
@@ -133,6 +137,7 @@ class Trajectory(Value):
             None if accelerations is None else accelerations[:, order],
         )
 
+    @checked
     def between(self, begin: float, end: float) -> "Trajectory":
         """Return the part of the motion from one time to another, its own time starting at 0.
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from trajopt.arrays import readonly
 from trajopt.errors import JointNotFound
+from trajopt.errors.arguments import checked
 from trajopt.io.document import Node
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import (
@@ -67,6 +68,7 @@ def read_constraints(node: Node, scene: Scene, reading: Reading) -> tuple[tuple[
     return tuple(found), scene
 
 
+@checked
 def reads_constraints(field: str) -> Callable[[Reader], Reader]:
     """Register a reader for a field of constraints messages that MoveIt does not have.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value
 from trajopt.errors import FrameNotFound, GroupNotFound
+from trajopt.errors.arguments import checked
 from trajopt.io.document import Node, read_document
 from trajopt.model.description.groups import ALL_JOINTS
 from trajopt.model.requirements import JointPositions, Requirement, any_of
@@ -84,6 +85,7 @@ class RequestFile(Value):
         )
 
 
+@checked
 def read_request(path: Path | str, scene: SceneFile | Scene) -> RequestFile:
     """Read a `moveit_msgs/MotionPlanRequest` from YAML.
 

@@ -15,6 +15,7 @@ Between its times an object goes straight and turns evenly; before the first and
 from pathlib import Path
 
 from trajopt.errors import ModelError, ObjectNotFound
+from trajopt.errors.arguments import checked
 from trajopt.io.document import Node, read_list
 from trajopt.model.placement import Placement, placement
 from trajopt.model.scene import Scene
@@ -24,6 +25,7 @@ FIELDS = ("object", "times", "positions", "orientations", "error", "until", "app
 ERROR_FIELDS = ("radius", "velocity", "acceleration")
 
 
+@checked
 def read_motions(path: Path | str, scene: Scene) -> Scene:
     """Read the motions of a scene's objects, and when they appear and expire.
 

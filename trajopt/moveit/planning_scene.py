@@ -6,6 +6,7 @@ from pathlib import Path
 
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, ModelError, ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.io.document import Node, read_document
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
@@ -49,6 +50,7 @@ class SceneFile:
         return layered_positions(self.scene.robot, self.state)
 
 
+@checked
 def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
     """Read a `moveit_msgs/PlanningScene` from YAML.
 

@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+from trajopt.errors.arguments import checked
 from trajopt.io.document import Node, read_document
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import header, points_document, read_points, write_message
 from trajopt.moveit.planar_joints import joined, multi_dof_points, planar_joints, read_multi_dof, split
 
 
+@checked
 def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
     """Write a trajectory as `moveit_msgs/RobotTrajectory`: JSON where the file's name ends so, else YAML.
 
@@ -33,6 +35,7 @@ def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
     write_message(path, document)
 
 
+@checked
 def read_trajectory(path: Path | str) -> Trajectory:
     """Read a `moveit_msgs/RobotTrajectory` from YAML or JSON.
 

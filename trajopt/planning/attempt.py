@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from trajopt.arrays import Floats, floats, one_of, several
+from trajopt.arrays import Floats, floats, several
+from trajopt.errors.arguments import check_arguments
 from trajopt.infeasibility import reasons
 from trajopt.methods import Method, Program, SupportsEarlyStop, SupportsImprovement, choose
 from trajopt.model.trajectory import Trajectory
@@ -47,11 +48,10 @@ def plan_once(
         ShapeError: If the seed is not of the problem's knots and the group's joints.
         Stopped: If the workspace's budget runs out first.
     """
+    check_arguments(plan_once, locals())
     work = workspace or Workspace(problem, BudgetTracker(Budget()))
     if program is None:
-        one_of("problem", problem, Problem)
         several("waypoint_knots", waypoint_knots, int)
-        one_of("brief", brief, bool)
         seed = floats("seed", seed, (problem.knots, len(problem.reduced.joint_names)))
         program = choose(problem, method).method.program(problem, seed, waypoint_knots)
 

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.arrays import Floats, Printed, one_of
+from trajopt.errors.arguments import checked
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import During, Requirement
 from trajopt.model.trajectory import Trajectory
@@ -91,6 +92,7 @@ class Judged(Printed):
         return self.known or judge(self.problem, self.trajectory)
 
 
+@checked
 def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None = None) -> Certificate:
     """Judge a motion by everything that a problem requires; nothing else that its planner made is used.
 

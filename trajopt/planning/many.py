@@ -10,6 +10,7 @@ from typing import Protocol
 
 from trajopt.arrays import function, one_of, sequence
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result
 from trajopt.problem import Problem
@@ -27,6 +28,7 @@ class Planner(Protocol):
         ...
 
 
+@checked
 def plan_many(
     problems: Iterable[Problem],
     *,

@@ -6,7 +6,7 @@ from threading import Event
 
 import numpy as np
 
-from trajopt.arrays import one_of, unless_none
+from trajopt.arrays import function, one_of, unless_none
 from trajopt.errors import ProblemError
 from trajopt.methods import Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
@@ -69,6 +69,7 @@ def plan(
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
+    function("on_incumbent", on_incumbent)
     given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
     if one_of("every_goal", every_goal, bool):

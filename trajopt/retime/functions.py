@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from trajopt.arrays import Floats, Value
+from trajopt.errors.arguments import checked
 
 SpeedOfTools: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions and velocities of the joints, (S, n) each -> m speeds of tools, (S, m) [m/s | rad/s]."""
@@ -14,6 +15,7 @@ DeviationBound: TypeAlias = Callable[[Floats, Floats], Floats]
 """Positions (S, n) on the smooth path and on the polyline -> how far any body moves (S,) [m]."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class ToolLimits(Value):
     """Limited speeds of tools, and the function that returns them.

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 from trajopt.arrays import Printed
 from trajopt.errors import ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.model.trajectory import Trajectory
 
 LEAST_TOLERANCE = 1e-7
 """Corners are never rounded more tightly than this [m | rad]."""
 
 
+@checked
 @dataclass(frozen=True)
 class RetimeOptions:
     """Options of `retime`.

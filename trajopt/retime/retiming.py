@@ -3,6 +3,7 @@
 import numpy as np
 
 from trajopt.errors import ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import LONGEST, Path, Trajectory
 from trajopt.native import timing
@@ -16,6 +17,7 @@ KINDS = ("velocity", "tool speed", "acceleration", "torque", "jerk")
 """Kinds of limits, in the order of the core's `Kind`."""
 
 
+@checked
 def retime(
     path: Path,
     limits: JointLimits,

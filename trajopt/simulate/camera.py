@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, Value, readonly
+from trajopt.errors.arguments import checked
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.shapes import Plane, bounding_box
@@ -20,6 +21,7 @@ SURROUNDINGS = 0.1
 """How far around the motion objects are in view, as a share of its size: the motion fills the picture."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class CameraView(Value):
     """A camera that looks at a point.

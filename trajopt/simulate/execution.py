@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, readonly, unless_none
 from trajopt.errors import ModelError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.description.groups import Group
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
@@ -35,6 +36,7 @@ COUPLING_IMPEDANCE = (0.99, 0.999, 0.001, 0.5, 2.0)
 by half a millimetre under 30 N."""
 
 
+@checked
 def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
     """Return the MuJoCo model of a reduced model.
 
@@ -142,6 +144,7 @@ def _tracking(errors: list[Floats], joints: int) -> TrackingError:
     )
 
 
+@checked
 def simulate_phases(
     scene: Scene,
     start: Floats,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from pathlib import Path
 
-from trajopt.arrays import function, number, several, unless_none
+from trajopt.arrays import function, number, one_of, several, unless_none
 from trajopt.errors import ProblemError, ShapeError, shown
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.trajectory import Trajectory
@@ -71,6 +71,7 @@ def render(
     _check_sizes(width, height, fps, even=suffix == ".mp4")
     still = suffix == ".png"
     times = moments_of(known, moments) if still else frame_times(known, fps)
+    one_of("layout", layout, Layout)
     report = function("progress", progress) or _silent
     with Studio(
         reduced,
@@ -106,18 +107,18 @@ def _drawn(
     """Return robot and scene, the motion and the file of a call of `render`."""
     if isinstance(motion, Path | str):
         if path is not None:
-            raise ProblemError(f"render: give a motion before the file {shown(path)}, not {shown(motion)}")
+            raise ProblemError(f"render: give a motion before the file (path); motion is {shown(motion)}")
         file = Path(motion)
         if isinstance(subject, Rollout | SequenceLog):
             return subject.reduced, subject, file
-        return *model_and_trajectory("render", subject, None), file
+        return *model_and_trajectory("render", subject, None, "subject"), file
     if path is None:
-        raise ProblemError("render: name the file")
+        raise ProblemError("render: name the file, as path, or instead of the motion")
     if isinstance(subject, Rollout | SequenceLog):
         raise ProblemError("render: a simulated motion needs no other beside it")
     if isinstance(subject, ReducedModel):
         return subject, motion, Path(path)
-    return model_and_trajectory("render", subject, None)[0], motion, Path(path)
+    return model_and_trajectory("render", subject, None, "subject")[0], motion, Path(path)
 
 
 def _silent(_: float) -> None:

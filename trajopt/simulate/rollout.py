@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value
+from trajopt.errors.arguments import checked
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.placement import Placement
 from trajopt.model.printed import in_degrees, in_length, in_unit
@@ -44,6 +45,7 @@ class PoseError:
     rotation: float
 
     @staticmethod
+    @checked
     def between(planned: Placement, actual: Placement) -> "PoseError":
         """Return how far the actual placement is from the planned one."""
         from scipy.spatial.transform import Rotation
@@ -100,6 +102,7 @@ class Rollout(Value):
         """Contacts that no allowance covers."""
         return tuple(contact for contact in self.contacts if contact.allowance is None)
 
+    @checked
     def final_pose_error(self, frame: str | None = None) -> PoseError:
         """Compare where a frame ended with where the trajectory ends.
 

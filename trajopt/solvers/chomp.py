@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, above_zero, at_least
+from trajopt.errors.arguments import check_arguments, checked
 from trajopt.nlp import ConstraintRows, Linearisation, Loss, Nlp
 from trajopt.solvers.incumbent import Incumbent, improved
 from trajopt.solvers.projection import LinearRows, always_listed, into_bounds
@@ -31,6 +32,7 @@ SHORTEST = 1e-9
 """Length of a segment below which it has no direction, in ordinary steps."""
 
 
+@checked
 @dataclass(frozen=True)
 class Chomp:
     """The solver; its fields are its options.
@@ -56,6 +58,12 @@ class Chomp:
     weight_growth: float = 1.05
     step_limit: float = 0.1
 
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        at_least(self, 1, "max_iterations", "weight_growth")
+        at_least(self, 0, "after_feasible", "smoothness_weight", "obstacle_weight")
+        above_zero(self, "learning_rate", "step_limit")
+
     @property
     def name(self) -> str:
         """What it is called in reports."""
@@ -68,6 +76,7 @@ class Chomp:
             The best point met, never worse than the seed: feasible before infeasible, then by
             cost, or by violation where none was feasible.
         """
+        check_arguments(Chomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
         descent = _Descent(self, nlp, metric, self.obstacle_weight)
         return improved(nlp, x0, descent.update, self.max_iterations, self.after_feasible, progress)

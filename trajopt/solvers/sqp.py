@@ -9,7 +9,8 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats, Ints, above_zero, at_least
+from trajopt.errors.arguments import check_arguments, checked
 from trajopt.nlp import Nlp
 from trajopt.solvers.choice import AUTO, step_solver
 from trajopt.solvers.descent import Descent, Limits
@@ -24,6 +25,7 @@ FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_F
 """After these no other penalty weight is tried."""
 
 
+@checked
 @dataclass(frozen=True)
 class Sqp:
     """The solver; its fields are its options.
@@ -48,6 +50,12 @@ class Sqp:
     relative_gain: float = 5e-3
     absolute_gain: float = 1e-5
     trust_region: TrustRegion = field(default_factory=TrustRegion)
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        above_zero(self, "penalty")
+        at_least(self, 1, "penalty_growth", "penalty_rounds", "max_iterations")
+        at_least(self, 0, "relative_gain", "absolute_gain")
 
     @property
     def name(self) -> str:
@@ -74,6 +82,7 @@ class Sqp:
         Raises:
             SolverNotFound: If the QP backend is unknown.
         """
+        check_arguments(Sqp.solve, locals())
         x = np.clip(x0, nlp.lower, nlp.upper)
         run = self._begun(nlp, x, nlp.sampling(x, fine=False), progress)
         rounds = 0

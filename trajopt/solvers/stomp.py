@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, above_zero, at_least
+from trajopt.errors.arguments import check_arguments, checked
 from trajopt.nlp import Linearisation, Nlp
 from trajopt.solvers.incumbent import Incumbent, finite, improved, improves
 from trajopt.solvers.projection import LinearRows, into_bounds
@@ -21,6 +22,7 @@ FINEST_TOLERANCE = 1e-4
 """Violations are counted in tolerances, of this size at least."""
 
 
+@checked
 @dataclass(frozen=True)
 class Stomp:
     """The solver; its fields are its options.
@@ -45,6 +47,12 @@ class Stomp:
     sensitivity: float = 10.0
     cost_weight: float = 0.1
 
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        at_least(self, 1, "max_iterations", "rollouts")
+        at_least(self, 0, "seed", "after_feasible", "kept", "cost_weight")
+        above_zero(self, "noise", "sensitivity")
+
     @property
     def name(self) -> str:
         """What it is called in reports."""
@@ -57,6 +65,7 @@ class Stomp:
             The best point met, never worse than the seed: feasible before infeasible, then by
             cost, or by violation where none was feasible.
         """
+        check_arguments(Stomp.solve, locals())
         metric = smooth_metric(nlp.lower < nlp.upper, nlp.scale)
         run = _Run(self, nlp, metric, np.random.default_rng(self.seed))
         return improved(nlp, x0, run.update, self.max_iterations, self.after_feasible, progress)

@@ -6,6 +6,7 @@ from math import ceil, log, log1p
 
 from trajopt.arrays import Floats, Value
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 
 
 class Verdict(Enum):
@@ -18,6 +19,7 @@ class Verdict(Enum):
     SOMETIMES = ""
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Confidence:
     """With what confidence a pair must be known never to collide.
@@ -39,6 +41,7 @@ class Confidence:
             if not 0.0 < getattr(self, name) < 1.0:
                 raise ProblemError(f"Confidence.{name} must lie in (0, 1), is {getattr(self, name)}")
 
+    @checked
     def samples(self, pairs: int) -> int:
         """Return how many samples without a collision it takes.
 
@@ -50,6 +53,7 @@ class Confidence:
         """
         return ceil(log((1.0 - self.level) / pairs) / log1p(-self.share))
 
+    @checked
     def upper(self, collisions: int, samples: int, *, pairs: int) -> float:
         """Bound the share of configurations in collision from above, for one of several pairs.
 
@@ -66,6 +70,7 @@ class Confidence:
             return 1.0
         return float(betaincinv(collisions + 1, samples - collisions, 1.0 - (1.0 - self.level) / pairs))
 
+    @checked
     def lower(self, collisions: int, samples: int, *, pairs: int) -> float:
         """Bound the share of configurations in collision from below; see `upper`."""
         from scipy.special import betaincinv

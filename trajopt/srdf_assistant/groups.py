@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from trajopt.errors.arguments import checked
 from trajopt.srdf_assistant.link_tree import LinkTree
 
 ARM = "arm"
@@ -45,6 +46,7 @@ class ProposedGroup:
         return not self.base
 
 
+@checked
 def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
     """Propose chains and grippers, arms before what they carry.
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MimicOutOfRange
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.sampling import Progress
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions
 from trajopt.model.description.groups import ALL_JOINTS, resolve_groups
@@ -50,6 +51,7 @@ def samples_needed(robot: Robot, confidence: Confidence) -> int:
     return confidence.samples(max(len(LinkPairs.of(all_joints_free(robot)).names), 1))
 
 
+@checked
 def judge_pairs(
     robot: Robot,
     *,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from trajopt.errors.arguments import checked
 from trajopt.kinematics.sampling import Progress
 from trajopt.model.description.srdf import EndEffector
 from trajopt.model.robot import Robot
@@ -55,6 +56,7 @@ class SrdfProposal:
             disabled=self.disabled,
         )
 
+    @checked
     def with_verdict(self, verdict: Verdict) -> tuple[PairEvidence, ...]:
         """Return the pairs of a verdict."""
         return tuple(item for item in self.evidence if item.verdict is verdict)
@@ -107,6 +109,7 @@ class SrdfProposal:
         return "; not checked: inside one gripper" if inside else ""
 
 
+@checked
 def propose_srdf(
     robot: Robot,
     *,

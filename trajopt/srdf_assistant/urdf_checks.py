@@ -10,6 +10,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError, MimicOutOfRange, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.description.urdf import MeshReference
@@ -59,6 +60,7 @@ class Finding:
         return f"{self.severity.value}: {self.subject}: {self.problem}"
 
 
+@checked
 def check_urdf(robot: Robot) -> tuple[Finding, ...]:
     """Search a robot's description for oddities, errors first.
 

@@ -3,10 +3,12 @@
 from collections.abc import Mapping, Sequence
 from xml.etree import ElementTree
 
+from trajopt.errors.arguments import checked
 from trajopt.model.description.srdf import EndEffector
 from trajopt.srdf_assistant.groups import ProposedGroup
 
 
+@checked
 def srdf_text(
     name: str,
     groups: Sequence[ProposedGroup],

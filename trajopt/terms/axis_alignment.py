@@ -34,6 +34,8 @@ class AxisAngle:
     reduced: ReducedModel
     required: AxisAlignment
 
+    units = ("rad",)
+
     @property
     def name(self) -> str:
         """The frame whose axis is aligned."""

@@ -40,6 +40,7 @@ class Clearance:
     margin: MarginRule | None = None
     activation: float = ACTIVATION
     name = "clearance"
+    units = ("m",)
 
     def linearise(self, motion: Motion) -> Rows:
         """Measure the near pairs at all samples and differentiate."""

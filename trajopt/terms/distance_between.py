@@ -36,6 +36,8 @@ class PointDistance:
     reduced: ReducedModel
     required: DistanceBetween
 
+    units = ("m",)
+
     @property
     def name(self) -> str:
         """The two frames."""

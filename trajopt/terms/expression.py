@@ -7,6 +7,7 @@ from weakref import WeakKeyDictionary
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.reduced import ReducedModel
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
@@ -20,6 +21,7 @@ Build = Callable[["SymbolicKinematics"], "ca.SX"]
 """Makes the expression, a scalar or a column, of the symbols in `SymbolicKinematics.q`."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Expression:
     """A function of the configuration, evaluated at every sample.

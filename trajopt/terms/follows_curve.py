@@ -39,6 +39,8 @@ class CurveError(Value):
     stations: Floats | None = None
     window: Window = WHOLE
 
+    units = (*("m",) * POSITION_ROWS, *("rad",) * 3)
+
     @property
     def name(self) -> str:
         """The frame that follows."""

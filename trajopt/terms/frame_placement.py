@@ -40,6 +40,8 @@ class FramePlacementError:
     reduced: ReducedModel
     required: FramePlacement
 
+    units = (*("m",) * 3, *("rad",) * 3)
+
     @property
     def name(self) -> str:
         """The frame that is placed."""

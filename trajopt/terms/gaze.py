@@ -42,6 +42,8 @@ class ViewAngle:
     reduced: ReducedModel
     required: Gaze
 
+    units = ("rad",)
+
     @property
     def name(self) -> str:
         """The frame that looks."""
@@ -88,6 +90,8 @@ class ViewDistance:
 
     reduced: ReducedModel
     required: Gaze
+
+    units = ("m",)
 
     @property
     def name(self) -> str:

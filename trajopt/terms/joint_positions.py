@@ -30,9 +30,11 @@ class JointPosition(Value):
 
     Attributes:
         joints: Their indices in the group, shape (k,).
+        units: "rad" or "m" of each.
     """
 
     joints: Ints
+    units: tuple[str, ...] = ()
     name = "joint positions"
 
     def linearise(self, motion: Motion) -> Rows:
@@ -65,7 +67,8 @@ def without_followers(required: Sequence[Requirement], reduced: ReducedModel) ->
         others = item.positions.keys() - followers.keys()
         if others:
             sides = (item.positions, item.below, item.above)
-            stated.append(JointPositions(*({k: side[k] for k in side if k in others} for side in sides)))
+            positions, below, above = ({k: side[k] for k in side if k in others} for side in sides)
+            stated.append(JointPositions(positions, below, above))
         for joint, (leader, factor, offset) in followers.items():
             sides = (item.below[joint], item.above[joint])
             below, above = (side / abs(factor) for side in (sides if factor > 0.0 else sides[::-1]))
@@ -169,7 +172,7 @@ def _(
     slack = min(float(below.min()), float(above.min()))
     return (
         constraint(
-            JointPosition(places),
+            JointPosition(places, tuple(joint_unit(reduced.scene.robot.model, name) for name in names)),
             lower=centre - below * (1.0 - inset),
             upper=centre + above * (1.0 - inset),
             tolerance=max(slack * inset * 0.5, 1e-9),

@@ -44,6 +44,8 @@ class SightClearance:
     reduced: ReducedModel
     required: LineOfSight
 
+    units = ("m",)
+
     @property
     def name(self) -> str:
         """The frame that looks."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.errors import shown
+from trajopt.errors.arguments import checked
 from trajopt.model.requirements import Requirement
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
@@ -60,6 +61,7 @@ class Exceeded:
         )
 
 
+@checked
 def penalty(required: Requirement, weight: float, *, loss: Loss = Loss.HINGE, window: Window = WHOLE) -> Cost:
     """Penalise a requirement instead of enforcing it: a `Cost` on the excess over its tolerances.
 

@@ -35,6 +35,8 @@ class ArcCoordinates:
     reduced: ReducedModel
     required: PointOnArc
 
+    units = ("m",)
+
     @property
     def name(self) -> str:
         """The frame whose point is on the arc."""

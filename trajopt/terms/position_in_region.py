@@ -49,6 +49,8 @@ class RegionCoordinates:
     reduced: ReducedModel
     required: PositionInRegion
 
+    units = ("m",)
+
     @property
     def name(self) -> str:
         """The frame whose point is kept inside."""

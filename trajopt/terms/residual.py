@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.requirements import Requirement
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
@@ -16,6 +17,9 @@ from trajopt.terms.motion import Motion
 @runtime_checkable
 class Residual(Protocol):
     """A vector function of a motion, with its derivative. A class of your own needs no more.
+
+    It may have `units`, "m" or "rad" for each component or one for all: then reports print what is missing in
+    millimetres or degrees.
 
     Attributes:
         name: Shown in reports.
@@ -35,6 +39,12 @@ class Residual(Protocol):
         ...
 
 
+def units_of(residual: Residual) -> tuple[str, ...]:
+    """Return the unit of each component of a residual, or one of all, where its class says so in `units`."""
+    return tuple(getattr(residual, "units", ()))
+
+
+@checked
 @dataclass(frozen=True)
 class Window:
     """Part of a motion, from one fraction of its knots to another (0: first knot, 1: last)."""
@@ -51,6 +61,7 @@ MOST_WEIGHT = 1e12
 """Of a cost; numbers have 16 digits."""
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Cost:
     """A residual in the role of a cost: the sum over its rows of weight times loss.
@@ -85,6 +96,7 @@ class Cost:
             )
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Constraint(Value):
     """A residual in the role of a constraint: every row between bounds.
@@ -139,6 +151,7 @@ class Constraint(Value):
         return worst if worst > self.tolerance else 0.0
 
 
+@checked
 def constraint(
     residual: Residual,
     *,
@@ -162,8 +175,11 @@ def constraint(
         ShapeError: If a bound, the tolerance or the reach is not a number.
         ProblemError: If the tolerance or the reach is negative, or a lower bound exceeds its upper one.
     """
-    low = floats("lower", np.atleast_1d(np.asarray(lower, dtype=float)), (None,), infinite=True)
-    high = floats("upper", np.atleast_1d(np.asarray(upper, dtype=float)), (None,), infinite=True)
+    low, high = (
+        floats(name, bound, (None,) * min(np.ndim(bound), 1), infinite=True)
+        for name, bound in (("lower", lower), ("upper", upper))
+    )
+    low, high = np.atleast_1d(low), np.atleast_1d(high)
     return Constraint(residual, low, high, tolerance, window, reach)
 
 

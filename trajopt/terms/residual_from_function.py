@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
 
@@ -74,6 +75,7 @@ class FunctionResidual:
         return slope
 
 
+@checked
 def residual_from_function(
     name: str, function: Function, *, jacobian: Function | None = None, step: float = STEP
 ) -> FunctionResidual:

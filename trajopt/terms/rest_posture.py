@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import number
 from trajopt.errors import JointNotFound, ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.nlp import Loss, Rows
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import WHOLE, Cost, Window
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from trajopt.terms.symbolic import SymbolicKinematics
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class RestPosture:
     """Positions of some of the group's joints less those at rest, one component each [rad | m].
@@ -52,6 +54,7 @@ class RestPosture:
         return kinematics.q[places] - ca.SX(list(self.positions.values()))
 
 
+@checked
 def rest_posture(
     positions: Mapping[str, float],
     *,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors.arguments import checked
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import SingularityDistance
 from trajopt.model.requirements.singularity_distance import LENGTH
@@ -42,6 +43,7 @@ class SmallestSingularValue:
         return motion.rows_of_all(values[:, -1:], slopes[:, -1:])
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class LostManipulability:
     """One component: r / (r + m), from 1 at a singularity towards 0 far from it, with reference r.
@@ -78,6 +80,7 @@ class LostManipulability:
         return motion.rows_of_all(lost[:, None], rate[:, None, :])
 
 
+@checked
 def manipulability(
     frame: str,
     *,

@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ObjectNotFound, ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements.requirement import positive
 from trajopt.nlp import Rows
@@ -87,6 +88,7 @@ def _by_term(reduced: ReducedModel) -> WeakKeyDictionary[SoftClearance, tuple[Fl
     return WeakKeyDictionary()
 
 
+@checked
 def soft_clearance(
     distance: float,
     *,

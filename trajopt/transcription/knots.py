@@ -8,6 +8,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.model.cached import cached_per_value
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits
@@ -120,6 +121,7 @@ class KnotsNlp(CompilableMotionNlp):
         return Path(self.problem.reduced.joint_names, readonly(np.array(x)))
 
 
+@checked
 @cached_per_value
 def fixed_goal(problem: Problem) -> Floats | None:
     """Return the group's positions at the goal, shape (n,), if the goals fix all of them.
@@ -133,6 +135,7 @@ def fixed_goal(problem: Problem) -> Floats | None:
     return None if (upper - lower > WIDE).any() else centre
 
 
+@checked
 @cached_per_value
 def goal_centre(problem: Problem) -> Floats | None:
     """Return the middle of goals of all joints, shape (n,), moved into the limits as far as they tolerate."""
@@ -155,6 +158,7 @@ def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float
     return float(times.max(initial=0.0))
 
 
+@checked
 def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> KnotsNlp:
     """Transcribe a problem into a program over knots.
 

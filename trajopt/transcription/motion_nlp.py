@@ -11,7 +11,7 @@ from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Rows
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.terms.motion import Motion
-from trajopt.terms.residual import WHOLE, Constraint, Cost, Window
+from trajopt.terms.residual import WHOLE, Constraint, Cost, Window, units_of
 
 ROUNDING = 1e-9
 """Samples this far outside a window still belong to it [knots]."""
@@ -86,7 +86,8 @@ class MotionNlp(ABC):
         if not keep.all():
             rows, lower, upper = _take(rows, keep), lower[keep], upper[keep]
         residual = item.residual
-        return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, item.reach, type(residual))
+        kind, units = type(residual), units_of(residual)
+        return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, item.reach, kind, units)
 
     @cached_property
     def _moves(self) -> Bools:

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from trajopt.arrays import Floats, floats, one_of
 from trajopt.errors import WaypointNotFound
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import During, Requirement
@@ -57,10 +58,12 @@ class Judge:
         Raises:
             ModelError: If two half-spaces have to keep apart.
         """
-        self.reduced, self.options = one_of("reduced (as problem.reduced)", reduced, ReducedModel), options
+        self.reduced = one_of("reduced (as problem.reduced)", reduced, ReducedModel)
+        self.options = one_of("options", options, VerifyOptions)
         self._kinematics = Kinematics(reduced)
         self._surroundings = Surroundings(self._kinematics, options)
 
+    @checked
     def verify(
         self,
         trajectory: Trajectory,
@@ -142,6 +145,7 @@ class Judge:
         )
         return Verdict(verified=held, counts=self._counted(before))
 
+    @checked
     def examine(self, positions: Floats, *, moment: Moment = Moment.BETWEEN) -> Examination:
         """Examine a configuration, as the function `examine` does."""
         return examine_with(
@@ -152,6 +156,7 @@ class Judge:
             options=self.options,
         )
 
+    @checked
     def overloads(self, positions: Floats, *, limits: JointLimits | None = None) -> tuple[Overload, ...]:
         """Return the joints that cannot hold the arm and what it carries still, the worst first.
 
@@ -248,6 +253,7 @@ def _always(requirement: Requirement, motion: Motion) -> tuple[Check, ...]:
     return check_requirement(requirement, motion, When.ALWAYS)
 
 
+@checked
 def verify(
     reduced: ReducedModel,
     trajectory: Trajectory,

@@ -7,6 +7,7 @@ from textwrap import wrap
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors.arguments import checked
 from trajopt.explanation import Explanation
 from trajopt.infeasibility.reasons import BlockKind
 from trajopt.model.placement import placement
@@ -35,6 +36,7 @@ class _Shown:
     solid: float
 
 
+@checked
 def draw_explanation(
     explanation: Explanation, path: Path | str, *, width: int = 960, height: int = 640
 ) -> Path:

@@ -11,6 +11,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import FileFormatError, ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
@@ -29,10 +30,11 @@ MARGIN = hexadecimal(NARROW)
 KIND_COLOURS = dict(zip(PairKind, (LINES[0], LINES[5], LINES[2]), strict=True))
 
 
+@checked
 def plot_motion(
     reduced: ReducedModel,
     trajectory: Trajectory,
-    path: Path,
+    path: Path | str,
     *,
     limits: JointLimits | None = None,
     constraints: Sequence[Requirement] = (),
@@ -88,7 +90,7 @@ def plot_motion(
     return target
 
 
-def image_path(path: Path, known: Iterable[str]) -> Path:
+def image_path(path: Path | str, known: Iterable[str]) -> Path:
     """Return the image file to write, a PNG where the path has no suffix.
 
     Raises:

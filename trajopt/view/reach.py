@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.arrays import Bools, Floats
+from trajopt.errors.arguments import checked
 from trajopt.kinematics import ReachMap
 from trajopt.view.plots import DOTS_PER_INCH, image_path
 
@@ -22,7 +23,8 @@ CUTS = ((1, 0, 2), (0, 1, 2), (2, 0, 1))
 """Axis that each cut is across, then the axes to the right and upward in it."""
 
 
-def plot_reach(reach: ReachMap, path: Path) -> Path:
+@checked
+def plot_reach(reach: ReachMap, path: Path | str) -> Path:
     """Draw three cuts through the middle of a reach map, twice.
 
     The upper row shows the share of directions that a cell was met from, the lower one the largest

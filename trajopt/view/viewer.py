@@ -12,6 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, one_of
 from trajopt.errors import MissingExtra, ProblemError, ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.trajectory import Trajectory
@@ -137,10 +138,12 @@ class Viewer:
         """The pair with the smallest clearance at the time that is shown."""
         return self._nearest
 
+    @checked
     def joint_placement(self, joint: str) -> Placement:
         """Return where a joint is drawn, in the world."""
         return self._drawing.joint_placement(joint)
 
+    @checked
     def show(self, t: float) -> None:
         """Show the motion at a time [s], clipped to its duration."""
         with self._lock:
@@ -161,6 +164,7 @@ class Viewer:
             self._button.label = "Play"
             self._playing.clear()
 
+    @checked
     def wait(self, seconds: float | None = None) -> None:
         """Block until Ctrl-C, until `close` is called, or until the seconds are over."""
         try:

@@ -14,10 +14,15 @@ from trajopt.methods import method_named
 SAMPLES = 400
 DESCENTS = 6
 NODES = 300
-AT_START = (to.Status.START_IN_COLLISION, to.Status.START_OUT_OF_LIMITS, to.Status.START_BREAKS_CONSTRAINT)
+AT_START = (
+    to.Status.START_IN_COLLISION,
+    to.Status.START_OUT_OF_LIMITS,
+    to.Status.START_BREAKS_CONSTRAINT,
+    to.Status.START_CANNOT_BE_HELD,
+)
 AT_GOAL = (
     to.Status.GOAL_IN_COLLISION, to.Status.GOAL_OUT_OF_LIMITS, to.Status.GOAL_BREAKS_CONSTRAINT,
-    to.Status.NO_INVERSE_KINEMATICS, to.Status.CONFLICTING_CONSTRAINTS,
+    to.Status.GOAL_CANNOT_BE_HELD, to.Status.NO_INVERSE_KINEMATICS, to.Status.CONFLICTING_CONSTRAINTS,
 )  # fmt: skip
 
 

@@ -90,6 +90,8 @@ def fault_of_configuration(case: Case, positions: Floats, *, goals: bool, spare:
     if case.arm.chain.excess_of_limits(positions[None]) > 0.0:
         return "is outside the limits"
     fault = _fault_at_goal(case, positions[None]) if goals else ""
+    still = np.zeros_like(positions[None])
+    fault = fault or _fault_of_load(case, (positions[None], still, still), np.zeros(1))
     return fault or _fault_on_the_way(case, Timed(positions[None], None, np.zeros(1)), spare)
 
 
@@ -115,12 +117,15 @@ def _fault_of_limits(case: Case, curve: BPoly, fine: Floats) -> str:
             moment, joint = np.unravel_index(int(np.argmax(over)), over.shape)
             name = chain.moving[joint].name
             return f"{what} of {name} beyond its limit by {over.max():.3g} at {fine[moment]:.4f} s"
-    return _fault_of_load(case, curve, fine) if case.arm.efforts else ""
+    return _fault_of_load(case, tuple(curve(fine, derivative) for derivative in range(3)), fine)
 
 
-def _fault_of_load(case: Case, curve: BPoly, fine: Floats) -> str:
+def _fault_of_load(case: Case, motion: tuple[Floats, ...], fine: Floats) -> str:
+    """Return which joint bears too much, for positions, velocities and accelerations at some times."""
     arm = case.arm
-    borne = np.abs(torques(arm, *(curve(fine, derivative) for derivative in range(3))))
+    if not arm.efforts:
+        return ""
+    borne = np.abs(torques(arm, *motion))
     most = np.array([arm.efforts[name] for name in arm.chain.driven])
     over = borne - most * (1.0 + SLACK)
     if over.max() <= SLACK:

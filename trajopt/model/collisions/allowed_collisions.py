@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import permutations
 
-from trajopt.arrays import Value, number
+from trajopt.arrays import Value, number, one_of
 from trajopt.errors import ModelError, ShapeError, shown
 
 
@@ -82,6 +82,7 @@ class ContactAllowance:
 
     def __post_init__(self) -> None:
         """Check that the numbers are not negative, and that the allowance has a time."""
+        one_of("name", self.name, str)
         for label in ("depth", "first", "last"):
             value = number(label, getattr(self, label))
             if value < 0.0:

@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, floats, readonly, several
 from trajopt.errors import MimicContradiction, MimicCycle, listed, shown
 from trajopt.model.description.urdf import Mimic
 
@@ -68,7 +68,8 @@ def followed(
     Raises:
         MimicContradiction: If one of those was put elsewhere than where it follows.
     """
-    result, refused = np.array(positions), frozenset(checked)
+    result = np.array(floats("positions", positions, (len(joint_names),)))
+    refused = frozenset(several("checked", checked, str))
     for joint, mimic in mimics.items():
         place = joint_names.index(joint)
         # A fixed joint stands at zero.

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors.arguments import checked
 from trajopt.model.meshes.array_cache import Arrays, cached_arrays
 from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.convex import FARTHEST, VERSION, CoverMethod, convex_pieces
@@ -18,6 +19,7 @@ _KEPT = ("vertices", "faces", "ends", "note", "centre", "coarse")
 _ALONE = (".stl", ".dae", ".obj", ".ply")  # files that hold all of their geometry themselves
 
 
+@checked
 @dataclass(frozen=True)
 class MeshPolicy:
     """How a collision mesh becomes what distances are measured to.

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from trajopt.arrays import Bools, Floats, Ints, Value, floats, readonly
 from trajopt.arrays import path as path_of
 from trajopt.errors import MeshFileError, ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.io.files import is_file
 
 _CELLS_AT_ONCE = 200_000  # cells of triangles that the ray count holds in memory
@@ -146,7 +147,8 @@ class Mesh(Value):
         return part, closed
 
 
-def load_mesh(path: Path, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Mesh:
+@checked
+def load_mesh(path: Path | str, scale: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Mesh:
     """Read a mesh file.
 
     Args:

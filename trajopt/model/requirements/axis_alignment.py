@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.model.likely_units import stated_angle
 from trajopt.model.printed import in_axis, in_degrees, in_stated_angle
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
@@ -54,6 +55,7 @@ class AxisAlignment(Requirement):
         return f"{aligned}, within {in_degrees(self.tolerance)}"
 
 
+@checked
 def axis_alignment(
     frame: str,
     *,

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.printed import in_length
 from trajopt.model.requirements.requirement import MILLIMETRES, Relaxation, Requirement
 
@@ -61,6 +62,7 @@ class DistanceBetween(Requirement):
         return f"{self.first} and {self.second} {apart} apart"
 
 
+@checked
 def distance_between(
     first: str,
     second: str,

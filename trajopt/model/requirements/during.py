@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 
 Required_co = TypeVar("Required_co", covariant=True)
 Required = TypeVar("Required")
@@ -33,6 +34,7 @@ class During(Generic[Required_co]):
         return f"{self.required}, {self.part}"
 
 
+@checked
 def during(required: Required, *, after: str | None = None, until: str | None = None) -> During[Required]:
     """Require something on a part of the motion only.
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number, one_of
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.model.curve import Curve
 from trajopt.model.likely_units import stated_angle
 from trajopt.model.printed import in_axis, in_degrees, in_length, in_point
@@ -83,6 +84,7 @@ class FollowsCurve(Requirement):
         return f"{self.frame} along {curve}{seen}, {within}"
 
 
+@checked
 def follows_curve(
     frame: str,
     curve: Curve,

@@ -8,9 +8,10 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, one_of, readonly
 from trajopt.errors import ProblemError, ShapeError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.likely_units import stated_angles
 from trajopt.model.placement import Placement, PlacementLike, as_placement
-from trajopt.model.printed import in_direction
+from trajopt.model.printed import in_direction, in_unit
 from trajopt.model.requirements.requirement import (
     DEGREES,
     MILLIMETRES,
@@ -130,6 +131,7 @@ def _within(tolerance: Floats, unit: ShownUnit) -> str:
     return f"{', '.join(f'{axis} {size}' for axis, size in sizes.items())} {unit.name}" if sizes else ""
 
 
+@checked
 def frame_placement(
     frame: str,
     placement: PlacementLike,
@@ -168,7 +170,8 @@ def frame_placement(
             raise ShapeError(name, f"must be one number or three, is {shown(value)}") from error
         array = floats(name, spread, (3,), infinite=True)
         if (array < 0.0).any():
-            raise ProblemError(f"{name} is negative: {array.tolist()}")
+            least, unit = float(array.min()), "m" if name.startswith("position") else "rad"
+            raise ProblemError(f"{name} is negative: {in_unit(least, unit)}")
         return array
 
     position = three("position_tolerance", position_tolerance)

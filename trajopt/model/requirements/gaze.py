@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError, ShapeError
+from trajopt.errors.arguments import checked
 from trajopt.model.likely_units import stated_angle
 from trajopt.model.printed import in_degrees, in_length, in_point, in_stated_angle, seen_from
 from trajopt.model.requirements.requirement import DEGREES, WORLD, Relaxation, Requirement, direction_of
@@ -63,6 +64,7 @@ class Gaze(Requirement):
         return ", ".join((f"{self.frame} looks at {target}", f"within {in_degrees(self.angle)}", *away))
 
 
+@checked
 def gaze(
     frame: str,
     target: ArrayLike,

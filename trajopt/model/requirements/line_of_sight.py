@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, one_of, sequence
+from trajopt.errors.arguments import checked
 from trajopt.model.printed import in_length, in_point, seen_from
 from trajopt.model.requirements.requirement import MILLIMETRES, WORLD, Relaxation, Requirement, positive
 
@@ -60,6 +61,7 @@ class LineOfSight(Requirement):
         return f"{self.frame} sees {target}, its line of sight clear by {in_length(self.margin)}"
 
 
+@checked
 def line_of_sight(
     frame: str,
     target: ArrayLike,

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.model.likely_units import stated_angle
 from trajopt.model.placement import Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_degrees, in_length, in_stated_angle, seen_from
@@ -60,6 +61,7 @@ class PointOnArc(Requirement):
         return f"{on}, within {in_length(self.tolerance)}"
 
 
+@checked
 def point_on_arc(
     frame: str,
     centre: PlacementLike,

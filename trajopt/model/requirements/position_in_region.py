@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, sequence
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_axis, in_length, in_point, seen_from
 from trajopt.model.requirements.requirement import (
@@ -64,6 +65,7 @@ class PositionInRegion(Requirement):
         return f"{self.frame} {inside}{seen_from(self.reference)}"
 
 
+@checked
 def position_in_region(
     frame: str,
     region: Region | Sequence[tuple[Region, PlacementLike]],
@@ -103,6 +105,7 @@ def position_in_region(
     return PositionInRegion(frame, members, reference, floats("offset", offset, (3,)))
 
 
+@checked
 def point_on_line(
     frame: str,
     through: ArrayLike,
@@ -133,6 +136,7 @@ def point_on_line(
     return position_in_region(frame, tube, where, reference=reference, offset=offset)
 
 
+@checked
 def point_on_plane(
     frame: str,
     through: ArrayLike,

@@ -7,6 +7,7 @@ from pkgutil import iter_modules
 from typing import Any, Protocol, TypeVar
 
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.requirements.requirement import Requirement
 
 GROUP = "trajopt.requirements"
@@ -28,6 +29,7 @@ class Dispatch(Protocol[Result_co]):
         ...
 
 
+@checked
 def import_modules(package: str) -> None:
     """Import all modules of a package, without its subpackages, so that they register their functions."""
     for item in iter_modules(import_module(package).__path__):

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, floats, number
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.model.requirements.requirement import PLAIN, Relaxation, Requirement, positive
 
 LENGTH = 0.3
@@ -54,6 +55,7 @@ class SingularityDistance(Requirement):
         return f"smallest singular value of {self.frame} at least {self.smallest:.3g}"
 
 
+@checked
 def singularity_distance(
     frame: str,
     smallest: float,

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors.arguments import checked
 from trajopt.planning.seeds.kind import SeedKind
 from trajopt.planning.seeds.source import Blocked, GivenSeed, MakeSeed, SeedContext
 
 
+@checked
 def straight_line(start: Floats, goal: Floats, knots: int) -> Floats:
     """Return knots evenly spaced between two configurations.
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.errors.arguments import checked
 from trajopt.model.description.pinocchio_model import effort_unit
 from trajopt.model.limits import JointLimits
 from trajopt.verify.certificate import Check, CheckKind, Evidence
@@ -45,6 +46,7 @@ class Overload:
         """How much is missing [Nm | N]; almost nothing where it can just be held, but not moved."""
         return self.torque - self.limit
 
+    @checked
     def words(self, where: str = "") -> str:
         """Say how much it needs, and what it has.
 

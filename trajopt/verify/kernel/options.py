@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 from trajopt.errors import ProblemError, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import EXCESS
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class VerifyOptions:
     """Numbers that the judge works with.
