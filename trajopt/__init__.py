@@ -15,6 +15,8 @@ from importlib.util import find_spec as _find_spec
 from types import ModuleType as _ModuleType
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
+# Before anything else that imports pinocchio.
+import trajopt.io.kinematics_library as _kinematics_library  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import TrajoptError as TrajoptError
 from trajopt.kinematics import goal_configurations as goal_configurations

@@ -12,7 +12,7 @@ from tests.model.test_robot import tetrahedron
 from tests.robots_for_tests import ODD_ARM
 
 SLOW = {
-    *("casadi", "clarabel", "imageio", "matplotlib", "mujoco", "osqp", "piqp", "placo", "proxsuite"),
+    *("av", "casadi", "clarabel", "matplotlib", "mujoco", "osqp", "piqp", "placo", "proxsuite"),
     *("qpsolvers", "rich", "scipy", "toppra", "typer", "viser", "yaml"),
 }
 

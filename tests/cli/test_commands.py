@@ -1,12 +1,11 @@
 """The command line as a process: exit statuses, one-line errors, JSON."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from tests.cli.process import trajopt
 from tests.robots_for_tests import ODD_ARM
 
 SCENE = """
@@ -28,11 +27,6 @@ goal_constraints:
       - {{joint_name: elbow, position: 0.3}}
       - {{joint_name: wrist, position: 0.0}}
 """
-
-
-def trajopt(*words: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "trajopt", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
 
 
 @pytest.fixture(scope="module")
@@ -326,3 +320,20 @@ def test_every_goal_of_a_request_is_compared(folder: Path) -> None:
     assert table[0].split()[0] == "goal" and "goal 2" in table[1] and "goal 1" in table[2]
     refused = trajopt("plan", *common(folder), "--every-goal")
     assert refused.returncode == 2 and "any_of" in refused.stderr
+
+
+def test_view_says_where_and_nothing_else(plan_file: Path) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    done = trajopt("view", plan_file, "--seconds", 0.1, "--port", 0, "--json")
+    assert done.returncode == 0 and json.loads(done.stdout)["url"].startswith("http://127.0.0.1:")
+
+
+def test_demo_without_pictures(tmp_path: Path) -> None:
+    done = trajopt("demo", "--problem", "planar_fold", "--no-picture", "--out", tmp_path / "demo")
+    assert done.returncode == 0 and "simulated in MuJoCo" in done.stdout
+    assert (tmp_path / "demo" / "plan.json").is_file()
+
+
+def test_srdf(folder: Path) -> None:
+    done = trajopt("srdf", folder / "odd.urdf", "--out", folder / "odd.srdf")
+    assert done.returncode == 0 and (folder / "odd.srdf").read_text().startswith("<")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.cli.test_commands import trajopt
+from tests.cli.process import trajopt
 from tests.robots_for_tests import ODD_ARM
 from trajopt.kinematics import ReachMap, read_table
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.process import STRICT
 from tests.commander.conftest import SRDF, URDF
 
 SCRIPT = """
@@ -41,10 +42,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "trajopt", "moveit", "--robot", "lab.urdf", "--srdf", "lab.srdf", *words]
-    return subprocess.run(
+    given = ("moveit", "--robot", "lab.urdf", "--srdf", "lab.srdf", *words)
+    command = [sys.executable, *STRICT, "-m", "trajopt", *given]
+    done = subprocess.run(
         command, cwd=folder, input="", capture_output=True, text=True, timeout=240, check=False
     )
+    assert "Warning" not in done.stderr and "nanobind" not in done.stderr, done.stderr
+    return done
 
 
 def test_a_script_with_arguments_of_its_own(folder: Path) -> None:

@@ -237,7 +237,7 @@ def test_files_that_hold_no_robot(tmp_path: Path, text: str) -> None:
 
 def test_an_sdf_file_names_the_way_to_a_urdf(tmp_path: Path) -> None:
     (tmp_path / "robot.sdf").write_text("<sdf version='1.9'><model name='m'/></sdf>")
-    with pytest.raises(FileFormatError, match="SDF"):
+    with pytest.raises(FileFormatError, match=r"SDF.*URDF.*sdformat-mjcf; sdf2mjcf robot\.sdf robot\.xml"):
         to.load(tmp_path / "robot.sdf")
 
 

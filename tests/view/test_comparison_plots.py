@@ -2,9 +2,10 @@
 
 from base64 import b64decode
 from dataclasses import replace
+from io import BytesIO
 
-import imageio.v3 as iio
 import numpy as np
+from PIL import Image
 
 from tests.benchmark.comparison.runs_for_tests import ALL, REFUSED
 from trajopt.benchmark import Outcome
@@ -13,7 +14,10 @@ from trajopt.view.palette import LINES
 
 
 def images(runs: tuple[Outcome, ...]) -> list[np.ndarray]:
-    return [iio.imread(b64decode(uri.split(",")[1])) for uri in comparison_figures(runs).values()]
+    return [
+        np.asarray(Image.open(BytesIO(b64decode(uri.split(",")[1]))))
+        for uri in comparison_figures(runs).values()
+    ]
 
 
 def drawn(image: np.ndarray, colour: tuple[int, int, int]) -> int:

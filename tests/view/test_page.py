@@ -2,12 +2,13 @@
 
 import time
 from collections.abc import Callable, Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import imageio.v3 as iio
 import numpy as np
 import pytest
+from PIL import Image
 
 from trajopt.view import Viewer, view
 
@@ -65,7 +66,7 @@ def until(happened: Callable[[], bool], what: str) -> None:
 
 def canvas(page: "Page") -> np.ndarray:
     """Left part of the page, where nothing covers the scene."""
-    return iio.imread(page.screenshot())[210:, :300, :3].astype(int)
+    return np.asarray(Image.open(BytesIO(page.screenshot())))[210:, :300, :3].astype(int)
 
 
 def changed(before: np.ndarray, after: np.ndarray) -> float:

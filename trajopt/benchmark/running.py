@@ -2,6 +2,7 @@
 
 import time
 from collections import Counter
+from collections.abc import Callable
 from math import isfinite
 
 import numpy as np
@@ -25,7 +26,12 @@ TIP_SAMPLES = 60
 
 @checked
 def run(
-    instance: Instance, method: Method | None = None, *, budget: Budget = NO_BOUNDS, follow: bool = False
+    instance: Instance,
+    method: Method | None = None,
+    *,
+    budget: Budget = NO_BOUNDS,
+    follow: bool = False,
+    seen: Callable[[Result], None] | None = None,
 ) -> Outcome:
     """Make and plan one problem, and have a fresh judge look at the motion.
 
@@ -34,6 +40,7 @@ def run(
         method: Plans it; the default one when None.
         budget: What it may use.
         follow: Whether every step of the solver is kept, and where the last joint goes.
+        seen: Called with the result, of which an outcome keeps the numbers only.
     """
     chosen = Knots() if method is None else method
     history: list[Moment] = []
@@ -52,6 +59,8 @@ def run(
     made = time.process_time()
     result = plan(problem, method=chosen, budget=budget, progress=note if follow else None)
     planned = time.process_time()
+    if seen is not None:
+        seen(result)
     trajectory, certificate, path = result.trajectory, result.certificate, result.path
     clearance = None if certificate is None else certificate.clearance
     return Outcome(

@@ -1,18 +1,24 @@
 """The suite as one HTML page that needs nothing beside itself."""
 
-from collections.abc import Sequence
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
 from html import escape
 
 from trajopt.benchmark.html import document, table, words
 from trajopt.benchmark.outcome import Outcome
 from trajopt.benchmark.suite_table import number, summary
+from trajopt.simulate.thumbnail import HEIGHT, TYPE, WIDTH
 from trajopt.verify import Check, CheckKind
 
 STYLE = """
 summary { display: grid; grid-template-columns: 1.2rem 15rem 5.5rem 16rem 1fr 5rem; gap: .1rem .8rem;
   align-items: baseline; list-style: none; }
+summary:has(img) { grid-template-columns: 7rem 1.2rem 13rem 4.5rem 11rem 1fr 4.5rem; align-items: center; }
+details[open] summary:has(img) { grid-template-columns: 20rem 1.2rem 12rem 4.5rem 8rem 1fr 4.5rem; }
+summary img { width: 100%; height: auto; border-radius: 4px; }
 @media (max-width: 62rem) {
-  summary { grid-template-columns: 1.2rem 1fr 6rem; }
+  summary, summary:has(img), details[open] summary:has(img) { grid-template-columns: 1.2rem 1fr 6rem; }
+  summary img { grid-column: 1 / 4; max-width: 20rem; }
   summary .faint, summary .seconds, summary .told { grid-column: 2 / 4; text-align: left; }
 }
 summary::-webkit-details-marker { display: none; }
@@ -28,28 +34,46 @@ COLUMNS = ("constraint", "where", "worst", "bound", "unit", "used", "at [s]", "e
 NUMBERS = ("worst", "bound", "at [s]")
 
 
-def page(outcomes: Sequence[Outcome]) -> str:
-    """Return the page: one line a problem, which opens to its constraints; failures stand open."""
+def page(
+    outcomes: Sequence[Outcome], pictures: Mapping[tuple[str, int], bytes] | None = None, remark: str = ""
+) -> str:
+    """Return the page: one line a problem, which opens to its constraints; failures stand open.
+
+    Args:
+        outcomes: What came of the problems.
+        pictures: A thumbnail of each, by the problem's name and the number of its instance; none when None.
+        remark: A sentence that is added to the head of the page.
+    """
+    drawn = pictures or {}
+    lines = [_one(outcome, drawn.get((outcome.problem, outcome.draw))) for outcome in outcomes]
     return document(
         "trajopt suite",
         STYLE,
         f"<p>{escape(summary(outcomes))}. Every value is a judge's own, measured on the timed motion. Open a "
-        f"line to see each constraint where it is tightest.</p>{''.join(map(_one, outcomes))}",
+        f"line to see each constraint where it is tightest. {escape(remark)}</p>{''.join(lines)}",
     )
 
 
-def _one(outcome: Outcome) -> str:
+def _one(outcome: Outcome, picture: bytes | None) -> str:
     good = outcome.good
     told = words(outcome.status)
     if outcome.status is not outcome.expected:
         told += f", expected {words(outcome.expected)}"
     return (
-        f'<details{"" if good else " open"}><summary><span class="{"good" if good else "bad"}">'
+        f"<details{'' if good else ' open'}><summary>{_picture(picture)}"
+        f'<span class="{"good" if good else "bad"}">'
         f"{'✓' if good else '✗'}</span><b>{escape(outcome.problem)}</b><span>{outcome.instance}</span>"
         f'<span class="told">{escape(told)}</span><span class="faint">{_motion(outcome)}</span>'
         f'<span class="seconds">{1000 * outcome.cpu_seconds:.0f} ms</span></summary>{_inside(outcome)}'
         "</details>"
     )
+
+
+def _picture(picture: bytes | None) -> str:
+    if picture is None:
+        return ""
+    data = b64encode(picture).decode()
+    return f'<img src="data:{TYPE};base64,{data}" width="{WIDTH}" height="{HEIGHT}" alt="" loading="lazy">'
 
 
 def _motion(outcome: Outcome) -> str:

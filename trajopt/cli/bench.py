@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated, cast
 
 import typer
-from rich.progress import Progress
 
 from trajopt.benchmark import Outcome, run
 from trajopt.benchmark.folders import by_set, find_instances, row, summary
@@ -21,6 +20,7 @@ from trajopt.cli.options import (
     TimeBudgetOption,
     budget_of,
 )
+from trajopt.cli.progress import quiet_bar
 from trajopt.moveit.trajectory_files import write_json
 
 DataOption = Annotated[
@@ -57,7 +57,7 @@ def bench(
     machine = source.load()
     instances = find_instances(data, machine, [name for name in sets.split(",") if name], limit=limit)
     outcomes: list[Outcome] = []
-    with Progress(transient=True) as bar:
+    with quiet_bar() as bar:
         task = bar.add_task("planning", total=len(instances))
         for instance in instances:
             outcomes.append(run(instance, budget=budget))

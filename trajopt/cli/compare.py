@@ -6,7 +6,6 @@ from typing import Annotated, cast
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
 from rich.table import Table
 
 from trajopt.benchmark import (
@@ -29,6 +28,7 @@ from trajopt.benchmark.comparison_table import (
 from trajopt.benchmark.folders import find_instances
 from trajopt.benchmark.summary import summaries
 from trajopt.cli.options import RobotSource
+from trajopt.cli.progress import quiet_bar
 from trajopt.errors import FileFormatError, MissingExtra
 from trajopt.io.files import read_json
 from trajopt.methods import Method, method_named, method_names
@@ -122,12 +122,12 @@ def _instances(
 
 
 def _planned(instances: Sequence[Instance], methods: Sequence[Method], allowance: Allowance) -> list[Outcome]:
-    console, found = Console(stderr=True), list[Outcome]()
+    found: list[Outcome] = []
+    with quiet_bar() as bar:
 
-    def skipped(method: Method, error: MissingExtra) -> None:
-        console.print(f"left out {method.name}: {error}", style="yellow")
+        def skipped(method: Method, error: MissingExtra) -> None:
+            bar.console.print(f"left out {method.name}: {error}", style="yellow")
 
-    with Progress(console=console, transient=True) as bar:
         task = bar.add_task("planning", total=len(instances) * len(methods))
         for run in compared(instances, methods, allowance, skipped=skipped):
             found.append(run)

@@ -4,9 +4,13 @@ import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from trajopt.planning.result import Result
 from trajopt.solvers import Iteration
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
 
 DOING = {
     "examine": "checking the start",
@@ -65,10 +69,15 @@ def progress_line() -> Generator[ProgressLine]:
 @contextmanager
 def progress_bar(text: str, total: int) -> Generator[Callable[[int], None]]:
     """Show a bar of how many of a total are done; silent where standard error is no terminal."""
+    with quiet_bar() as bar:
+        task = bar.add_task(text, total=total)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def quiet_bar() -> "Bar":
+    """Return a bar on standard error that leaves nothing behind, and is silent where that is no terminal."""
     from rich.console import Console
     from rich.progress import Progress as Bar
 
     console = Console(stderr=True)
-    with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(text, total=total)
-        yield lambda done: bar.update(task, completed=done)
+    return Bar(console=console, transient=True, disable=not console.is_terminal)

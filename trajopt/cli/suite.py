@@ -1,15 +1,19 @@
 """`trajopt suite`: plan every installed problem and show what holds, by how much and where."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import Progress
 
-from trajopt.benchmark import Outcome, installed_definitions, run
+from trajopt.benchmark import Instance, Outcome, installed_definitions, run
 from trajopt.benchmark.suite_page import page
 from trajopt.benchmark.suite_table import row, summary, table
+from trajopt.cli.progress import quiet_bar
+from trajopt.errors import RenderingUnavailable
 from trajopt.moveit.trajectory_files import write_json, write_text
+from trajopt.planning.result import Result
+from trajopt.simulate.thumbnail import thumbnail
 
 JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every outcome here.")]
 HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page with figures here.")]
@@ -19,6 +23,30 @@ RandomOption = Annotated[
 ProblemsOption = Annotated[
     str, typer.Option("--problems", help="Names of problems, separated by commas; all if left out.")
 ]
+PicturesOption = Annotated[
+    bool, typer.Option("--pictures/--no-pictures", help="Whether the page has a picture of each problem.")
+]
+
+
+class Thumbnails:
+    """Pictures by problem and number of the instance; without OpenGL none, and a remark that says so."""
+
+    def __init__(self, *, enabled: bool) -> None:
+        """Have none yet."""
+        self.pictures: dict[tuple[str, int], bytes] = {}
+        self.remark = ""
+        self._enabled = enabled
+
+    def draw(self, instance: Instance, result: Result) -> None:
+        """Add the picture of a result: of its motion, or of the start where it has none."""
+        if not self._enabled:
+            return
+        motion = result.trajectory if result.verified else None
+        try:
+            self.pictures[instance.name, instance.draw] = thumbnail(result.problem.reduced, motion)
+        except RenderingUnavailable as missing:
+            self.remark = f"It has no pictures: {missing}"
+            self._enabled = False
 
 
 def suite(
@@ -26,21 +54,23 @@ def suite(
     html_file: HtmlFileOption = None,
     random: RandomOption = 0,
     problems: ProblemsOption = "",
+    pictures: PicturesOption = True,
 ) -> None:
     """Plan every installed problem, judge each motion anew. Exit status 0 if all end as expected, else 1."""
     chosen = installed_definitions([name for name in problems.split(",") if name])
     asked = [item.instance(draw) for item in chosen for draw in range(1 + random * item.randomised)]
     outcomes: list[Outcome] = []
-    with Progress(transient=True) as bar:
+    drawn = Thumbnails(enabled=html_file is not None and pictures)
+    with quiet_bar() as bar:
         task = bar.add_task("planning", total=len(asked))
         for instance in asked:
-            outcomes.append(run(instance))
+            outcomes.append(run(instance, seen=partial(drawn.draw, instance)))
             good = sum(outcome.good for outcome in outcomes)
             bar.update(task, advance=1, description=f"{good} of {len(outcomes)} as expected")
     if json_file is not None:
         write_json(json_file, {"problems": [row(outcome) for outcome in outcomes]})
     if html_file is not None:
-        write_text(html_file, page(outcomes))
+        write_text(html_file, page(outcomes, drawn.pictures, drawn.remark))
     typer.echo("\n".join(table(outcomes)))
     typer.echo(f"\n{summary(outcomes)}")
     for outcome in outcomes:

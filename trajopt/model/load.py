@@ -18,8 +18,8 @@ from trajopt.model.robot import Robot
 _PACKAGE = "robot_descriptions"
 _SUFFIX = "_description"
 _FROM_SDF = (
-    "make MJCF of it with the package sdformat-mjcf (sdformat2mjcf robot.sdf robot.xml), or take the URDF "
-    "that it was made of"
+    "take the URDF that it was made of, or make MJCF of it: conda install -c conda-forge sdformat-mjcf; "
+    "sdf2mjcf {sdf} {mjcf}"
 )
 
 
@@ -98,7 +98,8 @@ def _root(file: Path) -> str:
     except (ElementTree.ParseError, LookupError, OSError, StopIteration, ValueError):
         return ""
     if tag == "sdf":
-        raise FileFormatError(str(file), f"is SDF, which is not read; {_FROM_SDF}")
+        way = _FROM_SDF.format(sdf=file.name, mjcf=file.with_suffix(".xml").name)
+        raise FileFormatError(str(file), f"is SDF, which is not read; {way}")
     return tag
 
 

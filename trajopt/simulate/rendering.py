@@ -39,7 +39,7 @@ def render(
         subject: A plan, a result that has one, or a simulated motion; or a reduced model (robot and scene).
         motion: The file; or the motion, simulated or planned, which a reduced model needs. Of a simulated
             sequence the reduced model is its own.
-        path: The file, after a motion; its suffix says the kind. MP4 needs the package imageio-ffmpeg.
+        path: The file, after a motion; its suffix says the kind.
         width: Of one picture [pixels].
         height: Of one picture [pixels].
         fps: Pictures per second of GIF and MP4.
@@ -57,7 +57,6 @@ def render(
         PlanningFailed: If the result has no plan.
         ProblemError: If the motion or the file is missing.
         FileFormatError: If the suffix is none of the three, or the folder does not exist.
-        MissingExtra: If MP4 is asked for and imageio-ffmpeg is not installed.
         RenderingUnavailable: If no OpenGL works here; says what to install.
         ShapeError: If a size, `fps` or `moments` cannot be used.
         ModelError: If the motion is not of this group's joints.

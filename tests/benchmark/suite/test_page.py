@@ -1,13 +1,17 @@
 """The page: complete in itself, and readable in a real browser."""
 
+from base64 import b64encode
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from PIL import Image
 
 from tests.benchmark.suite.outcomes import ALL
 from trajopt.benchmark.suite_page import page as page_of
+from trajopt.simulate.thumbnail import HEIGHT, WIDTH
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -23,13 +27,23 @@ def test_needs_nothing_beside_itself() -> None:
     assert "tip &lt;of&gt; the arm" in text and "misses by 1 &lt; 2" in text
 
 
+def test_pictures_are_in_the_page_itself() -> None:
+    first = ALL[0]
+    text = page_of(ALL, {(first.problem, first.draw): b"a picture"}, remark="One <picture>.")
+    assert text.count("src=") == text.count('src="data:image/jpeg;base64,') == 1
+    assert b64encode(b"a picture").decode() in text and "One &lt;picture&gt;." in text
+
+
 @pytest.fixture(scope="module")
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator["Page"]:
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
     if not CHROMIUM.is_file():
         pytest.skip(f"no browser at {CHROMIUM}")
     path = tmp_path_factory.mktemp("page") / "suite.html"
-    path.write_text(page_of(ALL), encoding="utf-8")
+    picture = BytesIO()
+    Image.new("RGB", (WIDTH, HEIGHT), "blue").save(picture, "JPEG")
+    drawn = {(outcome.problem, outcome.draw): picture.getvalue() for outcome in ALL}
+    path.write_text(page_of(ALL, drawn), encoding="utf-8")
     with api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         opened = browser.new_page(viewport={"width": 1100, "height": 800})

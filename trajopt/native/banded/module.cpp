@@ -2,6 +2,8 @@
 #include <algorithm>
 
 #include "../arrays.hpp"
+#include "../gil.hpp"
+#include "../leaks.hpp"
 #include "step.hpp"
 
 namespace nb = nanobind;
@@ -38,7 +40,7 @@ auto solve(Program& program, const Vector<double>& lower, const Vector<double>& 
   options.max_iterations = max_iterations;
   Step step;
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     step = best_step(program, lower.data(), upper.data(), regularisation, options);
   }
   const std::size_t rows = step.multiplier.size();
@@ -49,6 +51,7 @@ auto solve(Program& program, const Vector<double>& lower, const Vector<double>& 
 }  // namespace
 
 NB_MODULE(banded, m) {
+  leaks::settle();
   nb::class_<Program>(m, "Program")
       .def(nb::new_(&make_program), "joints"_a, "moves"_a)
       .def("add_squared",

@@ -2,6 +2,8 @@
 #include <nanobind/nanobind.h>
 
 #include "../arrays.hpp"
+#include "../gil.hpp"
+#include "../leaks.hpp"
 #include "cover.hpp"
 
 namespace nb = nanobind;
@@ -26,7 +28,7 @@ nb::tuple cover(const arrays::Matrix<double>& vertices, const arrays::Matrix<std
   const std::vector<int> part(parts.data(), parts.data() + parts.shape(0));
   covers::Cover made;
   {
-    nb::gil_scoped_release released;
+    gil::Released released;
     made = covers::cover(given, part, {hull_excess, tolerance, most_pieces, samples, most_work});
   }
   std::vector<double> points;
@@ -43,6 +45,7 @@ nb::tuple cover(const arrays::Matrix<double>& vertices, const arrays::Matrix<std
 }  // namespace
 
 NB_MODULE(covers, module) {
+  leaks::settle();
   module.attr("THICKNESS") = covers::kThickness;
   module.attr("FARTHEST") = covers::kFarthest;
   module.def("cover", &cover, nb::arg("vertices"), nb::arg("faces"), nb::arg("parts"), nb::arg("hull_excess"),

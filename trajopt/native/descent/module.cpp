@@ -6,6 +6,8 @@
 #include <algorithm>
 
 #include "../arrays.hpp"
+#include "../gil.hpp"
+#include "../leaks.hpp"
 #include "loop.hpp"
 
 namespace nb = nanobind;
@@ -149,35 +151,38 @@ Rows taken(const Program& program, const Role& role, const nb::handle& given) {
 // Keeps an object until nobody needs it; the last may be a thread without the interpreter's lock.
 std::shared_ptr<const void> kept(nb::object object) {
   return {static_cast<const void*>(object.release().ptr()), [](const void* released) {
-            nb::gil_scoped_acquire acquire;
+            const gil::Taken lock;
             nb::steal(static_cast<PyObject*>(const_cast<void*>(released)));
           }};
 }
 
+Answer answered(const Program& program, const nb::callable& ask, const double* x) {
+  const gil::Taken lock;
+  const std::size_t knots = program.variables().knots(), joints = program.variables().joints;
+  const auto knots_asked = hand_over(std::vector<double>(x, x + knots * joints), {knots, joints});
+  const auto given = nb::cast<nb::tuple>(gil::call(ask, knots_asked));
+  const auto rows = nb::cast<nb::list>(given[0]);
+  Answer answer;
+  std::size_t number = 0;
+  for (const auto& part : program.parts()) {
+    if (!std::holds_alternative<Outside>(part.rows)) continue;
+    expect(number < nb::len(rows), "rows of each part outside");
+    answer.rows.push_back(taken(program, part.role, rows[number++]));
+  }
+  answer.configurations = nb::cast<std::int64_t>(given[1]);
+  answer.kept = kept(nb::borrow(given[2]));
+  return answer;
+}
+
 Program::Ask asking(const Program& program, const nb::callable& ask) {
-  return [&program, &ask](const double* x) {
-    nb::gil_scoped_acquire acquire;
-    const std::size_t knots = program.variables().knots(), joints = program.variables().joints;
-    const auto given = nb::cast<nb::tuple>(ask(hand_over(std::vector<double>(x, x + knots * joints), {knots, joints})));
-    const auto rows = nb::cast<nb::list>(given[0]);
-    Answer answer;
-    std::size_t number = 0;
-    for (const auto& part : program.parts()) {
-      if (!std::holds_alternative<Outside>(part.rows)) continue;
-      expect(number < nb::len(rows), "rows of each part outside");
-      answer.rows.push_back(taken(program, part.role, rows[number++]));
-    }
-    answer.configurations = nb::cast<std::int64_t>(given[1]);
-    answer.kept = kept(nb::borrow(given[2]));
-    return answer;
-  };
+  return [&program, &ask](const double* x) { return answered(program, ask, x); };
 }
 
 SharedPoint point_at(Program& program, const Matrix<double>& x, const nb::callable& ask) {
   expect(x.shape(0) * x.shape(1) == program.variables().moves.size(), "as many numbers as variables");
   std::vector<double> at = copied(x);
   const auto outside = asking(program, ask);
-  nb::gil_scoped_release release;
+  gil::Released released;
   return std::const_pointer_cast<Point>(program.at(std::move(at), outside));
 }
 
@@ -199,14 +204,14 @@ auto descend_from(Program& program, const SharedPoint& from, const std::vector<d
   expect(region.size() == 7, "seven numbers of the trust region");
   Descent descent{from, {region[0], region[1], region[2], region[3], region[4], region[5], region[6]}, failures, {}};
   const Watch watch{[&](const Entry* entries, std::size_t count) {
-                      nb::gil_scoped_acquire acquire;
-                      tell(told(entries, count));
+                      const gil::Taken lock;
+                      gil::call(tell, told(entries, count));
                     },
                     seconds, configurations};
   const auto outside = asking(program, ask);
   Ending ending;
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     ending = descend(program, descent, options, outside, watch);
   }
   return std::make_tuple(static_cast<int>(ending), std::const_pointer_cast<Point>(descent.at), descent.region.radius,
@@ -236,6 +241,7 @@ auto line(std::vector<T> Rows::* numbers) {
 }  // namespace
 
 NB_MODULE(descent, m) {
+  leaks::settle();
   nb::class_<robot::RobotQuery>(m, "RobotQuery");
   bind_frame_terms(m);
   nb::enum_<Kind>(m, "Kind")

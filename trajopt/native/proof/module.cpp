@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "../coal_boxes.hpp"
+#include "../gil.hpp"
+#include "../leaks.hpp"
 #include "clearance_search.hpp"
 #include "inverse_dynamics.hpp"
 #include "nearest.hpp"
@@ -86,7 +88,7 @@ nb::tuple place(const Arm& arm, const Numbers& positions) {
   const size_t count = positions.shape(0), joints = arm.joints.size();
   std::vector<double> rotation(count * joints * 9), translation(count * joints * 3);
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     std::vector<Pose> poses(joints);
     for (size_t row = 0; row < count; ++row) {
       arm.place(positions.data() + row * (joints - 1), poses.data());
@@ -115,7 +117,7 @@ nb::tuple largest(const Numbers& times, const Numbers& coefficients, double sign
   const Curve curve = make_curve(times, coefficients);
   std::vector<double> values(size_t(curve.functions)), when(size_t(curve.functions));
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     for (int f = 0; f < curve.functions; ++f) curve.largest(f, sign, slack, values[f], when[f]);
   }
   return nb::make_tuple(array(std::move(values)), array(std::move(when)));
@@ -123,7 +125,7 @@ nb::tuple largest(const Numbers& times, const Numbers& coefficients, double sign
 
 bool within(const Numbers& times, const Numbers& coefficients, const Numbers& low, const Numbers& high) {
   const Curve curve = make_curve(times, coefficients);
-  nb::gil_scoped_release release;
+  gil::Released released;
   return curve.within(low.data(), high.data());
 }
 
@@ -132,7 +134,7 @@ Array sampled(const Numbers& coefficients, const Counts& piece, const Numbers& l
   const size_t rows = coefficients.shape(0), pieces = coefficients.shape(1), functions = coefficients.shape(2);
   std::vector<double> found(piece.size() * functions, 0.0);
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     for (size_t i = 0; i < piece.size(); ++i) {
       double* values = found.data() + i * functions;
       const double* of = coefficients.data() + size_t(piece.data()[i]) * functions;
@@ -181,7 +183,7 @@ class Proof {
   Array nearest(const Numbers& times, const Numbers& rotation, const Numbers& translation, const Flags& strict) {
     std::vector<double> found;
     {
-      nb::gil_scoped_release release;
+      gil::Released released;
       Snapshot at = snapshot(times, rotation, translation, 0);
       found = measure_nearest(bodies_, candidates_, meter_, at,
                               std::vector<char>(strict.data(), strict.data() + strict.size()));
@@ -210,7 +212,7 @@ class Proof {
     const Options chosen{o[0], o[1], o[2], o[3], o[4]};
     ClearanceSearch search(bodies_, candidates_, meter_, motion, accepted, chosen);
     {
-      nb::gil_scoped_release release;
+      gil::Released released;
       measured ? search.run() : search.decide();
     }
     std::vector<double> contacts;
@@ -256,7 +258,7 @@ class Proof {
              const Counts& pair, Measure measure) {
     std::vector<double> found(pair.size());
     {
-      nb::gil_scoped_release release;
+      gil::Released released;
       for (size_t i = 0; i < found.size(); ++i) {
         Snapshot at = snapshot(times, rotation, translation, cell.data()[i]);
         found[i] = measure(int(pair.data()[i]), at);
@@ -271,7 +273,7 @@ Array torques(const nb::object& model, const Numbers& q, const Numbers& v, const
   std::vector<double> found(rows * columns);
   const Dynamics dynamics(model.ptr());
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     dynamics.torques(rows, q.data(), v.data(), a.data(), found.data());
   }
   return array(std::move(found), {rows, columns});
@@ -280,6 +282,7 @@ Array torques(const nb::object& model, const Numbers& q, const Numbers& v, const
 }  // namespace
 
 NB_MODULE(proof, m) {
+  leaks::settle();
   coal_boxes::settle();
   nb::class_<Form>(m, "Form");
   m.def("box", [](double x, double y, double z) { return make_solid(Kind::Box, Vec(x, y, z) / 2.0); });

@@ -8,6 +8,8 @@
 
 #include "../arrays.hpp"
 #include "../coal_boxes.hpp"
+#include "../gil.hpp"
+#include "../leaks.hpp"
 #include "dynamics.hpp"
 #include "path_search.hpp"
 #include "query.hpp"
@@ -99,7 +101,7 @@ auto close_pairs(Query& query, const Matrix<double>& positions, const Vector<dou
   expect(reach.shape(0) == query.cell.pairs.size(), "one reach for each pair");
   ClosePairs found;
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     found = query.tracker.close_pairs(positions.data(), static_cast<int>(positions.shape(0)),
                                       {reach.data(), reach.data() + reach.shape(0)});
   }
@@ -119,7 +121,7 @@ auto placements(Query& query, const Matrix<double>& positions) {
   std::vector<double> rotation(samples * joints * 9), translation(samples * joints * 3);
   std::vector<double> jacobian(samples * 6 * columns);
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     for (size_t sample = 0; sample < samples; ++sample) {
       const auto& placed = query.kinematics(positions.data() + sample * positions.shape(1));
       double* columns_here = jacobian.data() + sample * 6 * columns;
@@ -149,7 +151,7 @@ Numpy<double> displacement(Query& query, const Matrix<double>& from, const Matri
   const size_t samples = from.shape(0), dofs = from.shape(1);
   std::vector<double> largest(samples, 0.0);
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     std::vector<Place> before(cell.bodies.size());
     const auto carried = [&](auto&& act) {
       for (size_t body = 0; body < cell.bodies.size(); ++body) {
@@ -181,12 +183,12 @@ auto search_path(const Cell& cell, const Vector<double>& start, const Matrix<dou
   const PathRequest asked{copied(start), copied(goals), copied(lower), copied(upper), copied(unit),
                            copied(reach), step,          looks,         shortening,    seed};
   const auto ask = [&](std::int64_t looked) {
-    nb::gil_scoped_acquire acquire;
-    check(looked);
+    const gil::Taken lock;
+    gil::call(check, looked);
   };
   FoundPath found;
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     found = PathSearch(cell, asked, ask)();
   }
   const size_t corners = found.corners.size() / dofs;
@@ -203,7 +205,7 @@ Numpy<double> torques(Dynamics& dynamics, const Matrix<double>& positions, const
   }
   std::vector<double> result(states * dofs);
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     for (size_t at = 0; at < result.size(); at += dofs) {
       dynamics(positions.data() + at, velocities.data() + at, accelerations.data() + at, result.data() + at);
     }
@@ -216,7 +218,7 @@ std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matri
   expect(positions.shape(1) == dofs, "one position for each joint of the group");
   std::vector<double> torques(states * dofs), slopes(states * dofs * dofs);
   {
-    nb::gil_scoped_release release;
+    gil::Released released;
     for (size_t at = 0; at < torques.size(); at += dofs) {
       dynamics.gravity(positions.data() + at, torques.data() + at, slopes.data() + at * dofs);
     }
@@ -227,6 +229,7 @@ std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matri
 }  // namespace
 
 NB_MODULE(proximity, m) {
+  leaks::settle();
   coal_boxes::settle();
   nb::module_::import_("trajopt.native.descent");  // which knows what a RobotQuery is
   nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a, "geometry"_a);

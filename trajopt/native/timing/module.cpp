@@ -12,6 +12,8 @@
 #include <string>
 
 #include "../arrays.hpp"
+#include "../gil.hpp"
+#include "../leaks.hpp"
 #include "timer.hpp"
 
 namespace nb = nanobind;
@@ -43,9 +45,9 @@ class Asked {
   // Numbers of a shape; what the function throws passes through.
   template <typename... Tables>
   Numbers operator()(const std::vector<std::size_t>& shape, const Tables&... tables) const {
-    nb::gil_scoped_acquire acquire;
+    const gil::Taken lock;
     nb::ndarray<const double, nb::c_contig, nb::device::cpu> found;
-    if (!nb::try_cast(function_(handed(tables)...), found)) throw Refused{name_, "returned no array of numbers"};
+    if (!nb::try_cast(gil::call(function_, handed(tables)...), found)) throw Refused{name_, "returned no array of numbers"};
     std::vector<std::size_t> returned;
     for (std::size_t axis = 0; axis < found.ndim(); ++axis) returned.push_back(found.shape(axis));
     if (returned != shape) throw Refused{name_, "returned an array " + written(returned) + ", not " + written(shape)};
@@ -121,7 +123,7 @@ Retimed retime(const Matrix<double>& knots, const std::tuple<Each, Each>& positi
   }
   const Table corners = copied(knots);
   const Numbers least = copied(lower), most = copied(upper);
-  nb::gil_scoped_release release;
+  gil::Released released;
   const auto smoothing = timing::smooth(timing::polyline(corners, all.velocity), least, most, bound, tolerance);
   const timing::Options options{points, passes, remainder, shortest, longest};
   return {timing::Timer(smoothing.path, std::move(all), options).run(), smoothing.path.knots, smoothing.path.control,
@@ -185,6 +187,7 @@ auto motion_extremes(const Block<double>& coefficients, const Vector<double>& wi
 }  // namespace
 
 NB_MODULE(timing, m) {
+  leaks::settle();
   nb::register_exception_translator(
       [](const std::exception_ptr& thrown, void*) {
         const auto refuse = [](const std::string& name, const std::string& what) {
