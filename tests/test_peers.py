@@ -8,6 +8,7 @@ import pytest
 
 import trajopt as to
 from benchmarks.peers.export import Asked, write_problems
+from benchmarks.peers.judging import judge_result
 from trajopt.benchmark import Instance
 from trajopt.verify import Judge
 
@@ -51,3 +52,7 @@ def test_exported_robot_keeps_its_distances(tmp_path: Path) -> None:
         smallest = judge.examine(q).smallest
         assert smallest is not None
         assert nearest == pytest.approx(smallest.distance, abs=1e-5)
+
+    nothing = {"claimed": False, "message": "no path", "setup_cpu": 0.0, "path_cpu": 1.0, "timing_cpu": 0.0}
+    record = judge_result(Asked(instance, problem, goal), {**nothing, "path": None, "motion": None})
+    assert (record["set"], record["index"], record["message"]) == ("set", 1, "no path")

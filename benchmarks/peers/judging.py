@@ -80,9 +80,10 @@ def judge_result(asked: Asked, result: dict[str, Any]) -> dict[str, Any]:
     claimed = result["claimed"]
     path = _judge_path(judge, asked, np.array(result["path"])) if claimed and result["path"] else None
     motion = _judge_motion(judge, asked, result["motion"]) if claimed and result["motion"] else None
+    name, number = asked.instance.name.split("/")
     return {
-        "set": asked.instance.set_name,
-        "index": asked.instance.index,
+        "set": name,
+        "index": int(number),
         "claimed": claimed,
         "message": "" if claimed else result["message"],
         "setup_cpu": result["setup_cpu"],
