@@ -237,6 +237,8 @@ def _table(checks: tuple[Check, ...]) -> list[str]:
             "" if number is None else f"{number * size + 0.0:.5g}"
             for number in (check.value, check.bound, check.slack)
         )
+        if check.kind is CheckKind.CLEARANCE and check.evidence is Evidence.PROVEN and value:
+            value = f">= {value}"  # a bound; the nearest distances that were measured stand below
         time = "" if check.time is None else f"{check.time:.3f}"
         rows.append(
             (check.mark, check.name, check.subject, value, bound, unit, time, slack, check.evidence.value)

@@ -146,7 +146,9 @@ def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, al
     words = f"{which} keeps at least {1000 * bound:.2f} mm apart at all times"
     if alone and required > 0.0:
         words += f", {1000 * required:g} mm are required"
-    return _check(distances.pair_name(tightest), bound, required, time, Evidence.PROVEN, words)
+    # Where nothing came near enough to be measured, the bound is of all pairs, and no pair is the nearest.
+    subject = "no pair is near" if time is None else distances.pair_name(tightest)
+    return _check(subject, bound, required, time, Evidence.PROVEN, words)
 
 
 def _tightest(search: Findings, pairs: Ints) -> tuple[int, float | None]:
