@@ -51,6 +51,8 @@ void Tracker::forget() {
   places_.resize(static_cast<size_t>(samples_) * movers_);
   moved_.assign(static_cast<size_t>(samples_) * (movers_ + 1), -1.0);
   for (int sample = 0; sample < samples_; ++sample) moved(sample, movers_) = 0.0;
+  listed_.clear();
+  longest_listed_ = 0.0;
   neighbours_.resize(static_cast<size_t>(stretches) * movers_);
   for (Neighbours& list : neighbours_) list.listed = false;
   between_.resize(stretches);
