@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from tests.oracles.judge_geometry import CoalPairs, Solid, gaps, inside, largest_gap
+from tests.oracles.judge_geometry import CoalPairs, Solid, gaps, inside
+from tests.oracles.largest_gap import largest_gap
 from trajopt.arrays import Bools, Floats, Ints
 from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.reduced import ReducedModel

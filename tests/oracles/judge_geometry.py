@@ -22,9 +22,6 @@ from trajopt.verify.checks.line_of_sight import support
 from trajopt.verify.kernel.coal_geometry import coal_geometry
 from trajopt.verify.kernel.kinematics import Poses
 
-_DIRECTIONS = 2000
-_STEPS = 300
-_ROUNDS = 48
 _TOLERANCE = 1e-9
 """Of distances between bodies apart [m]: smaller than the default, for better directions."""
 _DEPTH_TOLERANCE = 1e-7
@@ -46,39 +43,6 @@ def gap(first: Shape, second: Shape, where: Placement, directions: Floats) -> Fl
     """
     between = directions @ where.translation
     return between - support(first, directions) - support(second, -directions @ where.rotation)
-
-
-def largest_gap(first: Shape, second: Shape, where: Placement) -> float:
-    """Search all directions for the largest gap: slow, always a lower bound, nearly the distance.
-
-    Args:
-        first: One shape.
-        second: The other.
-        where: Placement of the second in the first one's frame.
-    """
-    even = _spread_evenly(_DIRECTIONS)
-    found = gap(first, second, where, even)
-    best, largest = even[int(found.argmax())], float(found.max())
-    # Steps in all directions, of all lengths up to one, in no order.
-    steps = _spread_evenly(_STEPS) * np.sqrt(np.arange(_STEPS) * 0.618034 % 1.0)[:, None]
-    spread = 2.0 * np.sqrt(4.0 * np.pi / _DIRECTIONS)
-    for _ in range(_ROUNDS):
-        near = best + spread * steps
-        near /= np.linalg.norm(near, axis=1)[:, None]
-        found = gap(first, second, where, near)
-        if found.max() > largest:
-            best, largest = near[int(found.argmax())], float(found.max())
-        else:
-            spread /= 2.0
-    return largest
-
-
-def _spread_evenly(count: int) -> Floats:
-    """Return unit vectors spread evenly over the sphere along a spiral, shape (count, 3)."""
-    height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
-    angle = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(count)
-    radius = np.sqrt(1.0 - height**2)
-    return np.stack((radius * np.cos(angle), radius * np.sin(angle), height), axis=1)
 
 
 def inside(points: Floats, mesh: Mesh) -> Bools:

@@ -87,7 +87,7 @@ def test_distances(tmp_path: Path, first: Shape, second: Shape) -> None:
         assert found == pytest.approx(oracle, abs=2e-6 if oracle > 0.0 else 1e-4)
         assert (found > 0.0) == (oracle > 0.0)
         deep, sure = (float(own.search_depths(poses, cell, pair)[0]) for own in (native, plain))
-        # Both halve their spread where nothing improves, which the last bit may decide.
+        # Both stop where no gap nearby is larger by more than 1e-10 m.
         assert deep == pytest.approx(sure, abs=1e-7)
         if not isinstance(first, Plane) and not isinstance(second, Plane):
             hulls = [float(own.measure_hulls(poses, cell, pair)[0]) for own in (native, plain)]

@@ -4,8 +4,11 @@
 #include <coal/shape/convex.h>
 #include <coal/shape/geometric_shapes.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "upper_model.hpp"
 
 namespace proof {
 
@@ -15,8 +18,12 @@ constexpr double doubtful = 1e-5;        // Where Coal and the gap along its nor
 constexpr double gjk_tolerance = 1e-9;   // Smaller than Coal's default, for better directions.
 constexpr double epa_tolerance = 1e-7;   // With a smaller one round shapes get wrong depths.
 constexpr int most_iterations = 512;
-constexpr int even_directions = 2000, steps = 300, rounds = 48;
+constexpr int even_directions = 2000, rounds = 48, most_attempts = 100;
+constexpr int starts = 12;            // Between even directions a lower one may lead to a larger gap.
+constexpr size_t most_cuts = 24;      // Of a model of the gap: its peaks grow with the square of them.
+constexpr double negligible = 1e-10;  // Gaps that no model allows to be larger by more are the largest [m].
 constexpr double pi = 3.14159265358979323846;
+const double widest = 2.0 * std::sqrt(4.0 * pi / even_directions);  // The next even directions are within it [rad].
 
 std::shared_ptr<const coal::CollisionGeometry> make(const Form& form) {
   const Vec& h = form.half;
@@ -65,6 +72,36 @@ std::vector<Vec> spread_evenly(int count) {
   return found;
 }
 
+// The direction of the largest gap of two cores so far.
+struct Summit {
+  const Form& first;
+  const Pose& first_at;
+  const Form& second;
+  const Pose& second_at;
+  Vec best = Vec::UnitX();
+  double largest = -std::numeric_limits<double>::infinity();
+
+  // Point of the second core less the point of the first, both in the common frame, that decide the gap along n.
+  Vec measure(const Vec& n) {
+    const Vec difference = second_at * second.core_support(-(second_at.R.transpose() * n)) -
+                           first_at * first.core_support(first_at.R.transpose() * n);
+    if (n.dot(difference) > largest) largest = n.dot(difference), best = n;
+    return difference;
+  }
+
+  // Search around a direction until no gap there is larger, or the model has too many cuts.
+  UpperModel climb(Vec n, double spread) {
+    UpperModel model(n, spread);
+    for (int i = 0; i < most_attempts; ++i) {
+      const Vec difference = measure(n);
+      model.cut(difference, largest + negligible);
+      if (model.exhausted() || model.size() >= most_cuts) break;
+      n = model.highest();
+    }
+    return model;
+  }
+};
+
 }  // namespace
 
 double gap_along(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at, const Vec& n) {
@@ -96,26 +133,28 @@ double signed_distance(const Form& first, const Pose& first_at, const Form& seco
 
 double largest_gap(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at) {
   static const std::vector<Vec> even = spread_evenly(even_directions);
-  static const std::vector<Vec> near = spread_evenly(steps);
-  Vec best = Vec::UnitX();
-  double largest = -std::numeric_limits<double>::infinity();
-  auto attempt = [&](const Vec& n) {
-    const double gap = gap_along(first, first_at, second, second_at, n);
-    if (gap > largest) largest = gap, best = n;
-  };
-  for (const Vec& n : even) attempt(n);
-  double spread = 2.0 * std::sqrt(4.0 * pi / even_directions);
-  for (int round = 0; round < rounds; ++round) {
-    const Vec middle = best;
-    const double before = largest;
-    for (int i = 0; i < steps; ++i) {
-      // Steps in all directions, of all lengths up to one, in no order.
-      const double length = std::sqrt(std::fmod(i * 0.618034, 1.0));
-      attempt((middle + spread * length * near[i]).normalized());
+  Summit summit{first, first_at, second, second_at};
+  std::vector<double> gaps;
+  for (const Vec& n : even) gaps.push_back(n.dot(summit.measure(n)));
+  for (int start = 0; start < starts; ++start) {
+    const Vec middle = even[std::max_element(gaps.begin(), gaps.end()) - gaps.begin()];
+    summit.climb(middle, widest);
+    for (size_t i = 0; i < even.size(); ++i) {
+      if (even[i].dot(middle) > std::cos(widest)) gaps[i] = -std::numeric_limits<double>::infinity();
     }
-    if (largest == before) spread /= 2.0;
   }
-  return largest;
+  double spread = widest;
+  for (int round = 0; round < rounds; ++round) {
+    const UpperModel model = summit.climb(summit.best, spread);
+    if (!model.exhausted()) {
+      spread /= 4.0;  // Too round for so few cuts, but less so nearby.
+    } else if (model.at_border(summit.best)) {
+      spread = std::min(2.0 * spread, widest);
+    } else {
+      break;
+    }
+  }
+  return summit.largest - first.rounding - second.rounding;
 }
 
 }  // namespace proof

@@ -12,7 +12,8 @@ double gap_along(const Form& first, const Pose& first_at, const Form& second, co
 // and by a search of all directions where Coal's distance is doubtful.
 double signed_distance(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at);
 
-// The largest gap that a search of all directions finds: slow, always a lower bound, nearly the signed distance.
+// The largest gap that a search of all directions finds: slow, always a lower bound, and the signed distance itself
+// unless the search misses a peak between its evenly spread starts.
 double largest_gap(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at);
 
 }  // namespace proof
