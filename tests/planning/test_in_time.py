@@ -1,5 +1,7 @@
 """Planning among things that move, appear and expire: later, around, or why not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,11 @@ def table() -> to.Scene:
     except to.MissingExtra as error:
         pytest.skip(str(error))
     return to.Scene(panda).add("table", to.Box(1.2, 1.6, 0.04), to.placement((0.5, 0.0, -0.06)))
+
+
+def without_jerk_limits(robot: to.Robot) -> to.Robot:
+    free = replace(robot.limits, jerk=np.full(len(robot.joint_names), np.inf))
+    return replace(robot, limits=free)
 
 
 def problem(scene: to.Scene) -> to.Problem:
@@ -75,8 +82,31 @@ def test_what_appears_at_the_goal_leaves_no_motion_and_says_so(table: to.Scene) 
     there = table.placement_of("panda_hand", table.robot.positions(GOAL))
     block = table.add("block", to.Box(0.3, 0.3, 0.3), to.placement(there.translation), appears=0.1)
     result = to.plan(problem(block), budget=to.Budget(attempts=1))
-    assert result.status is to.Status.NOT_VERIFIED
-    assert "no later beginning and no way around seems clear" in result.reason and "block" in result.reason
+    assert result.status is to.Status.BLOCKED_IN_TIME
+    assert "no later beginning and no way around" in result.reason and "block" in result.reason
+
+
+@pytest.mark.parametrize("jerk", [False, True])
+@pytest.mark.parametrize("leaves", [False, True])
+def test_the_arm_waits_for_its_goal_whatever_limits_it_has(
+    table: to.Scene, *, jerk: bool, leaves: bool
+) -> None:
+    robot = table.robot if jerk else without_jerk_limits(table.robot)
+    there = to.placement(table.placement_of("panda_hand", robot.positions(GOAL)).translation)
+    away = to.Track.through([1.0, 1.4], [there, to.placement((3.0, 3.0, 0.5))])
+    ball, scene = to.Sphere(0.1), to.Scene(robot)
+    scene = scene.add("ball", ball, motion=away) if leaves else scene.add("ball", ball, there, expires=1.0)
+    result = to.plan(problem(scene))
+    motion = result.require().trajectory
+    assert 1.0 < motion.duration < 2.5
+    assert sampled(scene, result.problem.reduced, motion) > 0.0
+    assert any("before it moves" in remark for remark in result.remarks)
+
+
+def test_what_is_known_for_a_short_time_only_leaves_a_result(table: to.Scene) -> None:
+    known = to.Prediction(across(0.6, begin=-0.6, end=1.0), (0.01, 0.02, 0.0), until=0.5)
+    result = to.plan(problem(table.add("gate", to.Box(0.5, 0.05, 3.0), motion=known)))
+    assert result.status is to.Status.BLOCKED_IN_TIME and "gate" in result.reason
 
 
 def test_the_room_for_an_error_costs_time(table: to.Scene) -> None:

@@ -290,9 +290,8 @@ def model_and_trajectory(
     reduced, moved = _model_and_trajectory(caller, motion, trajectory, argument)
     if reduced.scene.changing:
         names = listed(reduced.scene.changing)
-        raise ProblemError(
-            f"{caller}: {names} move, appear or expire, which is judged, but not shown or simulated"
-        )
+        why = "the scene changes with time, which is planned and judged, but not shown or simulated"
+        raise ProblemError(f"{caller}: {why}: {names}")
     return reduced, moved
 
 

@@ -179,7 +179,8 @@ class Scene(SceneParts):
             raise ModelError(
                 f"{shown(name)} is placed in {shown(item.frame)}: only what stands in the world moves"
             )
-        return self._with(replace(item, timing=timing, placement=timing.motion.track.at(0.0)))
+        where = object_placement(name, timing.motion.track.at(0.0))
+        return self._with(replace(item, timing=timing, placement=where))
 
     def attach(
         self,

@@ -8,10 +8,15 @@ from typing import Protocol
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.placement import Placement
+from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
+from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import bounding_box
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.result import Result
+from trajopt.planning.search import ENDED
+from trajopt.planning.status import Status
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
 
@@ -48,11 +53,13 @@ def in_time(
         on_incumbent: Called with every verified motion that is shorter than the one before.
     """
     alone = run(replace(problem, scene=_still(problem.scene)))
+    there = replace(alone.problem, scene=problem.scene)
     if not alone.verified:
-        return replace(alone, problem=replace(alone.problem, scene=problem.scene))
+        return replace(alone, problem=there)
     soonest = alone.require().trajectory.duration
-    best, stopped = _judged(alone, problem.scene, tracker), alone.stopped
+    best, stopped = Workspace(there, tracker).result(Status.BLOCKED_IN_TIME), alone.stopped
     try:
+        best = _judged(alone, problem.scene, tracker)
         for other, most in _other_ways(problem, LONGER * soonest):
             if best.verified and (_duration(best) <= soonest or most == OTHERWISE):
                 break
@@ -67,6 +74,8 @@ def in_time(
         stopped = ended.stop
     if best.verified and on_incumbent is not None:
         on_incumbent(best)
+    if not best.verified and stopped is not None:
+        best = replace(best, status=ENDED[stopped])
     return replace(best, stopped=stopped, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
 
 
@@ -86,13 +95,22 @@ def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
     if other.problem.scene is scene:
         return other
     work = Workspace(replace(other.problem, scene=scene), tracker)
-    motion = work.begun(TimedMotion(planned.path, planned.trajectory, other.timed))
-    judged = work.judged(motion, other.solve)
-    if not judged.verified:
-        why = f"no later beginning and no way around seems clear; without what changes: {judged.message}"
-        return replace(judged, message=why)
-    fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
-    return replace(judged, **{name: getattr(other, name) for name in fields})
+    refused: Result | None = None
+    for motion in work.begun(TimedMotion(planned.path, planned.trajectory, other.timed)):
+        judged = work.judged(motion, other.solve)
+        if judged.verified:
+            waits = motion.trajectory.duration - planned.trajectory.duration
+            said = (f"waits {waits:.3f} s before it moves, for what changes with time",) * (waits > 0.0)
+            fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
+            kept = {name: getattr(other, name) for name in fields}
+            return replace(judged, remarks=(*other.remarks, *said), **kept)
+        refused = refused or judged
+    assert refused is not None  # there is one motion at least
+    return replace(
+        refused,
+        status=Status.BLOCKED_IN_TIME,
+        message=f"the motion without what changes with time was refused: {refused.message}",
+    )
 
 
 def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
@@ -108,8 +126,10 @@ def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
         for name, times in places.items():
             item = scene.objects[name]
             for number, time in enumerate(times.tolist()):
-                where = scene.at(time).holder(name).placement
-                among = among.add(f"{name} {number}", item.parts, where, touch_links=item.touch_links)
+                copy = SceneObject(
+                    f"{name} {number}", item.parts, _place(scene, name, time), WORLD, item.touch_links
+                )
+                among = replace(among, objects={**among.objects, copy.name: copy})
         if places:
             yield replace(problem, scene=among)
 
@@ -135,6 +155,15 @@ def _last(scene: Scene, name: str) -> float:
     return -inf if motion is None else motion.track.end
 
 
+def _place(scene: Scene, name: str, time: float) -> Placement:
+    """Return where a thing is at a time [s]."""
+    carrier, now = scene.carrier(name), scene.holder(name).placement
+    motion = None if carrier is None else scene.objects[carrier].timing.motion
+    if carrier is None or motion is None:
+        return now
+    return motion.track.at(time) * scene.holder(carrier).placement.inverse() * now
+
+
 def _times(scene: Scene, name: str, duration: float) -> Floats:
     """Return times at which the places of a thing leave no gaps that the arm fits through, more or less."""
     item = scene.objects[name]
@@ -142,7 +171,7 @@ def _times(scene: Scene, name: str, duration: float) -> Floats:
     if begin >= end or scene.carrier(name) is None:
         return np.array((begin,)) if begin < duration else np.empty(0)
     looks = np.linspace(begin, end, 4 * MOST_PLACES)
-    points = np.array([scene.at(time).holder(name).placement.translation for time in looks.tolist()])
+    points = np.array([_place(scene, name, time).translation for time in looks.tolist()])
     way = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     sizes = [float((np.subtract(*bounding_box(shape)[::-1])).min()) for shape, _ in item.parts]
     count = min(MOST_PLACES, 1 + ceil(way / max(min(sizes, default=way), 1e-3)))

@@ -51,6 +51,10 @@ class Status(Enum):
     PROVEN_INFEASIBLE = (
         "every path from the start to the goal is blocked: move what is in the way, or the goal"
     )
+    BLOCKED_IN_TIME = (
+        "no later beginning and no way around was found that keeps clear of what moves, appears or expires: "
+        "wait until it is gone, or move the goal"
+    )
     NO_SEED = "no seed of that kind could be made: another kind may do"
     OUT_OF_TIME = "the time was used up before a motion was found: allow more, or try again"
     OUT_OF_WORK = "the counted work was used up before a motion was found: allow more"

@@ -22,6 +22,10 @@ STEP = 0.05
 """Beginnings are tried in steps of this [s]; then halved between the last that was blocked and the next."""
 HALVINGS = 4
 """So a motion begins within 3 ms of the earliest time that is clear."""
+MOST = 3
+"""So many beginnings of one motion are judged: what lies between looks may be in the way of the first."""
+JOLT = 1e-3
+"""A motion may begin with an acceleration: it is reached from rest in so long, while nothing gets on [s]."""
 LONGEST = 60.0
 """Nothing waits longer [s]: whoever has so much time asks again."""
 ROOM = 2e-3
@@ -42,27 +46,26 @@ class Waiting:
     counts: Counts
     _room: Floats = field(default_factory=lambda: np.zeros(0))
 
-    def earliest(self, trajectory: Trajectory) -> Trajectory | None:
-        """Return a motion begun as early as seems clear, at rest until then; None if no beginning does.
+    def beginnings(self, trajectory: Trajectory) -> Iterator[Trajectory]:
+        """Yield a motion begun as early as seems clear, at rest until then, and a few times a little later.
 
         Args:
             trajectory: Of the group's joints.
         """
-        looks: Floats = np.linspace(0.0, trajectory.duration, max(2, ceil(trajectory.duration / LOOK) + 1))
-        positions = trajectory(looks)
-        self._leave_room(positions[:1])
-        if self._clear(positions, looks):
-            return trajectory
-        at_rest = not (trajectory(0.0, 1).any() or trajectory(0.0, 2).any())
-        blocked = 0.0
-        for wait in self._beginnings() if at_rest else ():
+        self._leave_room(trajectory(np.zeros(1)))
+        if self._clear(trajectory, 0.0):
+            yield trajectory
+        if trajectory(0.0, 1).any():
+            return
+        blocked, yielded = 0.0, 0
+        for wait in self._later():
             standing: Floats = np.arange(blocked, wait, LOOK, dtype=np.float64)
-            if not self._clear(np.tile(positions[0], (len(standing), 1)), standing):
-                return None
-            if self._clear(positions, looks + wait):
-                return begun_later(trajectory, self._sooner(positions, looks, blocked, wait))
+            if yielded == MOST or not self._stands_clear(trajectory(np.zeros(1)), standing):
+                return
+            if self._clear(trajectory, wait):
+                yield begun_later(trajectory, wait if yielded else self._sooner(trajectory, blocked, wait))
+                yielded += 1
             blocked = wait
-        return None
 
     def _leave_room(self, start: Floats) -> None:
         """Note how much room each pair is to keep, by what it has where the motion begins."""
@@ -73,7 +76,7 @@ class Waiting:
         spare = found.distance - known.required[found.pair] - known.error_at(0.0, found.pair)
         self._room[found.pair] = np.clip(spare / 2.0, 0.0, ROOM)
 
-    def _beginnings(self) -> Iterator[float]:
+    def _later(self) -> Iterator[float]:
         """Yield times to begin at, until nothing changes any more."""
         last = min(self._settled, LONGEST, self.timed.until)
         yield from (STEP * number for number in range(1, ceil(last / STEP)))
@@ -89,23 +92,41 @@ class Waiting:
             times.append(max(time for time in ends if time < inf))
         return max(times) + LOOK
 
-    def _sooner(self, positions: Floats, looks: Floats, blocked: float, clear: float) -> float:
+    def _sooner(self, trajectory: Trajectory, blocked: float, clear: float) -> float:
         """Return a time to begin at, between one that is blocked and one that is clear."""
         for _ in range(HALVINGS):
             middle = (blocked + clear) / 2.0
-            if self._clear(positions, looks + middle):
+            if self._clear(trajectory, middle):
                 clear = middle
             else:
                 blocked = middle
         return clear
 
-    def _clear(self, positions: Floats, times: Floats) -> bool:
+    def _clear(self, trajectory: Trajectory, wait: float) -> bool:
+        """Say whether a motion that is begun after a wait [s] keeps clear of what changes.
+
+        Besides evenly spaced times it is looked at the very moments at which things appear and expire.
+        """
+        duration = trajectory.duration
+        even = np.linspace(0.0, duration, max(2, ceil(duration / LOOK) + 1))
+        looks: Floats = np.concatenate((even, np.clip(self._moments - wait, 0.0, duration)))
+        return self._all_clear(trajectory(looks), looks + wait)
+
+    def _stands_clear(self, start: Floats, times: Floats) -> bool:
+        """Say whether the robot keeps clear of what changes while it stands at the start, (1, n)."""
+        return not len(times) or self._all_clear(np.tile(start, (len(times), 1)), times)
+
+    @cached_property
+    def _moments(self) -> Floats:
+        """When things appear and expire [s]."""
+        both = [time for timing in self.timed.timings.values() for time in (timing.appears, timing.expires)]
+        return np.array([time for time in both if 0.0 < time < inf])
+
+    def _all_clear(self, positions: Floats, times: Floats) -> bool:
         """Say whether the robot keeps clear of what changes at configurations (s, n) at times (s,)."""
-        if not len(times):
-            return True
         known = self._pairs
         # Distances of interest change seldom, so that bounds of the last look hold for the next.
-        latest = 2.0 ** ceil(log2(max(float(times[-1]), LOOK)))
+        latest = 2.0 ** ceil(log2(max(float(times.max()), LOOK)))
         least = known.required + self._room
         reach = np.where(known.changes, least + known.error_at(latest, slice(None)), -inf)
         found = self._query.close_pairs(self.timed.positions(positions, times), reach)
@@ -167,19 +188,24 @@ class _ChangingPairs:
 def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
     """Return a motion that rests at its start for a time and then goes on as it was.
 
+    Where it begins with an acceleration, that is reached at the end of the wait: by a quintic from rest to
+    rest with this acceleration at its end, inside which it is nowhere larger.
+
     Args:
-        trajectory: From rest.
+        trajectory: With no velocity at its start.
         wait: How long [s].
     """
-
-    def from_rest(rows: Floats) -> Floats:
-        return np.concatenate((rows[:1], rows))
-
-    velocities, accelerations = trajectory.velocities, trajectory.accelerations
+    positions, velocities, accelerations = (
+        trajectory.positions, trajectory.velocities, trajectory.accelerations
+    )  # fmt: skip
+    before = [0.0]
+    if accelerations is not None and accelerations[0].any():
+        before.append(wait - min(JOLT, wait / 2.0))
+    still = np.zeros((len(before), positions.shape[1]))
     return Trajectory(
         trajectory.joint_names,
-        np.append(0.0, trajectory.times + wait),
-        from_rest(trajectory.positions),
-        None if velocities is None else from_rest(velocities),
-        None if accelerations is None else from_rest(accelerations),
+        np.concatenate((before, trajectory.times + wait)),
+        np.concatenate((still + positions[0], positions)),
+        None if velocities is None else np.concatenate((still, velocities)),
+        None if accelerations is None else np.concatenate((still, accelerations)),
     )

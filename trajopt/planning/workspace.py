@@ -74,7 +74,7 @@ class Workspace(Printed):
         """
         for item in decoded:
             if item.trajectory is not None:
-                yield self.begun(TimedMotion(item.path, item.trajectory, None))
+                yield from self.begun(TimedMotion(item.path, item.trajectory, None))
                 continue
             exact = (EXACT_TOLERANCE,) if self.problem.waypoints or item.narrow else ()
             away = np.inf
@@ -87,21 +87,29 @@ class Workspace(Printed):
                     yield retimed
                     return
                 away = retimed.deviation
-                yield self.begun(TimedMotion(item.path, retimed.trajectory, retimed))
+                yield from self.begun(TimedMotion(item.path, retimed.trajectory, retimed))
 
-    def begun(self, motion: TimedMotion) -> TimedMotion:
-        """Return a motion begun as early as it seems clear of what changes with time; as it is if never.
+    def begun(self, motion: TimedMotion) -> Iterator[TimedMotion]:
+        """Yield a motion begun as early as it seems clear of what changes with time; as it is if never.
 
         Raises:
             Stopped: If the budget ends before.
         """
         if self._waiting is None:
-            return motion
-        before = replace(self._waiting.counts)
-        with self.tracker.stage("wait"):
-            later = self._waiting.earliest(motion.trajectory)
-        self.tracker.count_work(self._waiting.counts.since(before))
-        return motion if later is None else replace(motion, trajectory=later)
+            yield motion
+            return
+        begun, clear = self._waiting.beginnings(motion.trajectory), False
+        while True:
+            before = replace(self._waiting.counts)
+            with self.tracker.stage("wait"):
+                later = next(begun, None)
+            self.tracker.count_work(self._waiting.counts.since(before))
+            if later is None:
+                break
+            clear = True
+            yield replace(motion, trajectory=later)
+        if not clear:
+            yield motion
 
     @cached_property
     def _waiting(self) -> Waiting | None:
