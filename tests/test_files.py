@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-from trajopt.errors import SHOWN_LENGTH, FileFormatError, TrajoptError, shown
+from trajopt.errors import FileFormatError, TrajoptError, shown
+from trajopt.errors.shown import SHOWN_LENGTH
 from trajopt.io.document import Node
 from trajopt.io.files import read_json
 from trajopt.io.yaml_files import MOST_ALIASED, read_yaml

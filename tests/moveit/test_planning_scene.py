@@ -55,6 +55,15 @@ def test_single_shape_lends_its_pose_to_the_object(scene_of: Read) -> None:
     assert same(item.parts[0][1], placement())
 
 
+def test_members_that_a_pose_leaves_out_are_zero_as_in_a_message(scene_of: Read) -> None:
+    for pose in ("{position: {z: 0.5}, orientation: {w: 1}}", "{position: {z: 0.5}, orientation: {}}"):
+        at = scene_of(with_objects(f"{{id: a, pose: {pose}, {SPHERE}}}")).scene.objects["a"].placement
+        assert at.translation.tolist() == [0.0, 0.0, 0.5] and np.array_equal(at.rotation, np.eye(3))
+    turned = with_objects(f"{{id: a, pose: {{orientation: {{x: 1, w: 0}}}}, {SPHERE}}}")
+    rotation = scene_of(turned).scene.objects["a"].placement.rotation
+    assert np.allclose(rotation, np.diag((1.0, -1.0, -1.0)))
+
+
 def test_quaternions_of_zeros_and_of_other_lengths(scene_of: Read) -> None:
     file = scene_of(
         with_objects(

@@ -172,7 +172,7 @@ class Followed:
         return Summary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
 
     def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold; `store.read_trajectory` reads the motion back."""
+        """Return plain data that JSON can hold; `trajopt.moveit.read_trajectory` reads the motion back."""
         trajectory, stop = self.trajectory, self.stop
         motion: dict[str, object] = {"joint_names": list(self.problem.reduced.joint_names), "points": []}
         if trajectory is not None:

@@ -21,12 +21,10 @@ from trajopt.cli.options import (
     TorqueOption,
     read_files,
 )
-from trajopt.moveit.trajectory_files import read_trajectory
+from trajopt.moveit.trajectory_files import FORMATS, read_trajectory
 from trajopt.planning.judgement import judge
 
-TrajectoryArgument = Annotated[
-    Path, typer.Argument(help="A plan's JSON, or a RobotTrajectory in JSON or YAML.")
-]
+TrajectoryArgument = Annotated[Path, typer.Argument(help=f"What to judge: {FORMATS}.")]
 
 
 def check(

@@ -16,11 +16,11 @@ from trajopt.cli.options import (
 )
 from trajopt.errors import FileFormatError
 from trajopt.io.files import read_json
-from trajopt.moveit.trajectory_files import read_trajectory
+from trajopt.moveit.trajectory_files import FORMATS, read_trajectory
 from trajopt.problem import Problem, named_problem
 from trajopt.view import view as open_viewer
 
-PlanArgument = Annotated[Path, typer.Argument(help="A plan's JSON, or any trajectory with --robot ...")]
+PlanArgument = Annotated[Path, typer.Argument(help=f"With --robot ...: {FORMATS}; without: a plan's JSON.")]
 RobotOption = Annotated[str | None, typer.Option("--robot", help="Robot, where the file does not say it.")]
 SceneOption = Annotated[Path | None, typer.Option("--scene", help="Scene, where the file does not say it.")]
 RequestOption = Annotated[
@@ -67,7 +67,7 @@ def view(
 
 def _problem_of(plan: Path) -> Problem:
     """Rebuild the problem that a plan's file names."""
-    document = read_json(plan)
+    document = read_json(plan) if plan.suffix == ".json" else None
     source = cast("dict[str, object]", document).get("source") if isinstance(document, dict) else None
     if not isinstance(source, dict):
         raise FileFormatError(str(plan), "names no scene; give --robot, --scene and --request")

@@ -1,7 +1,8 @@
 """Kinematics by itself, without a motion to plan.
 
 Every function takes a reduced model: the robot in its scene with one group's joints free. It is
-`problem.reduced` of a problem, or `reduce_model(scene, "panda_arm", robot.positions("ready"))`.
+`problem.reduced` of a problem, or without one
+`trajopt.kinematics.reduce_model(scene, "panda_arm", robot.positions("ready"))`.
 """
 
 from trajopt.kinematics.forward import Placements as Placements

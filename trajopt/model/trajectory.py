@@ -214,7 +214,7 @@ class Trajectory(Value):
         return Trajectory(self.joint_names, times, *rows)
 
     def as_dict(self) -> dict[str, object]:
-        """Return `joint_names` and `points` as plain data: what `store.read_trajectory` reads back.
+        """Return `joint_names` and `points` as plain data: what `trajopt.moveit.read_trajectory` reads back.
 
         Each point has `time_from_start` [s] and `positions`, and `velocities` and `accelerations`
         where the trajectory has them.

@@ -7,12 +7,13 @@ from trajopt.io.document import Node
 from trajopt.model.placement import IDENTITY, Placement, placement
 
 
-def read_vector(node: Node, axes: str = "xyz") -> tuple[float, ...] | None:
+def read_vector(node: Node, axes: str = "xyz", optional: str = "") -> tuple[float, ...] | None:
     """Return the components of a vector, [x, y, z] or {x:, y:, z:}; None where it is missing.
 
     Args:
         node: The vector.
         axes: Names of its components, one letter each.
+        optional: Those that are 0 where a mapping leaves them out, as a message's are.
 
     Raises:
         FileFormatError: If a component is missing, too many, or no finite number.
@@ -25,13 +26,14 @@ def read_vector(node: Node, axes: str = "xyz") -> tuple[float, ...] | None:
             raise node.error(f"needs {len(axes)} numbers ({', '.join(axes)}), has {len(numbers)}")
         return numbers
     node.only(axes)
-    return tuple(node[axis].number() for axis in axes)
+    return tuple(node[axis].number(0.0 if axis in optional else None) for axis in axes)
 
 
 def read_placement(node: Node, notes: list[str]) -> Placement:
     """Return a pose (position, orientation) or transform (translation, rotation).
 
-    What is missing is zero. A quaternion of zeros is a message field that nobody set and stands
+    What is missing is zero, but for a quaternion's w where any of x, y and z is given: ROS 1 takes it for
+    0 and ROS 2 for 1. A quaternion of zeros is a message field that nobody set and stands
     for no rotation; others are normalised.
 
     Args:
@@ -48,15 +50,15 @@ def read_placement(node: Node, notes: list[str]) -> Placement:
     node.only((where, how))
     quaternion = read_quaternion(node[how], notes)
     try:
-        return placement(read_vector(node[where]) or (0.0, 0.0, 0.0), quaternion=quaternion)
+        return placement(read_vector(node[where], optional="xyz") or (0.0, 0.0, 0.0), quaternion=quaternion)
     except SizeError as error:
         raise node[where].error(str(error)) from error
 
 
 def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
-    """Return a unit quaternion (x, y, z, w); no rotation where it is missing or all zero."""
+    """Return a unit quaternion (x, y, z, w); no rotation where it is missing, empty or all zero."""
     none = (0.0, 0.0, 0.0, 1.0)
-    parts = read_vector(node, "xyzw")
+    parts = None if node.value == {} else read_vector(node, "xyzw", optional="xyz")
     if parts is None:
         return none
     length = hypot(*parts)

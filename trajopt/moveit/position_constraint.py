@@ -71,7 +71,7 @@ def read_region(node: Node, scene: Scene, reading: Reading) -> PointRegion:
         read_frame(node["header"], scene, reading),
         read_placement(poses[0], reading.notes) if poses else Placement(),
         tolerance,
-        np.array(read_vector(node["target_point_offset"]) or (0.0, 0.0, 0.0)),
+        np.array(read_vector(node["target_point_offset"], optional="xyz") or (0.0, 0.0, 0.0)),
         kind == "sphere",
     )
 

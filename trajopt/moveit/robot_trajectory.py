@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from trajopt.errors.arguments import checked
-from trajopt.io.document import Node, read_document
+from trajopt.io.document import Node
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import header, points_document, read_points, write_message
 from trajopt.moveit.planar_joints import joined, multi_dof_points, planar_joints, read_multi_dof, split
@@ -33,16 +33,6 @@ def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
         "multi_dof_joint_trajectory": {"header": header(), **nothing, **planar},
     }
     write_message(path, document)
-
-
-@checked
-def read_trajectory(path: Path | str) -> Trajectory:
-    """Read a `moveit_msgs/RobotTrajectory` from YAML or JSON.
-
-    Raises:
-        FileFormatError: If the file does not say what it must.
-    """
-    return read_joint_trajectory(read_document(path))
 
 
 def read_joint_trajectory(document: Node) -> Trajectory:

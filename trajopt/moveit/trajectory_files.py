@@ -1,4 +1,4 @@
-"""Trajectories and plans on disk, as JSON."""
+"""Trajectories and plans on disk."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -7,25 +7,52 @@ from pathlib import Path
 from typing import cast
 
 from trajopt.errors import FileFormatError, shown
+from trajopt.errors.arguments import checked
 from trajopt.io.document import read_document, write_text
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import read_points
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
+from trajopt.moveit.trajectory_table import read_table
+
+GOAL_FIELDS = (
+    *("trajectory", "multi_dof_trajectory", "path_tolerance", "component_path_tolerance"),
+    *("goal_tolerance", "component_goal_tolerance", "goal_time_tolerance"),
+)
+"""Members of a goal of `control_msgs/action/FollowJointTrajectory`."""
+FORMATS = (
+    "a plan's JSON, a RobotTrajectory, JointTrajectory or FollowJointTrajectory goal in JSON or YAML, "
+    "or trajopt's CSV"
+)
+"""What `read_trajectory` reads, for the help of what calls it."""
 
 
+@checked
 def read_trajectory(path: Path | str) -> Trajectory:
-    """Read a trajectory from JSON or YAML.
+    """Read a trajectory: whatever trajopt writes, but for URScript.
 
-    The file may be a plan that trajopt wrote, a bare mapping of `joint_names` and `points`
-    (`trajectory_msgs/JointTrajectory`), or a `moveit_msgs/RobotTrajectory`. It is taken as
-    written: quintic between points with accelerations, cubic with velocities, else linear.
+    The file may be a plan's JSON, a `moveit_msgs/RobotTrajectory`, a `trajectory_msgs/JointTrajectory`, the
+    goal of a `control_msgs/action/FollowJointTrajectory` (each JSON where the file's name ends so, YAML
+    otherwise), or, where the name ends in .csv, a table with columns `time`, `position_JOINT`,
+    `velocity_JOINT` and `acceleration_JOINT`. It is taken as written: quintic between points with
+    accelerations, cubic with velocities, else linear. Tolerances of a goal are not looked at.
 
     Raises:
         FileFormatError: If the file does not say what it must.
     """
+    if Path(path).suffix.lower() == ".csv":
+        return read_table(path)
     document = read_document(path)
-    if document.has("joint_trajectory"):
+    if document.has("status") and not document["points"].elements():
+        raise document.error(f"holds no motion: {document['message'].text('')}")
+    if document.has("trajectory"):
+        document.only(GOAL_FIELDS)
+        if document["multi_dof_trajectory"]["points"].elements():
+            raise document["multi_dof_trajectory"].error("cannot be read; a RobotTrajectory with it can")
+        document = document["trajectory"]
+    if document.has("joint_trajectory") or document.has("multi_dof_joint_trajectory"):
         return read_joint_trajectory(document)
+    if not document.has("joint_names"):
+        raise document.error(f"holds no trajectory (joint_names and points); what can be read: {FORMATS}")
     return read_points(document)
 
 
