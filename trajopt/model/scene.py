@@ -176,9 +176,7 @@ class Scene(SceneParts):
         if timing.motion is None:
             return self._with(replace(item, timing=timing))
         if item.frame != WORLD:
-            raise ModelError(
-                f"{shown(name)} is placed in {shown(item.frame)}: only what stands in the world moves"
-            )
+            raise ModelError(f"{shown(name)} is placed in {shown(item.frame)}: only in the world it moves")
         where = object_placement(name, timing.motion.track.at(0.0))
         return self._with(replace(item, timing=timing, placement=where))
 

@@ -34,7 +34,7 @@ from trajopt.terms.joint_positions import JointPosition
 from trajopt.terms.line_of_sight import SightClearance
 from trajopt.terms.motion import Motion
 from trajopt.terms.point_on_arc import ArcCoordinates
-from trajopt.terms.residual import WHOLE, Constraint, Cost
+from trajopt.terms.residual import WHOLE, Constraint, Cost, units_of
 from trajopt.terms.residual_from_function import FunctionResidual
 from trajopt.terms.rest_posture import RestPosture
 from trajopt.terms.rolling import Rolling
@@ -153,7 +153,8 @@ def _empty(item: Cost | Constraint, motion: Motion, components: int | None = Non
         number = np.tile(np.arange(components, dtype=np.int64), len(motion.place))
         place = np.repeat(motion.place, components)
         lower, upper = item.bounds(Rows(np.zeros(count), rows.jacobian, rows.knots, number, place))
-    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, item.reach, type(residual))
+    kind, units = type(residual), units_of(residual)
+    return ConstraintRows(residual.name, rows, lower, upper, item.tolerance, item.reach, kind, units)
 
 
 def _distance_part(empty: Block, residual: Clearance | SoftClearance, motion: Motion) -> DistancePart | None:
