@@ -252,3 +252,34 @@ def test_limits_that_leave_a_joint_no_position_are_refused(tmp_path: Path) -> No
     limits.write_text("joint_limits: {elbow: {has_position_limits: true, min_position: 2.7}}")
     with pytest.raises(ModelError, match=r"'elbow': its position limits 2\.7 and 2\.5 leave it no position"):
         to.load(tmp_path / "odd.urdf", limits=limits)
+
+
+FINGERED = """<robot name="fingered"><link name="base"/><link name="arm"/><link name="{link}"/>
+  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="{joint}" type="prismatic"><parent link="arm"/><child link="{link}"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="0.1" effort="1" velocity="1"/></joint></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("joint", "link", "looks"),
+    [
+        ("jointGripper", "mover", True),
+        ("slide", "left_finger", True),
+        ("slide", "gripper", False),
+        ("gripper_roll_joint", "tool", False),
+        ("lift", "tool", False),
+    ],
+)
+def test_a_gripper_in_the_group_of_all_joints_is_said(
+    tmp_path: Path, joint: str, link: str, looks: bool
+) -> None:
+    (tmp_path / "arm.urdf").write_text(FINGERED.format(joint=joint, link=link))
+    said = (
+        "no groups are named, so all joints are in group 'all' and are planned together, "
+        f"also what looks like a gripper's by its name: {joint}"
+    )
+    assert (said in to.load(tmp_path / "arm.urdf").notes) is looks
+    group = '<group name="arm"><joint name="turn"/></group>'
+    (tmp_path / "arm.srdf").write_text(f'<robot name="fingered">{group}</robot>')
+    assert said not in to.load(tmp_path / "arm.urdf", srdf=tmp_path / "arm.srdf").notes

@@ -7,6 +7,7 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm, two_arms
 from trajopt.srdf_assistant import ProposedGroup, propose_groups
+from trajopt.srdf_assistant.gripper_findings import gripper_findings
 from trajopt.srdf_assistant.link_tree import LinkTree
 
 
@@ -80,6 +81,109 @@ def test_a_chain_alone(tmp_path: Path) -> None:
 def test_the_tip_is_a_tool_frame_by_name(tmp_path: Path) -> None:
     (group,) = proposed(loaded(tmp_path, arm("", "base", fingers=0, tool="tool0"))).values()
     assert group.tip == "tool0"
+
+
+def chain(*above: tuple[str, str, str]) -> str:
+    """Links one on the other below "base": joint, kind and link of each."""
+    parents = ["base", *(link for _, _, link in above)]
+    return "".join(
+        joint(name, kind, parent, link) for parent, (name, kind, link) in zip(parents, above, strict=False)
+    )
+
+
+WRIST = tuple((f"joint{number}", "revolute", f"link{number}") for number in range(6))
+STATOR = ("stator_mount", "fixed", "gripperStator")
+
+
+def said(robot: to.Robot) -> list[str]:
+    tree = LinkTree.of(robot)
+    return [str(finding) for finding in gripper_findings(tree, propose_groups(tree))]
+
+
+@pytest.mark.parametrize(
+    ("last", "palm"),
+    [
+        ((STATOR, ("jointGripper", "revolute", "gripperMover")), "gripperStator"),
+        ((STATOR, ("joint6", "revolute", "mover")), "gripperStator"),
+        ((("hand_mount", "fixed", "left_hand"), ("joint6", "prismatic", "slider")), "left_hand"),
+        ((("joint6", "revolute", "jaw"),), ""),
+        ((("gripper", "revolute", "part"),), ""),
+        ((("finger_1", "prismatic", "proximal"), ("finger_2", "prismatic", "distal")), ""),
+    ],
+)
+def test_a_gripper_on_a_chain_without_branches_ends_the_arm(
+    tmp_path: Path, last: tuple[tuple[str, str, str], ...], palm: str
+) -> None:
+    robot = loaded(tmp_path, chain(*WRIST, *last))
+    groups = proposed(robot)
+    assert list(groups) == ["arm", "gripper"]
+    assert groups["arm"].driven == tuple(name for name, _, _ in WRIST) and groups["arm"].tip == "link5"
+    gripper = groups["gripper"]
+    assert gripper.driven == tuple(name for name, kind, _ in last if kind != "fixed")
+    assert gripper.links == tuple(link for _, _, link in last)
+    assert (gripper.tip, gripper.parent_link, gripper.parent_group) == (palm or "link5", "link5", "arm")
+    (only,) = said(robot)
+    assert (
+        only.startswith(f"note: {gripper.driven[0]}") and "taken for a gripper's: in group 'gripper'" in only
+    )
+
+
+def test_fingers_on_the_last_link_itself_are_its_gripper(tmp_path: Path) -> None:
+    fingers = "".join(
+        joint(f"joint_finger_{number}", "prismatic", "link5", f"link_finger_{number}")
+        + joint(f"joint_tip_{number}", "prismatic", f"link_finger_{number}", f"tip_{number}")
+        for number in (1, 2)
+    )
+    groups = proposed(loaded(tmp_path, chain(*WRIST) + fingers))
+    assert list(groups) == ["arm", "gripper"]
+    assert groups["arm"].driven == tuple(name for name, _, _ in WRIST)
+    assert groups["gripper"].driven == ("joint_finger_1", "joint_tip_1", "joint_finger_2", "joint_tip_2")
+
+
+@pytest.mark.parametrize(
+    "last",
+    [
+        (("gripper_roll_joint", "revolute", "gripper"),),
+        (("wrist_joint", "revolute", "left_hand"),),
+        (("joint6", "revolute", "handle"),),
+        (("joint6", "revolute", "link6"), ("mount", "fixed", "gripper")),
+    ],
+)
+def test_a_wrist_that_turns_a_whole_gripper_is_the_arms(
+    tmp_path: Path, last: tuple[tuple[str, str, str], ...]
+) -> None:
+    robot = loaded(tmp_path, chain(*WRIST, *last))
+    (only,) = proposed(robot).values()
+    assert only.driven == (*(name for name, _, _ in WRIST), last[0][0])
+    assert said(robot) == []
+
+
+@pytest.mark.parametrize(
+    ("links", "why"),
+    [
+        ((*WRIST, ("joint6", "revolute", "hand")), "its name or that of a link beside it says so"),
+        (
+            (*WRIST, ("mount", "fixed", "tool"), ("joint6", "revolute", "mover")),
+            "tool, which it hangs on, is",
+        ),
+        # As long as half of the arm: too large to be surely a gripper.
+        ((*WRIST[:2], ("joint6", "revolute", "finger")), "its name or that of a link beside it says so"),
+    ],
+)
+def test_what_may_be_a_grippers_joint_is_said(
+    tmp_path: Path, links: tuple[tuple[str, str, str], ...], why: str
+) -> None:
+    robot = loaded(tmp_path, chain(*links))
+    (only,) = proposed(robot).values()
+    assert only.driven[-1] == "joint6"
+    (note,) = said(robot)
+    assert note.startswith(f"note: joint6: may be a gripper's ({why}")
+    assert note.endswith(f"let the group's chain end at {links[-2][2]}")
+
+
+def test_a_finger_alone_is_an_arm(tmp_path: Path) -> None:
+    robot = loaded(tmp_path, chain(*((f"finger_{n}", "revolute", f"finger_link{n}") for n in range(3))))
+    assert list(proposed(robot)) == ["arm"] and said(robot) == []
 
 
 @pytest.mark.parametrize("name", ["panda", "two_pandas"])

@@ -85,6 +85,48 @@ def test_home_is_zero_where_zero_is_valid(tmp_path: Path) -> None:
     assert found.states["gripper", "close"] == {"left_slide": 0.0}
 
 
+def single_jaw() -> str:
+    """An arm of two joints, and a jaw that turns up from what is fixed to the arm."""
+
+    def link(name: str) -> str:
+        shape = '<origin xyz="0.06 0 0"/><geometry><box size="0.1 0.02 0.02"/></geometry>'
+        return f'<link name="{name}"><collision>{shape}</collision></link>'
+
+    def joint(name: str, kind: str, parent: str, child: str, along: float, lower: float, upper: float) -> str:
+        return (
+            f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{along} 0 0"/><axis xyz="0 1 0"/>'
+            f'<limit lower="{lower}" upper="{upper}" effort="1" velocity="1"/></joint>'
+        )
+
+    return (
+        f'<robot name="z">{"".join(map(link, ("base", "upper", "fore", "gripperStator", "gripperMover")))}'
+        + joint("shoulder", "revolute", "base", "upper", 0.3, -1, 1)
+        + joint("elbow", "revolute", "upper", "fore", 0.3, -1, 1)
+        + joint("mount", "fixed", "fore", "gripperStator", 0.2, 0, 0)
+        + joint("jointGripper", "revolute", "gripperStator", "gripperMover", 0.0, -1.5, 0)
+        + "</robot>"
+    )
+
+
+def test_an_arms_motion_leaves_a_single_jaw_where_it_is(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(single_jaw())
+    robot = to.load(tmp_path / "arm.urdf")
+    found = proposal_of(robot)
+    # Which end of its range is open is not to be known from one finger, and is not guessed.
+    assert all(group != "gripper" for group, _ in found.states)
+    assert "name its open and closed states" in str(found)
+    again = read_back(robot, found, tmp_path)
+    problem = to.Problem(
+        scene=to.Scene(again),
+        group="arm",
+        start={"shoulder": 0.1, "elbow": 0.2, "jointGripper": -0.1},
+        goal=to.joint_positions({"shoulder": 0.5, "elbow": -0.2}),
+    )
+    assert to.plan(problem).require().trajectory.joint_names == ("shoulder", "elbow")
+    assert "jointGripper: taken for a gripper's" in str(found)
+
+
 def test_on_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(PLANAR_ARM)
     out = tmp_path / "arm.srdf"

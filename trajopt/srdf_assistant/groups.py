@@ -1,17 +1,14 @@
-"""Planning groups proposed from the tree: arms from base to tip, grippers where fingers branch off."""
+"""Planning groups proposed from the tree: arms from base to tip, grippers where fingers begin."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from trajopt.errors.arguments import checked
+from trajopt.srdf_assistant.grippers import ARM_JOINTS, GRIPPER_SHARE, gripper_start
 from trajopt.srdf_assistant.link_tree import LinkTree
 
 ARM = "arm"
 """Name of an arm's group."""
-ARM_JOINTS = 2
-"""A chain with fewer driven joints is not an arm."""
-GRIPPER_SHARE = 0.4
-"""What branches off at the end of an arm and reaches no farther than this share of the arm is a gripper."""
 TOOL_FRAMES = ("tool0", "tcp", "tool", "flange", "ee_link")
 """Names that a tip is preferred to have, where several links are fixed to the last one that moves."""
 
@@ -51,7 +48,8 @@ def propose_groups(tree: LinkTree) -> tuple[ProposedGroup, ...]:
     """Propose chains and grippers, arms before what they carry.
 
     A chain goes down from the root, or from a link where the tree branches, to the next branch or to the end.
-    What branches off at the end of an arm and is small against it is a gripper.
+    What branches off at the end of an arm and is small against it is a gripper; so are the last joints of a
+    chain without a branch, if names say so.
     """
     root = next(iter(tree.links))
     found: list[ProposedGroup] = []
@@ -72,13 +70,22 @@ def _chains(tree: LinkTree, base: str) -> list[list[ProposedGroup]]:
     driven = tuple(tree.links[name].joint for name in path[1:] if tree.links[name].driven)
     small = bool(branches) and max(tree.extent(child) for child in branches) <= GRIPPER_SHARE * travelled
     if branches and len(driven) >= ARM_JOINTS and small:
-        held = not tree.links[here].moving and len(path) > 1
-        carrier = tree.links[here].parent if held else here
-        return [[_chain(tree, base, carrier, path), _gripper(tree, here, carrier, branches)]]
+        return [_arm_with_gripper(tree, path, branches)]
+    first = "" if branches else gripper_start(tree, path)
+    if first:
+        return [_arm_with_gripper(tree, path[: path.index(first)], (first,))]
     tip = here if branches else _tip(tree, here)
     own = [[_chain(tree, base, tip, path)]] if driven else []
     # Each branch is a chain of its own, which begins at the link that they share.
     return own + [chain for child in branches for chain in _branch(tree, here, child)]
+
+
+def _arm_with_gripper(tree: LinkTree, path: Sequence[str], fingers: Sequence[str]) -> list[ProposedGroup]:
+    """Return an arm and the gripper on it, whose palm, if fixed, is at the end of the arm's path."""
+    palm = path[-1]
+    held = not tree.links[palm].moving and len(path) > 1
+    carrier = tree.links[palm].parent if held else palm
+    return [_chain(tree, path[0], carrier, path), _gripper(tree, palm, carrier, fingers)]
 
 
 def _branch(tree: LinkTree, base: str, child: str) -> list[list[ProposedGroup]]:

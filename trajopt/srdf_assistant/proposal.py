@@ -10,6 +10,7 @@ from trajopt.kinematics.sampling import Progress
 from trajopt.model.description.srdf import EndEffector
 from trajopt.model.robot import Robot
 from trajopt.srdf_assistant.evidence import DEFAULT_CONFIDENCE, Confidence, PairEvidence, Verdict
+from trajopt.srdf_assistant.gripper_findings import gripper_findings
 from trajopt.srdf_assistant.groups import ProposedGroup, propose_groups
 from trajopt.srdf_assistant.judged_pairs import judge_pairs
 from trajopt.srdf_assistant.link_tree import LinkTree
@@ -33,7 +34,7 @@ class SrdfProposal:
         groups: Chains and grippers.
         states: Joint -> position [rad | m] by (group, state).
         end_effectors: Which gripper is fixed where.
-        findings: What is odd about the URDF.
+        findings: What is odd about the URDF, and which joints are taken for a gripper's or may be one's.
     """
 
     name: str
@@ -161,5 +162,5 @@ def propose_srdf(
         groups=groups,
         states=states,
         end_effectors=effectors,
-        findings=check_urdf(robot),
+        findings=(*check_urdf(robot), *gripper_findings(tree, groups)),
     )

@@ -59,17 +59,19 @@ def home_positions(
 def gripper_states(robot: Robot, group: ProposedGroup) -> Mapping[str, Mapping[str, float]]:
     """Return the states "open" and "close" of a gripper: the ends of its joints' strokes.
 
-    Open is where its fingers' collision bodies are farther from each other on average.
+    Open is where its fingers' collision bodies are farther from each other on average. The shape of
+    one finger, which closes on the palm, does not tell which end is which.
 
     Args:
         robot: The robot.
         group: One of its grippers.
 
     Returns:
-        Joint -> position [rad | m] by state, of the driven joints; empty where a stroke has no ends.
+        Joint -> position [rad | m] by state, of the driven joints; empty for one finger, and where a stroke
+        has no ends.
     """
     limits = robot.limits.take(robot.index(group.driven))
-    if not group.driven or not np.isfinite([limits.lower, limits.upper]).all():
+    if len(group.joints) < 2 or not group.driven or not np.isfinite([limits.lower, limits.upper]).all():
         return {}
     bodies = [body for body in robot.bodies if body.owner in group.links and body.owner != group.tip]
     ends = [dict(zip(group.driven, side.tolist(), strict=True)) for side in (limits.lower, limits.upper)]

@@ -8,9 +8,10 @@ import pinocchio as pin
 
 from trajopt.errors import listed, shown
 from trajopt.model.description.base_joints import TO_MOVE_IT
+from trajopt.model.description.gripper_names import names_fingers
 from trajopt.model.description.groups import ALL_JOINTS, Group, resolve_groups
 from trajopt.model.description.mimics import MIMIC_ERROR
-from trajopt.model.description.pinocchio_model import joint_frame_names, link_names
+from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names, link_names
 from trajopt.model.description.srdf import EndEffector, Srdf
 from trajopt.model.description.urdf import Mimic
 
@@ -49,6 +50,8 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
     notes += [f"group {shown(name)} is left out: {reason}" for name, reason in missing.items()]
     if srdf.groups and len(missing) == len(srdf.groups):
         notes.append(f"no group of the SRDF is left: all joints are in one named {ALL_JOINTS!r}")
+    if not srdf.groups.keys() - missing.keys():
+        notes += _fingers(model, groups[ALL_JOINTS])
     states, stateless, said = _states(model, srdf, groups)
     notes += [*said, *_contradictions(states, mimics)]
     links = frozenset(link_names(model))
@@ -65,6 +68,18 @@ def semantics_of(model: pin.Model, srdf: Srdf, mimics: Mapping[str, Mimic]) -> S
         left_out={**stateless, **missing},
         notes=tuple(notes),
     )
+
+
+def _fingers(model: pin.Model, group: Group) -> list[str]:
+    """Say which joints of the group of all look like a gripper's, where others do not."""
+    moved = {joint_above(model, link): link for link in group.links}
+    found = [joint for joint in group.joints if names_fingers(joint, moved.get(joint, ""))]
+    if not found or len(found) == len(group.joints):
+        return []
+    return [
+        f"no groups are named, so all joints are in group {shown(group.name)} and are planned together, "
+        f"also what looks like a gripper's by its name: {listed(found)}"
+    ]
 
 
 def _bases(srdf: Srdf) -> list[str]:
