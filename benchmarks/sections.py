@@ -16,7 +16,7 @@ from trajopt.benchmark import Outcome
 from trajopt.benchmark.folders import by_set, row, summary
 from trajopt.cli.bench import stage_table, winners
 from trajopt.cli.bench import table as set_table
-from trajopt.moveit.trajectory_files import write_json
+from trajopt.io.json_files import write_json
 from trajopt.planning.status import Status
 
 TITLES = {"panda": "Panda", "ur5": "UR5", "fetch": "Fetch", "baxter": "Baxter, both arms"}

@@ -15,8 +15,9 @@ from trajopt.benchmark.comparison_page import page as page_of
 from trajopt.benchmark.comparison_table import markdown
 from trajopt.benchmark.folders import find_instances
 from trajopt.cli.compare import read_runs
+from trajopt.io.document import write_text
+from trajopt.io.json_files import write_json
 from trajopt.methods import METHODS, method_named
-from trajopt.moveit.trajectory_files import write_json, write_text
 from trajopt.view.comparison_plots import comparison_figures
 
 ALLOWANCE = Allowance(attempts=20, cpu_seconds=10.0)

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from tests.moveit.test_robot_trajectory import trajectories
 from trajopt import Trajectory
 from trajopt.errors import FileFormatError
+from trajopt.io.json_files import write_json
 from trajopt.model.trajectory import Interpolation
 from trajopt.moveit import write_trajectory
-from trajopt.moveit.trajectory_files import read_trajectory, write_json
+from trajopt.moveit.trajectory_files import read_trajectory
 
 POINT = {"time_from_start": 0.0, "positions": [0.0]}
 

@@ -20,7 +20,7 @@ from benchmarks.peers.export import Asked, read_asked, write_problems
 from benchmarks.peers.judging import judge_result
 from benchmarks.peers.report import REFERENCE, compact, section, summary, tables
 from trajopt.benchmark.folders import find_instances
-from trajopt.moveit.trajectory_files import write_json
+from trajopt.io.json_files import write_json
 
 ROOT = HERE.parent.parent
 PEERS = (

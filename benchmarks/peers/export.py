@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 import trajopt as to
 from trajopt.benchmark import Instance
+from trajopt.io.json_files import write_json
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions
 from trajopt.model.shapes import Convex, Shape
-from trajopt.moveit.trajectory_files import write_json
 from trajopt.verify import Judge, Moment
 
 DRAKE = "http://drake.mit.edu"

@@ -21,8 +21,9 @@ from trajopt.cartesian import (
     read_poses,
     spline,
 )
+from trajopt.io.json_files import write_json
 from trajopt.model.requirements import FramePlacement
-from trajopt.moveit.trajectory_files import read_trajectory, write_json
+from trajopt.moveit.trajectory_files import read_trajectory
 from trajopt.planning import Status
 
 UR5_READY = {

@@ -23,7 +23,7 @@ from trajopt.grasping import (
     pick_and_place,
     place,
 )
-from trajopt.moveit.trajectory_files import write_json
+from trajopt.io.json_files import write_json
 from trajopt.planning import Status
 
 from .conftest import ASKED, BLOCK, STOOD, drawn, on_table

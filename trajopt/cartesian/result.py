@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path as FilePath
 
 from trajopt.errors import PlanningFailed
 from trajopt.errors.arguments import checked
+from trajopt.io.json_files import write_json
 from trajopt.model.printed import in_degrees, in_length
 from trajopt.model.requirements import FollowsCurve
 from trajopt.model.trajectory import Path, Trajectory
@@ -170,6 +172,15 @@ class Followed:
             grounds = "the search found no motion that gets farther"
             grounds += "; the judge verified the motion so far" if self.verified else ""
         return Summary(status=self.status, reason=self.reason, certainty=certainty, grounds=grounds)
+
+    @checked
+    def write(self, path: FilePath | str) -> None:
+        """Write `as_dict` as JSON; a motion is read by `trajopt view`, `check` and `export`.
+
+        Raises:
+            FileFormatError: If the file cannot be written.
+        """
+        write_json(path, self.as_dict())
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold; `trajopt.moveit.read_trajectory` reads the motion back."""

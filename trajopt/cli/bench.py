@@ -21,7 +21,7 @@ from trajopt.cli.options import (
     budget_of,
 )
 from trajopt.cli.progress import quiet_bar
-from trajopt.moveit.trajectory_files import write_json
+from trajopt.io.json_files import write_json
 
 DataOption = Annotated[
     Path, typer.Option("--data", help="Folder laid out as <set>/sceneNNNN.yaml, requestNNNN.yaml.")

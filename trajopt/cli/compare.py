@@ -30,9 +30,10 @@ from trajopt.benchmark.summary import summaries
 from trajopt.cli.options import RobotSource
 from trajopt.cli.progress import quiet_bar
 from trajopt.errors import FileFormatError, MissingExtra
+from trajopt.io.document import write_text
 from trajopt.io.files import read_json
+from trajopt.io.json_files import write_json
 from trajopt.methods import Method, method_named, method_names
-from trajopt.moveit.trajectory_files import write_json, write_text
 from trajopt.view.comparison_plots import comparison_figures
 
 ProblemOption = Annotated[

@@ -10,8 +10,8 @@ import typer
 from trajopt.cli.options import JsonOption
 from trajopt.cli.plan import report
 from trajopt.cli.progress import ProgressLine, progress_line
+from trajopt.io.json_files import write_json
 from trajopt.moveit import write_trajectory
-from trajopt.moveit.trajectory_files import write_json
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Plan
 from trajopt.problem import named_problem

@@ -26,9 +26,9 @@ from trajopt.cli.options import (
     read_files,
 )
 from trajopt.cli.progress import progress_line
+from trajopt.io.json_files import write_json
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.printed import in_unit
-from trajopt.moveit.trajectory_files import write_json
 from trajopt.planning.comparison import table
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, improvement

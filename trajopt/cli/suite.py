@@ -11,7 +11,8 @@ from trajopt.benchmark.suite_page import page
 from trajopt.benchmark.suite_table import row, summary, table
 from trajopt.cli.progress import quiet_bar
 from trajopt.errors import RenderingUnavailable
-from trajopt.moveit.trajectory_files import write_json, write_text
+from trajopt.io.document import write_text
+from trajopt.io.json_files import write_json
 from trajopt.planning.result import Result
 from trajopt.simulate.thumbnail import thumbnail
 

@@ -1,14 +1,9 @@
-"""Trajectories and plans on disk."""
+"""Trajectories and plans from files of every format."""
 
-import json
-from collections.abc import Mapping, Sequence
-from math import isfinite
 from pathlib import Path
-from typing import cast
 
-from trajopt.errors import FileFormatError, shown
 from trajopt.errors.arguments import checked
-from trajopt.io.document import read_document, write_text
+from trajopt.io.document import read_document
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import read_points
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
@@ -54,31 +49,3 @@ def read_trajectory(path: Path | str) -> Trajectory:
     if not document.has("joint_names"):
         raise document.error(f"holds no trajectory (joint_names and points); what can be read: {FORMATS}")
     return read_points(document)
-
-
-def write_json(path: Path | str, document: Mapping[str, object]) -> None:
-    """Write a document as JSON, in one step; numbers are written exactly.
-
-    Raises:
-        FileFormatError: If it holds what JSON cannot say (such as nan), or cannot be written.
-    """
-    _check(document, str(path), "")
-    write_text(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
-
-
-def _check(value: object, path: str, place: str) -> None:
-    match value:
-        case dict():
-            for key, inner in cast("dict[object, object]", value).items():
-                if not isinstance(key, str):
-                    raise FileFormatError(path, f"{place}: the key {shown(key)} is no text")
-                _check(inner, path, f"{place}.{key}" if place else key)
-        case list() | tuple():
-            for i, inner in enumerate(cast("Sequence[object]", value)):
-                _check(inner, path, f"{place}[{i}]")
-        case float() if not isfinite(value):
-            raise FileFormatError(path, f"{place}: {value} is no number that JSON can hold")
-        case None | bool() | int() | float() | str():
-            pass
-        case _:
-            raise FileFormatError(path, f"{place}: JSON cannot hold a {type(value).__name__}")

@@ -4,10 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from math import inf
+from pathlib import Path as FilePath
 from typing import Any
 
 from trajopt.errors import PlanningFailed, shown
+from trajopt.errors.arguments import checked
 from trajopt.infeasibility.reasons import Block
+from trajopt.io.json_files import write_json
 from trajopt.model.printed import in_number
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.native import native_cores
@@ -77,6 +80,17 @@ class Plan:
     def require(self) -> "Plan":
         """Return this plan: what takes a result takes a plan as well."""
         return self
+
+    @checked
+    def write(self, path: FilePath | str) -> None:
+        """Write the motion and its certificate as JSON, which `trajopt view`, `check` and `export` take.
+
+        Raises:
+            FileFormatError: If the file cannot be written.
+        """
+        status = {"status": Status.SOLVED.name, "verified": True, "name": self.problem.name}
+        certificate = {"certificate": self.certificate.as_dict()}
+        write_json(path, {**status, **self.trajectory.as_dict(), **certificate})
 
 
 @dataclass(frozen=True)
@@ -156,7 +170,8 @@ class Result:
         along_path: As of a plan; None where no shorter motion than along the path was looked for.
         of_each_goal: Of a goal set, where every goal was asked for: the result of each, the shortest motion
             first.
-        remarks: What of the problem could not be taken as it was asked, in sentences.
+        remarks: What of the problem could not be taken as it was asked, or may be meant otherwise, in
+            sentences.
     """
 
     problem: Problem
@@ -292,6 +307,15 @@ class Result:
             "method": {"name": self.method, "because": self.because},
             "goals": [goal.as_dict() for goal in self.compared],
         }
+
+    @checked
+    def write(self, path: FilePath | str) -> None:
+        """Write `as_dict` as JSON; a motion is what `trajopt view`, `check` and `export` take.
+
+        Raises:
+            FileFormatError: If the file cannot be written.
+        """
+        write_json(path, self.as_dict())
 
     @property
     def reason(self) -> str:

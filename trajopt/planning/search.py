@@ -11,6 +11,7 @@ from trajopt.infeasibility.reasons import blocks_on_the_way, enclosed, margin_ou
 from trajopt.methods import Choice
 from trajopt.planning.budget import BudgetTracker, Stop
 from trajopt.planning.goal_search import Candidate, GoalSearch
+from trajopt.planning.long_turns import long_turns
 from trajopt.planning.margins import margin_cut, with_possible_margins
 from trajopt.planning.result import Attempt, Result
 from trajopt.planning.schedule import rounds
@@ -71,7 +72,9 @@ class Search:
         Raises:
             Stopped: If the budget ends.
         """
-        self.problem, self.remarks = with_possible_margins(self.problem, self.tracker)
+        turns = long_turns(self.problem)
+        self.problem, margins = with_possible_margins(self.problem, self.tracker)
+        self.remarks = (*turns, *margins)
         for goal in self.goals:
             refusal = goal.prepare()
             if refusal is not None:
