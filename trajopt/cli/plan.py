@@ -102,7 +102,6 @@ def plan(
             "scene": str(scene.resolve()),
             "request": str(request.resolve()),
             **({} if motions is None else {"motions": str(motions.resolve())}),
-            **({} if motions is None else {"motions": str(motions.resolve())}),
         },
     }
     explanation = result.explain(plan_again=True) if explain and not result.verified else None
