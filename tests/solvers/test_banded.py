@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 import trajopt as to
 from tests.robots_for_tests import odd_arm
+from tests.solvers.in_python import SqpInPython
 from trajopt.arrays import Bools, Floats
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
 from trajopt.planning.seeds import straight_line
-from trajopt.solvers import Sqp
 from trajopt.solvers.banded import BandedStep, BandedSteps
 from trajopt.solvers.choice import ByStructure
 from trajopt.solvers.flat import FlatSteps, Subproblem, subproblem
@@ -49,15 +49,17 @@ def check(case: Case, accuracy: float = ACCURACY) -> None:
     assert (step.dx[~case.moves] == 0.0).all()
     scale = 1.0 + abs(step.predicted_reduction)
     assert step.predicted_reduction == pytest.approx(improvement(case, step.dx), abs=1e-9 * scale)
-    # A backend may fail on a program of this size; the first one that does not is the oracle.
-    answers = (
-        FlatSteps(name).program(case.moves, case.at, case.penalty).solve(case.lower, case.upper, accuracy)
-        for name in ("piqp", "proxqp", "osqp")
-    )
-    other = next(answer for answer in answers if answer is not None)
-    # PIQP stops at 1e-6 of its own residuals: it may be that far from the optimum on either side.
-    assert step.predicted_reduction >= other.predicted_reduction - accuracy - 1e-5 * scale
-    assert other.predicted_reduction >= step.predicted_reduction - 1e-3 * scale
+    # A backend may fail on a program of this size, or stop short; none finds more, and one finds as much.
+    for name in ("piqp", "proxqp", "osqp"):
+        flat = FlatSteps(name).program(case.moves, case.at, case.penalty)
+        other = flat.solve(case.lower, case.upper, accuracy)
+        if other is None:
+            continue
+        # PIQP stops at 1e-6 of its own residuals: it may be that far from the optimum on either side.
+        assert step.predicted_reduction >= other.predicted_reduction - accuracy - 1e-5 * scale
+        if other.predicted_reduction >= step.predicted_reduction - 1e-3 * scale:
+            return
+    pytest.fail("no backend finds as much")
 
 
 def random_case(rng: np.random.Generator, *, knots: int, joints: int, rows: int, stencil: int = 2) -> Case:
@@ -137,7 +139,7 @@ def test_recorded_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
                 goal=to.joint_positions(dict(zip(names, goal, strict=True))),
             )
             line = straight_line(start, goal, 24)
-            Sqp().solve(transcribe(problem, line), line)
+            SqpInPython().solve(transcribe(problem, line), line)
     for case in cases[:300]:
         check(case, 1e-6)
 
