@@ -12,6 +12,7 @@ from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
 from trajopt.export import Movej, Servoj, export
 from trajopt.export.urscript import UR_JOINTS
+from trajopt.planning.waiting import begun_later
 
 START = np.array((0.0, -1.57, 1.2, -0.5, 0.3, 0.1))
 END = np.array((1.1, -1.0, 0.7, -1.5, 0.3, -0.2))
@@ -55,6 +56,17 @@ def test_speeds_of_the_stream_are_within_those_of_the_motion(motion: to.Trajecto
         rows = np.array([START, *(joints for _, joints in arm.visited)])
         steps = np.diff([0.0, *(time for time, _ in arm.visited)])[:, None]
         assert (np.abs(np.diff(rows, axis=0) / steps).max(axis=0) <= fastest + 1e-6).all()
+
+
+def test_movej_waits_as_long_as_the_motion_does(motion: to.Trajectory, tmp_path: Path) -> None:
+    later = begun_later(motion, 0.8)
+    written = export(later, tmp_path / "m.script", to="urscript-movej")
+    lines = (tmp_path / "m.script").read_text().split("\n")
+    (wait,) = (line.strip() for line in lines if "sleep(" in line)
+    assert 0.75 <= float(wait.removeprefix("sleep(").removesuffix(")")) <= 0.85
+    assert any("waits 0." in note for note in written.notes)
+    export(motion, tmp_path / "at_once.script", to="urscript-movej")
+    assert "sleep(" not in (tmp_path / "at_once.script").read_text()
 
 
 def test_movej_stays_near_and_ends_at_rest_at_the_end(motion: to.Trajectory, tmp_path: Path) -> None:

@@ -40,6 +40,10 @@ _STANDING = 1e-6
 """A joint that turns by less on a line stands still [rad]."""
 _CREEPING = 0.01
 """The least acceleration that is asked for, whatever else holds; it harms no arm [rad/s^2]."""
+_STILL = 1e-5
+"""A joint that has not moved by more than this stands still [rad]."""
+_SHORTEST_REST = 0.02
+"""Shorter rests are no waits: so slowly motions begin by themselves [s]."""
 _SAMPLES = 2000
 """Samples in which the corners of `movej` are sought: for ten seconds one in 5 ms."""
 
@@ -117,23 +121,28 @@ class Movej:
         positions = motion(times)
         positions[-1] = motion.positions[-1]
         corners = _corners(positions, self.tolerance)
-        lines: list[str] = []
-        lasting = 0.0
+        wait = _rest_at_start(times, positions)
+        lines = [f"sleep({wait:.6f})"] * (wait > 0.0)
+        lasting = wait
         peaks = np.abs(motion(times, 2)).max(axis=0)
         for place, (begin, end) in enumerate(pairwise(corners)):
-            speed, acceleration = _leg(positions[end] - positions[begin], times[end] - times[begin], peaks)
+            seconds = times[end] - max(times[begin], wait)
+            speed, acceleration = _leg(positions[end] - positions[begin], seconds, peaks)
             radius = self.blend if place < len(corners) - 2 else 0.0
             lines.append(
                 f"movej({_vector(positions[end])}, a={acceleration:.6f}, v={speed:.6f}, r={radius:g})"
             )
-            lasting += times[end] - times[begin] + speed / acceleration
+            lasting += seconds + speed / acceleration
         notes = (
-            f"{len(lines)} straight lines in joint space, at most {math.degrees(self.tolerance):.2g} deg "
-            f"from the motion in each joint; corners rounded by {self.blend * 1000:g} mm of the tool",
+            f"{len(corners) - 1} straight lines in joint space, "
+            f"at most {math.degrees(self.tolerance):.2g} deg from the motion in each joint; "
+            f"corners rounded by {self.blend * 1000:g} mm of the tool",
             "each line at the motion's mean speed on it: no joint goes faster than in the motion",
-            "loses: the timing (it takes longer), and what was judged: straight lines and rounded corners "
-            "are not the motion, so keep clearance to spare; where the tool moves less than two radii "
-            "between two corners, as when only the wrist turns, the controller leaves a corner out",
+            *((f"waits {wait:.3f} s first, as the motion does",) * (wait > 0.0)),
+            "loses: the timing (it takes longer, so it is not for scenes in which things move), and what "
+            "was judged: straight lines and rounded corners are not the motion, so keep clearance to spare; "
+            "where the tool moves less than two radii between two corners, as when only the wrist turns, "
+            "the controller leaves a corner out",
             *_STARTING,
         )
         _write(path, lines, positions[0], notes)
@@ -168,6 +177,13 @@ def in_ur_order(trajectory: Trajectory) -> Trajectory:
 def _within(name: str, value: float, lower: float, upper: float) -> None:
     if not lower <= number(name, value) <= upper:
         raise ShapeError(name, f"must be from {lower:g} to {upper:g}, is {value:g}")
+
+
+def _rest_at_start(times: Floats, positions: Floats) -> float:
+    """Return how long a motion rests before it moves [s]."""
+    moved = np.flatnonzero(np.abs(positions - positions[0]).max(axis=1) > _STILL)
+    rests = float(times[max(int(moved[0]) - 1, 0)]) if len(moved) else 0.0
+    return rests if rests > _SHORTEST_REST else 0.0
 
 
 def _vector(row: Iterable[float]) -> str:
