@@ -131,3 +131,13 @@ def test_a_goal_in_the_frame_of_what_moves_is_refused_by_name(table: to.Scene) -
                 goal=to.frame_placement("panda_hand", to.placement((0.0, 0.0, 0.2)), reference="tray"),
             )
         )
+
+
+def test_each_goal_of_a_set_is_planned_to_as_if_alone(table: to.Scene) -> None:
+    lands = to.Track.through([0.0, 0.5], [to.placement((0.55, 0.0, z)) for z in (1.4, 0.2)])
+    scene = table.add("box", to.Box(0.08, 0.08, 0.5), motion=lands)
+    alone = to.plan(problem(scene)).require().trajectory
+    goals = to.any_of({"there": to.joint_positions(GOAL), "here": to.joint_positions(START)})
+    result = to.plan(replace(problem(scene), goal=goals), every_goal=True)
+    among = result.of_each_goal["there"].require().trajectory
+    assert np.array_equal(among.positions, alone.positions)

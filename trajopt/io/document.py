@@ -124,12 +124,7 @@ def read_document(path: Path | str) -> Node:
     Raises:
         FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one mapping.
     """
-    from trajopt.io.yaml_files import read_yaml  # slow to import
-
-    documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
-    if len(documents) != 1 or not isinstance(documents[0], dict):
-        raise FileFormatError(str(path), "must hold one mapping (key: value)")
-    return Node(cast("object", documents[0]), str(path))
+    return _the_only(path, dict, "one mapping (key: value)")
 
 
 def read_list(path: Path | str) -> Node:
@@ -138,12 +133,16 @@ def read_list(path: Path | str) -> Node:
     Raises:
         FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one list.
     """
+    return _the_only(path, list, "one list (- item)")
+
+
+def _the_only(path: Path | str, kind: type[object], words: str) -> Node:
     from trajopt.io.yaml_files import read_yaml  # slow to import
 
     documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
-    if len(documents) != 1 or not isinstance(documents[0], list):
-        raise FileFormatError(str(path), "must hold one list (- item)")
-    return Node(cast("object", documents[0]), str(path))
+    if len(documents) != 1 or not isinstance(documents[0], kind):
+        raise FileFormatError(str(path), f"must hold {words}")
+    return Node(documents[0], str(path))
 
 
 def write_text(path: Path | str, text: str) -> None:

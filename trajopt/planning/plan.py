@@ -74,17 +74,21 @@ def plan(
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
     if one_of("every_goal", every_goal, bool):
         return EveryGoal(problem, choice, given, tracker, on_incumbent).planned(_run)
-
-    if problem.scene.changing:
-
-        def run(each: Problem, /, *, most: int | None = None) -> Result:
-            return _run(Search(each, choice, given or np.random.default_rng(0), tracker, most=most))
-
-        return in_time(problem, run, tracker, on_incumbent)
     return _run(Search(problem, choice, given or np.random.default_rng(0), tracker, on_incumbent))
 
 
 def _run(search: Search) -> Result:
+    """Search for a motion; among what changes with time, in the ways that `in_time` knows."""
+    if not search.problem.scene.changing:
+        return _attempted(search)
+
+    def run(each: Problem, /, *, most: int | None = None) -> Result:
+        return _attempted(Search(each, search.choice, search.rng, search.tracker, most=most))
+
+    return in_time(search.problem, run, search.tracker, search.on_incumbent)
+
+
+def _attempted(search: Search) -> Result:
     """Attempt seeds until the search is done or stopped.
 
     Raises:
