@@ -12,6 +12,7 @@ import pinocchio as pin
 
 from trajopt.arrays import Floats, Value, readonly
 from trajopt.model.collisions.bodies import Anchor
+from trajopt.model.piecewise import refined
 from trajopt.model.placement import Placement
 from trajopt.model.track import STEADY, Track
 
@@ -109,18 +110,5 @@ def _joined(names: tuple[str, ...], moved: list[tuple[Floats, Floats]]) -> Drive
         return DrivenJoints(names, readonly(np.array((0.0, 1.0))), readonly(np.zeros((1, 1, 0))))
     times = np.unique(np.concatenate([track_times for track_times, _ in moved]))
     degree = max(len(coefficients) for _, coefficients in moved)
-    columns = [_over(times, degree, *each) for each in moved]
+    columns = [refined(times, *each, degree) for each in moved]
     return DrivenJoints(names, readonly(times), readonly(np.concatenate(columns, axis=2)))
-
-
-def _over(times: Floats, degree: int, own_times: Floats, coefficients: Floats) -> Floats:
-    """Return polynomials over finer pieces, and rest where there were none."""
-    begins = times[:-1]
-    piece = np.clip(np.searchsorted(own_times, begins, side="right") - 1, 0, len(own_times) - 2)
-    since = np.clip(begins, own_times[0], own_times[-1]) - own_times[piece]
-    taylor = coefficients[:, piece].copy()
-    for done in range(len(taylor) - 1):
-        for power in range(1, len(taylor) - done):
-            taylor[power] += since[:, None] * taylor[power - 1]
-    taylor[:-1, (begins < own_times[0]) | (begins >= own_times[-1])] = 0.0
-    return np.pad(taylor, ((degree - len(taylor), 0), (0, 0), (0, 0)))

@@ -72,15 +72,14 @@ def plan(
     function("on_incumbent", on_incumbent)
     given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
+    run = _attempted_in_time if problem.scene.changing else _attempted
     if one_of("every_goal", every_goal, bool):
-        return EveryGoal(problem, choice, given, tracker, on_incumbent).planned(_run)
-    return _run(Search(problem, choice, given or np.random.default_rng(0), tracker, on_incumbent))
+        return EveryGoal(problem, choice, given, tracker, on_incumbent).planned(run)
+    return run(Search(problem, choice, given or np.random.default_rng(0), tracker, on_incumbent))
 
 
-def _run(search: Search) -> Result:
-    """Search for a motion; among what changes with time, in the ways that `in_time` knows."""
-    if not search.problem.scene.changing:
-        return _attempted(search)
+def _attempted_in_time(search: Search) -> Result:
+    """Search for a motion among what changes with time, in the ways that `in_time` knows."""
 
     def run(each: Problem, /, *, most: int | None = None) -> Result:
         return _attempted(Search(each, search.choice, search.rng, search.tracker, most=most))

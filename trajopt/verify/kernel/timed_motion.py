@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
+from trajopt.model.piecewise import refined
 from trajopt.model.timed import TimedModel
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify.kernel.kinematics import Kinematics, Poses
@@ -56,18 +57,5 @@ def beside(one: Polynomials, other: Polynomials) -> Polynomials:
     inside = other.times[(other.times > begin) & (other.times < end)]
     times = np.unique(np.concatenate((one.times, inside)))
     degree = max(len(one.coefficients), len(other.coefficients))
-    both = [_restricted(each, times, degree) for each in (one, other)]
+    both = [refined(times, each.times, each.coefficients, degree) for each in (one, other)]
     return Polynomials(readonly(times), readonly(np.concatenate(both, axis=2)))
-
-
-def _restricted(functions: Polynomials, times: Floats, degree: int) -> Floats:
-    """Return the coefficients over finer pieces, (degree, pieces, n), by Taylor's formula."""
-    own, begins = functions.times, times[:-1]
-    piece = np.clip(np.searchsorted(own, begins, side="right") - 1, 0, len(own) - 2)
-    since = (np.clip(begins, own[0], own[-1]) - own[piece])[:, None]
-    taylor = functions.coefficients[:, piece].copy()
-    for done in range(len(taylor) - 1):
-        for power in range(1, len(taylor) - done):
-            taylor[power] += since * taylor[power - 1]
-    taylor[:-1, (begins < own[0]) | (begins >= own[-1])] = 0.0
-    return np.pad(taylor, ((degree - len(taylor), 0), (0, 0), (0, 0)))
