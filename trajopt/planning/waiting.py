@@ -11,7 +11,8 @@ from math import ceil, inf, log2
 
 import numpy as np
 
-from trajopt.arrays import Bools, Floats, Ints
+from trajopt.arrays import Floats
+from trajopt.model.changing_pairs import ChangingPairs
 from trajopt.model.timed import TimedModel
 from trajopt.model.trajectory import Trajectory
 from trajopt.query import Counts, Query
@@ -140,49 +141,8 @@ class Waiting:
         return Query(self.timed.reduced, self.counts)
 
     @cached_property
-    def _pairs(self) -> "_ChangingPairs":
-        return _ChangingPairs.of(self.timed)
-
-
-@dataclass(frozen=True, eq=False)
-class _ChangingPairs:
-    """What is known of the pairs of which one changes with time; windows of contact are left to the judge.
-
-    Attributes:
-        changes: Whether one of the pair does, shape (p,).
-        required: Clearance that is required, shape (p,) [m].
-        errors: Radius, velocity and acceleration of the error, shape (p, 3).
-        appears: When both are there, shape (p,) [s].
-        expires: When no longer, shape (p,) [s].
-    """
-
-    changes: Bools
-    required: Floats
-    errors: Floats
-    appears: Floats
-    expires: Floats
-
-    @staticmethod
-    def of(timed: TimedModel) -> "_ChangingPairs":
-        pairs, bodies = timed.reduced.pairs, timed.reduced.bodies
-        count = len(pairs.first)
-        changes, errors = np.zeros(count, dtype=np.bool_), np.zeros((count, 3))
-        appears, expires = np.full(count, -inf), np.full(count, inf)
-        for pair, both in enumerate(zip(pairs.first.tolist(), pairs.second.tolist(), strict=True)):
-            for body in both:
-                timing = timed.timings.get(bodies[int(body)].owner)
-                if timing is not None:
-                    changes[pair] = True
-                    errors[pair] += (0.0, 0.0, 0.0) if timing.motion is None else timing.motion.error
-                    appears[pair] = max(appears[pair], timing.appears)
-                    expires[pair] = min(expires[pair], timing.expires)
-        changes[[pair for pair, _ in pairs.allowances]] = False
-        return _ChangingPairs(changes, pairs.required, errors, appears, expires)
-
-    def error_at(self, time: Floats | float, pair: Ints | slice) -> Floats:
-        """Return the error of pairs at times [m]."""
-        radius, velocity, acceleration = self.errors[pair].T
-        return radius + velocity * time + acceleration * np.square(time) / 2.0
+    def _pairs(self) -> ChangingPairs:
+        return ChangingPairs.of(self.timed)
 
 
 def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:
