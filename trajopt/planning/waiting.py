@@ -5,20 +5,15 @@ clear is for the judge to prove.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from functools import cached_property
-from math import ceil, inf, log2
+from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.changing_pairs import ChangingPairs
-from trajopt.model.timed import TimedModel
 from trajopt.model.trajectory import Trajectory
-from trajopt.query import Counts, Query
+from trajopt.planning.looks import LOOK, Looks
 
-LOOK = 0.02
-"""Time between two looks along a motion [s]: at 1 m/s things move by 2 cm, as between samples of a path."""
 STEP = 0.05
 """Beginnings are tried in steps of this [s]; then halved between the last that was blocked and the next."""
 HALVINGS = 4
@@ -29,9 +24,6 @@ JOLT = 1e-3
 """A motion may begin with an acceleration: it is reached from rest in so long, while nothing gets on [s]."""
 LONGEST = 60.0
 """Nothing waits longer [s]: whoever has so much time asks again."""
-ROOM = 2e-3
-"""Clearance that is kept above what is required, for what is between the looks [m]; of a pair that has less
-at the start, half of what it has there."""
 
 
 @dataclass(eq=False)
@@ -39,13 +31,10 @@ class Waiting:
     """Finds when a motion can begin; one for each thread.
 
     Attributes:
-        timed: The model among what changes.
-        counts: The work done so far.
+        looks: Looks at configurations among what changes.
     """
 
-    timed: TimedModel
-    counts: Counts
-    _room: Floats = field(default_factory=lambda: np.zeros(0))
+    looks: Looks
 
     def beginnings(self, trajectory: Trajectory) -> Iterator[Trajectory]:
         """Yield a motion begun as early as seems clear, at rest until then, and a few times a little later.
@@ -53,7 +42,7 @@ class Waiting:
         Args:
             trajectory: Of the group's joints.
         """
-        self._leave_room(trajectory(np.zeros(1)))
+        self.looks.leave_room(trajectory(np.zeros(1)))
         if self._clear(trajectory, 0.0):
             yield trajectory
         if trajectory(0.0, 1).any():
@@ -68,30 +57,12 @@ class Waiting:
                 yielded += 1
             blocked = wait
 
-    def _leave_room(self, start: Floats) -> None:
-        """Note how much room each pair is to keep, by what it has where the motion begins."""
-        known = self._pairs
-        self._room = np.full(len(known.required), ROOM)
-        reach = np.where(known.changes, known.required + known.error_at(0.0, slice(None)) + ROOM, -inf)
-        found = self._query.close_pairs(self.timed.positions(start, np.zeros(1)), reach)
-        spare = found.distance - known.required[found.pair] - known.error_at(0.0, found.pair)
-        self._room[found.pair] = np.clip(spare / 2.0, 0.0, ROOM)
-
     def _later(self) -> Iterator[float]:
         """Yield times to begin at, until nothing changes any more."""
-        last = min(self._settled, LONGEST, self.timed.until)
+        last = min(self.looks.settled, LONGEST, self.looks.timed.until)
         yield from (STEP * number for number in range(1, ceil(last / STEP)))
         if 0.0 < last < LONGEST:
             yield last
-
-    @cached_property
-    def _settled(self) -> float:
-        """When everything has come to rest, appeared and expired [s]."""
-        times = [0.0]
-        for timing in self.timed.timings.values():
-            ends = (timing.appears, timing.expires, 0.0 if timing.motion is None else timing.motion.track.end)
-            times.append(max(time for time in ends if time < inf))
-        return max(times) + LOOK
 
     def _sooner(self, trajectory: Trajectory, blocked: float, clear: float) -> float:
         """Return a time to begin at, between one that is blocked and one that is clear."""
@@ -110,39 +81,12 @@ class Waiting:
         """
         duration = trajectory.duration
         even = np.linspace(0.0, duration, max(2, ceil(duration / LOOK) + 1))
-        looks: Floats = np.concatenate((even, np.clip(self._moments - wait, 0.0, duration)))
-        return self._all_clear(trajectory(looks), looks + wait)
+        looks: Floats = np.concatenate((even, np.clip(self.looks.moments - wait, 0.0, duration)))
+        return self.looks.all_clear(trajectory(looks), looks + wait)
 
     def _stands_clear(self, start: Floats, times: Floats) -> bool:
         """Say whether the robot keeps clear of what changes while it stands at the start, (1, n)."""
-        return not len(times) or self._all_clear(np.tile(start, (len(times), 1)), times)
-
-    @cached_property
-    def _moments(self) -> Floats:
-        """When things appear and expire [s]."""
-        both = [time for timing in self.timed.timings.values() for time in (timing.appears, timing.expires)]
-        return np.array([time for time in both if 0.0 < time < inf])
-
-    def _all_clear(self, positions: Floats, times: Floats) -> bool:
-        """Say whether the robot keeps clear of what changes at configurations (s, n) at times (s,)."""
-        known = self._pairs
-        # Distances of interest change seldom, so that bounds of the last look hold for the next.
-        latest = 2.0 ** ceil(log2(max(float(times.max()), LOOK)))
-        least = known.required + self._room
-        reach = np.where(known.changes, least + known.error_at(latest, slice(None)), -inf)
-        found = self._query.close_pairs(self.timed.positions(positions, times), reach)
-        when, pair = times[found.sample], found.pair
-        there = (when >= known.appears[pair]) & (when <= known.expires[pair])
-        near = found.distance < least[pair] + known.error_at(when, pair)
-        return not bool((there & near).any())
-
-    @cached_property
-    def _query(self) -> Query:
-        return Query(self.timed.reduced, self.counts)
-
-    @cached_property
-    def _pairs(self) -> ChangingPairs:
-        return ChangingPairs.of(self.timed)
+        return not len(times) or self.looks.all_clear(np.tile(start, (len(times), 1)), times)
 
 
 def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:

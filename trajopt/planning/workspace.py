@@ -14,6 +14,7 @@ from trajopt.model.timed import timed_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.judgement import Judged, decide
+from trajopt.planning.looks import Looks
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.waiting import Waiting
@@ -100,10 +101,10 @@ class Workspace(Printed):
             return
         begun, clear = self._waiting.beginnings(motion.trajectory), False
         while True:
-            before = replace(self._waiting.counts)
+            before = replace(self._waiting.looks.counts)
             with self.tracker.stage("wait"):
                 later = next(begun, None)
-            self.tracker.count_work(self._waiting.counts.since(before))
+            self.tracker.count_work(self._waiting.looks.counts.since(before))
             if later is None:
                 break
             clear = True
@@ -114,7 +115,7 @@ class Workspace(Printed):
     @cached_property
     def _waiting(self) -> Waiting | None:
         timed = timed_model(self.problem.reduced)
-        return None if timed is None else Waiting(timed, Counts())
+        return None if timed is None else Waiting(Looks(timed, Counts()))
 
     def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:
         """Have a motion judged against everything that the problem requires.

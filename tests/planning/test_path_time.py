@@ -1,0 +1,99 @@
+"""The plane of a path and time: what blocks where and when, against looks every millisecond."""
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.robots_for_tests import odd_arm
+from tests.verify.test_moving_things import alone
+from trajopt.errors import ShapeError
+from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.timed import timed_model
+from trajopt.planning.blocked_cells import FREE, blocked_cells
+from trajopt.planning.looks import Looks
+from trajopt.planning.path_time import forbidden_times
+from trajopt.query import Counts
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
+    return odd_arm(tmp_path_factory.mktemp("robot"))
+
+
+def swinging(reduced: ReducedModel, rng: np.random.Generator) -> to.Trajectory:
+    points = rng.uniform(-1.0, 1.0, (3, len(reduced.joint_names)))
+    rest = np.zeros_like(points)
+    return to.Trajectory(reduced.joint_names, np.array((0.0, 0.5, 1.0)), points, rest, rest.copy())
+
+
+def crowded(arm: to.Robot, rng: np.random.Generator) -> to.Scene:
+    """Return a scene in which balls fly through the arm's room, one with a growing error, one for a while."""
+    scene = alone(arm)
+    for number in [0, 1, 3]:
+        ends = [to.placement(rng.uniform(-0.7, 0.7, 3)) for _ in range(3)]
+        track = to.Track.through(np.array((0.0, 1.2, 2.4)), ends)
+        motion = to.Prediction(track, (0.0, 0.05 * (number == 1), 0.01))
+        appears, expires = (0.7, 1.3) if number == 2 else (None, None)
+        scene = scene.add(f"ball {number}", to.Sphere(0.08), motion=motion, appears=appears, expires=expires)
+    return scene
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_blocked_cells_are_what_is_seen_every_millisecond(arm: to.Robot, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    reduced = reduce_model(crowded(arm, rng), "all", np.zeros(len(arm.joint_names)))
+    motion, timed = swinging(reduced, rng), timed_model(reduced)
+    assert timed is not None
+    edges, times = np.linspace(0.0, 1.0, 31), np.linspace(0.0, 2.4, 121)
+    looks, each = Looks(timed, Counts()), Looks(timed, Counts())
+    looks.leave_room(motion(np.zeros(1)))
+    each.leave_room(motion(np.zeros(1)))
+    found = blocked_cells(looks, motion, edges, times)
+    assert looks.counts.forward_kinematics < found.size, "some cells are not looked at"
+    late = np.arange(0.0, 2.4, 1e-3) + 5e-4  # twenty looks into each cell
+    none, blocked = np.zeros(len(late)), np.zeros((30, 120, 20), dtype=np.bool_)
+    for part, place in enumerate(((edges[:-1] + edges[1:]) / 2.0).tolist()):
+        rows = np.repeat(motion(np.array([place])), len(late), axis=0)
+        seen = each.seen(rows, late, np.stack((none, none), 1), none)
+        blocked[part] = seen.near.reshape(120, 20)
+    always, never = blocked.all(axis=2), ~blocked.any(axis=2)
+    assert always.any() and never.sum() > 1000
+    assert (found[always] != FREE).all() and (found[never] == FREE).all()
+    for pair in np.unique(found[found != FREE]).tolist():
+        assert looks.mover(pair).startswith("ball")
+
+
+def test_the_plane_of_a_plan_shows_that_it_passes_where_nothing_is_in_the_way(arm: to.Robot) -> None:
+    del arm
+    planar = to.Scene(to.load("planar2"))
+    hand = planar.placement_of("tool", np.array((0.0, 0.3))).translation
+    crossing = to.Track.through(
+        [0.0, 0.4, 0.8], [to.placement((x, hand[1], hand[2])) for x in (2.5, hand[0], 2.5)]
+    )
+    scene = planar.add("ball", to.Sphere(0.08), motion=crossing)
+    problem = to.Problem(
+        scene=scene,
+        start={"joint1": -1.0, "joint2": 0.3},
+        goal=to.joint_positions({"joint1": 1.0, "joint2": 0.3}),
+    )
+    result = to.plan(problem)
+    plane = forbidden_times(result)
+    assert plane.objects == ("ball",)
+    assert plane.blocked.shape == (len(plane.places) - 1, len(plane.times) - 1)
+    assert (plane.blocked == 0).any() and plane.chosen_places[0] == 0.0 and plane.chosen_places[-1] == 1.0
+    part = np.clip(
+        np.searchsorted(plane.places, plane.chosen_places, side="right") - 1, 0, len(plane.places) - 2
+    )
+    late = np.clip(
+        np.searchsorted(plane.times, plane.chosen_times, side="right") - 1, 0, len(plane.times) - 2
+    )
+    assert (plane.blocked[part, late] == FREE).mean() > 0.97, "but for halves of cells along borders"
+    with pytest.raises(ShapeError, match="until"):
+        forbidden_times(result, until=0.0)
+
+
+def test_nothing_blocks_where_nothing_changes() -> None:
+    scene = to.Scene(to.load("planar2"))
+    goal = to.joint_positions({"joint1": 0.5, "joint2": 0.1})
+    plane = forbidden_times(to.plan(to.Problem(scene=scene, start={"joint1": 0.0, "joint2": 0.3}, goal=goal)))
+    assert plane.objects == () and (plane.blocked == FREE).all()
