@@ -9,15 +9,15 @@ from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import PlacementLike, as_placement
 from trajopt.model.requirements import WORLD
+from trajopt.model.scene_motions import SceneMotions
 from trajopt.model.scene_object import SceneObject, checked_mass, covered_parts, object_placement
-from trajopt.model.scene_parts import SceneParts
 from trajopt.model.shapes import Shape
-from trajopt.model.timing import ALWAYS, timing_of
+from trajopt.model.timing import ALWAYS
 from trajopt.model.track import Prediction, Track
 
 
 @dataclass(frozen=True, eq=False)
-class Scene(SceneParts):
+class Scene(SceneMotions):
     """A robot among objects.
 
     Wherever a frame is meant, a link, a tool frame or an object does: an object means its own frame. Where
@@ -157,29 +157,6 @@ class Scene(SceneParts):
             raise ModelError(f"{shown(name)} would stand in the world, not on the robot: add it as an object")
         return self._with_tool(moved)
 
-    def with_motion(
-        self,
-        name: str,
-        motion: Prediction | Track | None = None,
-        *,
-        appears: float | None = None,
-        expires: float | None = None,
-    ) -> "Scene":
-        """Let an object move, appear and expire; see `add`.
-
-        Raises:
-            ObjectNotFound: If there is none of that id.
-            ModelError: If it is to move, and is placed in another frame than the world.
-            ShapeError: If it expires before it appears.
-        """
-        item, timing = self.object(name), timing_of(name, motion, appears, expires)
-        if timing.motion is None:
-            return self._with(replace(item, timing=timing))
-        if item.frame != WORLD:
-            raise ModelError(f"{shown(name)} is placed in {shown(item.frame)}: only in the world it moves")
-        where = object_placement(name, timing.motion.track.at(0.0))
-        return self._with(replace(item, timing=timing, placement=where))
-
     def attach(
         self,
         name: str,
@@ -192,11 +169,14 @@ class Scene(SceneParts):
     ) -> "Scene":
         """Fix an object to a link, a tool frame or an object that is attached: it moves along from now on.
 
+        An object that moves by itself can carry others too: a tray on a conveyor.
+
         Args:
             name: The object's id.
-            link: The link, tool frame or attached object.
+            link: The link, tool frame, attached object or object that moves.
             placement: Of the object in the link's frame; or
-            at: Positions of all joints at which it is grasped where it stands.
+            at: Positions of all joints at which it is grasped where it stands; of what moves by itself, where
+                it is when the clock shows 0.
             touch_links: Links that may touch it, beside the link itself and what is attached between; as
                 for `add`.
             mass: Its mass [kg]; the one it was added with when None.
@@ -204,12 +184,12 @@ class Scene(SceneParts):
         Raises:
             ObjectNotFound: If there is none of that id.
             FrameNotFound: If the link or a touch link is unknown.
-            ModelError: Unless exactly one of `placement` and `at` is given, or if no link carries `link`.
+            ModelError: Unless exactly one of `placement` and `at` is given, or if `link` stands still.
             ShapeError: If the mass is negative or not finite.
         """
         item = self.object(name)
         holder = self.holder(one_of("link", link, str)).link
-        if holder == WORLD:
+        if holder == WORLD and self.carrier(link) is None:
             raise ModelError(
                 f"{shown(link)} stands in the world: nothing attached to it would move; "
                 f"move {shown(name)} into its frame instead"
@@ -221,21 +201,21 @@ class Scene(SceneParts):
         if at is not None:
             at = floats("at", at, (len(self.robot.joint_names),))
             where = self.placement_of(link, at).inverse() * self.placement_of(name, at)
-        links = self._owners(touch_links) | {holder, self.owner(link)} | item.touch_links
+        links = self._owners(touch_links) | ({holder, self.owner(link)} - {WORLD}) | item.touch_links
         weight = item.mass if mass is None else checked_mass(name, mass)
         return self._with(
             replace(item, placement=where, frame=link, touch_links=links, mass=weight, timing=ALWAYS)
         )
 
     def detach(self, name: str, *, at: Floats) -> "Scene":
-        """Leave an object in the world where it is at these positions of all joints.
+        """Leave an object in the world where it is at these positions of all joints, when the clock shows 0.
 
         Raises:
             ObjectNotFound: If there is none of that id.
             ModelError: If it is not attached.
         """
         item = self.object(name)
-        if self.holder(name).link == WORLD:
+        if self.holder(name).link == WORLD and self.carrier(item.frame) is None:
             raise ModelError(f"object {shown(name)} is not attached to a link")
         where, nothing = self.placement_of(name, at), frozenset[str]()
         return self._with(replace(item, placement=where, frame=WORLD, touch_links=nothing))
@@ -341,9 +321,3 @@ class Scene(SceneParts):
         """
         allowance = ContactAllowance(name, self.owner(a), self.owner(b), depth, first, last)
         return replace(self, allowances=(*self.allowances, allowance))
-
-    def _with(self, item: SceneObject) -> "Scene":
-        return replace(self, objects={**self.objects, item.name: item})
-
-    def _with_tool(self, item: SceneObject) -> "Scene":
-        return replace(self, tools={**self.tools, item.name: item})

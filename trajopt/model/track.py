@@ -11,15 +11,21 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
 from trajopt.errors import ShapeError
 from trajopt.errors.arguments import checked
-from trajopt.model.placement import Placement, PlacementLike, as_placement
+from trajopt.model.collisions.bodies import Anchor
+from trajopt.model.frame_pieces import frame_pieces
+from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
+from trajopt.model.planned_robot import MovingRobot, PlannedRobot, robot_and_trajectory
 from trajopt.model.printed import in_number
 from trajopt.model.rotations import as_rotation_vector, from_rotation_vector
-from trajopt.model.trajectory import LONGEST
+from trajopt.model.trajectory import LONGEST, Trajectory
 
 MOST_DEGREE = 5
 """Highest power of a piece's translation: that of trajectories, which tracks are made of."""
 JUMP = 1e-6
 """Pieces may end by so much beside where the next begins [m | rad]: rounding in files."""
+TOLERANCE = 2e-3
+"""How far points of another robot may be from its tracks, where nothing else is said: well inside the margin
+that motions keep anyway, and arms at speed are no nearer to their motions [m]."""
 STEADY = 1e-12
 """Slower than this nothing turns [rad/s]."""
 
@@ -29,7 +35,8 @@ class Track(Value):
     """Where a frame is at every time: at rest before the first time and after the last.
 
     In each piece the origin moves along polynomials of time and the frame turns about one axis at a constant
-    rate. Make one with `Track.through` or `Track.constant_velocity`.
+    rate. Make one with `Track.through` or `Track.constant_velocity`, or of another robot's motion with
+    `Track.of`.
 
     Attributes:
         times: Ends of the k pieces, increasing, shape (k + 1,) [s].
@@ -150,6 +157,58 @@ class Track(Value):
             _unit((where.rotation.T @ angular)[None], rate),
             rate,
         )
+
+    @staticmethod
+    def of(
+        motion: PlannedRobot | MovingRobot,
+        frame: str,
+        *,
+        reach: float,
+        trajectory: Trajectory | None = None,
+        base: PlacementLike = IDENTITY,
+        start: float = 0.0,
+        until: float = inf,
+        tolerance: float = TOLERANCE,
+    ) -> "Prediction":
+        """Make the track of a frame of another robot that moves as planned, with its error: a `Prediction`.
+
+        A conveyor that was planned is such a robot too. (`Scene.with_robot_in_motion` adds a whole robot.)
+
+        The frame does not move as tracks do, and the prediction's error is a proven bound on how far any
+        point within `reach` of its origin is from where the track has it; how, is said in the module
+        `trajopt.model.frame_pieces`.
+
+        Args:
+            motion: A plan, a result that has one, or a reduced model.
+            frame: Link or tool frame of that robot, or an object that it carries.
+            reach: No point of what moves with the frame is farther from its origin [m].
+            trajectory: The motion of a reduced model; of a plan, None for its own.
+            base: Of the world of that robot's scene in the scene that the track is for.
+            start: When the motion begins, by the clock of the scene; negative if it has begun [s].
+            until: Until when it is known to move so [s].
+            tolerance: How large the error may be [m].
+
+        Raises:
+            PlanningFailed: If the result has no plan.
+            ProblemError: If `motion` is neither, or the trajectory is missing.
+            FrameNotFound: If the frame is unknown.
+            ShapeError: If a number is not usable.
+        """
+        robot, moved = robot_and_trajectory("Track.of", motion, trajectory)
+        if number("reach", reach) < 0.0 or number("tolerance", tolerance) <= 0.0:
+            name, size = ("reach", reach) if reach < 0.0 else ("tolerance", tolerance)
+            raise ShapeError(name, f"must be positive, is {size:g} m")
+        where, begin = as_placement("base", base), number("start", start)
+        anchor = Anchor(*robot.attachment(one_of("frame", frame, str)))
+        if anchor.joint == 0:
+            here = where * anchor.placement
+            return Prediction(Track.through((begin, begin + moved.duration), (here, here)), until=until)
+        found = frame_pieces(robot, moved, anchor, reach=reach, tolerance=tolerance)
+        placed = found.coefficients @ where.rotation.T
+        placed[-1] += where.translation
+        turned = where.rotation @ found.rotations
+        track = Track(found.times + begin, placed, turned, found.axes, found.rates)
+        return Prediction(track, (found.error, 0.0, 0.0), until)
 
     @property
     def degree(self) -> int:

@@ -1,0 +1,95 @@
+"""What moves by itself in a scene: objects along tracks, and other robots along their planned motions."""
+
+from dataclasses import replace
+from math import inf
+from typing import Self
+
+from trajopt.arrays import one_of
+from trajopt.errors import DuplicateObject, ModelError, shown
+from trajopt.model.placement import IDENTITY, PlacementLike, as_placement
+from trajopt.model.planned_robot import MovingRobot, PlannedRobot, robot_and_trajectory
+from trajopt.model.requirements import WORLD
+from trajopt.model.robot_in_motion import robot_objects
+from trajopt.model.scene_object import SceneObject, object_placement
+from trajopt.model.scene_parts import SceneParts
+from trajopt.model.timing import timing_of
+from trajopt.model.track import TOLERANCE, Prediction, Track
+from trajopt.model.trajectory import Trajectory
+
+
+class SceneMotions(SceneParts):
+    """The edits of a scene that say what moves by itself."""
+
+    def with_motion(
+        self,
+        name: str,
+        motion: Prediction | Track | None = None,
+        *,
+        appears: float | None = None,
+        expires: float | None = None,
+    ) -> Self:
+        """Let an object move, appear and expire; see `add`.
+
+        Raises:
+            ObjectNotFound: If there is none of that id.
+            ModelError: If it is to move, and is placed in another frame than the world.
+            ShapeError: If it expires before it appears.
+        """
+        item, timing = self.object(name), timing_of(name, motion, appears, expires)
+        if timing.motion is None:
+            return self._with(replace(item, timing=timing))
+        if item.frame != WORLD:
+            raise ModelError(f"{shown(name)} is placed in {shown(item.frame)}: only in the world it moves")
+        where = object_placement(name, timing.motion.track.at(0.0))
+        return self._with(replace(item, timing=timing, placement=where))
+
+    def with_robot_in_motion(
+        self,
+        name: str,
+        motion: PlannedRobot | MovingRobot,
+        trajectory: Trajectory | None = None,
+        *,
+        base: PlacementLike = IDENTITY,
+        start: float = 0.0,
+        until: float = inf,
+        tolerance: float = TOLERANCE,
+    ) -> Self:
+        """Add another robot that moves as planned: `scene.with_robot_in_motion("left", plan, base=...)`.
+
+        Each of its links with a shape, and what it carries, becomes an object "left/link7": on a track where
+        it moves, with an error that is proven to hold how far the track is from the robot (the module
+        `trajopt.model.frame_pieces` says how). Before the motion it rests at its start, after it at its
+        end. What stands in the other robot's scene is not taken over.
+
+        Args:
+            name: What its objects' ids begin with.
+            motion: A plan, a result that has one, or a reduced model.
+            trajectory: The motion of a reduced model; of a plan, None for its own.
+            base: Of the world of the other robot's scene in this one's.
+            start: When it begins, by the clock of this scene; negative if it has begun [s].
+            until: Until when it is known to move so [s].
+            tolerance: How far its points may be from where tracks have them; they are taken to be as near to
+                everything as that. Tighter tracks have more pieces, which the judge takes longer for [m].
+
+        Raises:
+            PlanningFailed: If the result has no plan.
+            ProblemError: If `motion` is neither, or the trajectory is missing.
+            DuplicateObject: If an id is taken.
+            ModelError: If a half-space would have to move.
+            ShapeError: If a number or the placement is none.
+        """
+        robot, moved = robot_and_trajectory("with_robot_in_motion", motion, trajectory)
+        if not one_of("name", name, str):
+            raise ModelError("name of the robot is empty: its links could not be told from this one's")
+        where = as_placement("base", base)
+        added = robot_objects(name, robot, moved, base=where, start=start, until=until, tolerance=tolerance)
+        for key in added:
+            if key in self.placed or key in self.frame_names:
+                raise DuplicateObject(key)
+        return replace(self, objects={**self.objects, **added})
+
+    def _with(self, item: SceneObject) -> Self:
+        return replace(self, objects={**self.objects, item.name: item})
+
+    def _with_tool(self, item: SceneObject) -> Self:
+        return replace(self, tools={**self.tools, item.name: item})
