@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-threads bench-cold clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-threads bench-cold clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -62,6 +62,14 @@ askable: $(STAMP)
 
 bench-scaling: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.scaling --page benchmarks/README.md
+
+# Among what moves: boxes that cross MotionBenchMaker's motions, cubes that bounce around an xArm7, and baselines. Goes
+# on where it was stopped (rows in out/moving). All of it takes many hours of one core. OPTIONS: those of
+# benchmarks/moving, such as --parts crossing,known --every 5, or --parts cubes --tests 10.
+bench-moving: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check ompl==2.0.1
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.moving $(DATA) --results benchmarks/results/moving.jsonl \
+	  --page benchmarks/README.md $(OPTIONS)
 
 bench-poses: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.pose_goals $(DATA) --page benchmarks/README.md

@@ -1,0 +1,122 @@
+"""Asks one problem among what moves, of any part of the benchmark, and returns its row."""
+
+import time
+import traceback
+from functools import cache
+from pathlib import Path
+
+import trajopt as to
+from benchmarks.moving.crossings import Crossing, crossings, instances
+from benchmarks.moving.cubes import LASTS, room
+from benchmarks.moving.waiting import waited
+from benchmarks.workers import Row
+from trajopt.benchmark import Instance
+
+CROSSING, KNOWN, CUBES, BEST = PARTS = ("crossing", "known", "cubes", "best")
+TIMES_OURS = 10.0
+"""The baseline is given so many times our CPU time among cubes."""
+CRASHED = "CRASHED"
+LATEST = 60.0
+"""No motion of the baseline past a box that crosses takes longer [s]."""
+
+_of_robot = cache(instances)
+_boxes = cache(crossings)
+
+
+def prepare(data: Path, robots: tuple[str, ...]) -> None:
+    """Load the robots, and plan a problem of each unmeasured: what is imported late is no part of any."""
+    for robot in robots:
+        if robot == "xarm7":
+            to.plan(room(0).problem(1))
+            continue
+        key = next(key for key in _boxes() if key.startswith(f"{robot}/"))
+        problem, box = _asked(data, key)
+        to.plan(problem)
+        to.plan(box.add_to(problem))
+
+
+def ask(data: Path, seconds: float, family: str, number: int) -> Row:
+    """Ask a problem.
+
+    Args:
+        data: MotionBenchMaker's folder.
+        seconds: CPU time of the baseline, where it does not depend on ours [s].
+        family: The part, and the robot and the set or the number of cubes: "best/panda/box", "cubes/20".
+        number: Of the problem.
+    """
+    row: Row = {"key": f"{family}-{number}", "family": family, "seed": number}
+    part, _, rest = family.partition("/")
+    try:
+        match part:
+            case "crossing":
+                return row | {"outcome": "done"} | _crossing(data, f"{rest}/{number}")
+            case "cubes":
+                return row | {"outcome": "done"} | _cubes(int(rest), number)
+            case _:
+                problem, box = _asked(data, f"{rest}/{number}")
+                among = box.add_to(problem)
+                found = _baseline(among, LATEST, seconds, improve=part == BEST)
+                return row | {"outcome": "done", "rrt": found}
+    except Exception as error:
+        return row | {"outcome": "crash", "detail": _words(error)}
+
+
+def _words(error: Exception) -> str:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
+
+
+def _crossing(data: Path, key: str) -> Row:
+    problem, box = _asked(data, key)
+    still = _planned(problem)
+    motion = still.pop("motion")
+    ours = _planned(box.add_to(_asked(data, key)[0]))
+    ours.pop("motion")
+    wait = waited(box.add_to(problem), box, motion) if isinstance(motion, to.Trajectory) else None
+    return {"still": still, "ours": ours, "wait": wait}
+
+
+def _cubes(density: int, number: int) -> Row:
+    problem = room(number).problem(density)
+    ours = _planned(problem)
+    ours.pop("motion")
+    seconds = TIMES_OURS * float(str(ours["cpu"]))
+    return {"ours": ours, "rrt": _baseline(problem, LASTS, seconds, improve=False)}
+
+
+def _asked(data: Path, key: str) -> tuple[to.Problem, Crossing]:
+    """Return a still problem, read anew, and its box."""
+    found: dict[str, Instance] = _of_robot(data, key.partition("/")[0])
+    return found[key].make(), _boxes()[key]
+
+
+def _planned(problem: to.Problem) -> Row:
+    """Plan a problem; CPU time is that of `plan()` alone, and the verdict that of a judge of its own."""
+    begin = time.process_time()
+    try:
+        result = to.plan(problem)
+    except Exception as error:  # what raises counts as not planned
+        used = time.process_time() - begin
+        row: Row = {"cpu": used, "status": CRASHED, "verified": False, "motion": None, "duration": None}
+        return row | {"said": _words(error)[:300], "stages": {}}
+    used = time.process_time() - begin
+    row = {"cpu": used, "status": result.status.name, "verified": result.verified, "motion": None}
+    row["stages"] = {name: round(seconds, 4) for name, seconds in result.cpu_seconds.items()}
+    if not result.verified:
+        return row | {"said": result.message[:300], "duration": None}
+    motion = result.require().trajectory
+    if not to.judge(result.problem, motion).verified:
+        raise RuntimeError("the judge refuses what it proved")
+    return row | {"said": "; ".join(result.remarks)[:300], "duration": motion.duration, "motion": motion}
+
+
+def _baseline(problem: to.Problem, latest: float, seconds: float, *, improve: bool) -> Row:
+    # Imported where it is needed: ompl is no dependency.
+    from benchmarks.moving.space_time_rrt import SpaceTimeRrt
+
+    found = SpaceTimeRrt(problem, latest).solve(seconds, improve=improve)
+    duration = None if found.trajectory is None else found.trajectory.duration
+    return {
+        "duration": duration, "cpu": found.cpu, "first": found.first, "refused": found.refused,
+        "reasons": [reason[:120] for reason in found.reasons[:3]],
+    }  # fmt: skip
