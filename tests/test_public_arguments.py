@@ -13,7 +13,7 @@ import pytest
 
 import trajopt as to
 from tests.public_samples import ALONG, CALLED_BY_SOLVERS, INNER, OPEN, RETURNED, instances, sample
-from trajopt.errors.arguments import kinds_of
+from trajopt.errors.arguments import Kinds
 
 ROOMS = (
     "trajopt", "trajopt.model.bases", "trajopt.cartesian", "trajopt.grasping", "trajopt.export",
@@ -95,10 +95,10 @@ def parameters(call: Callable[..., object]) -> list[inspect.Parameter]:
 @pytest.mark.timeout(120)
 def test_an_argument_of_the_wrong_kind_is_refused_by_its_name(name: str) -> None:
     call = PUBLIC[name]
-    fits = kinds_of(call)
+    fits = Kinds(call)
     taken = parameters(call)
     at_hand = {
-        item.name: sample(name, item, fits.get(item.name, (lambda value: True, ""))[0])
+        item.name: sample(name, item, fits[item.name][0])
         for item in taken
         if item.default is inspect.Parameter.empty and item.name != "self"
     }

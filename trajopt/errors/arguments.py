@@ -45,15 +45,13 @@ def checked(target: Target) -> Target:
     if inspect.isclass(target):
         cast("Any", target).__init__ = checked(target.__init__)
         return cast("Target", target)
-    kinds: dict[str, tuple[Test, Any]] = {}
-    names = tuple(inspect.signature(target).parameters)
+    kinds, code = Kinds(target), inspect.unwrap(target).__code__
+    names = code.co_varnames[: code.co_argcount]
 
     @wraps(target)
     def call(*args: Any, **kwargs: Any) -> Any:
-        if not kinds:
-            kinds.update(kinds_of(target))
         for name, value in (*zip(names, args, strict=False), *kwargs.items()):
-            test, hint = kinds.get(name, _OPEN)
+            test, hint = kinds[name]
             if not test(value):
                 raise _refusal(name, hint, value)
         return target(*args, **kwargs)
@@ -72,9 +70,11 @@ def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> N
         ProblemError: If an argument is of another kind; it names the argument.
         ShapeError: If it must be a number and is none.
     """
-    for name, (test, hint) in _kinds_once(function).items():
-        if name in given and not test(given[name]):
-            raise _refusal(name, hint, given[name])
+    kinds = _kinds_once(function)
+    for name, value in given.items():
+        test, hint = kinds[name]
+        if not test(value):
+            raise _refusal(name, hint, value)
 
 
 def _anything(value: object) -> bool:
@@ -85,23 +85,31 @@ def _anything(value: object) -> bool:
 _OPEN: tuple[Test, Any] = (_anything, Any)
 
 
-def kinds_of(function: Callable[..., Any]) -> dict[str, tuple[Test, Any]]:
-    """Return for each parameter a test of its kind, and its annotation; at least one entry."""
-    if inspect.isclass(function):
-        return kinds_of(function.__init__)
-    kinds = {"": _OPEN}
-    seen = getattr(function, "__globals__", {})
-    for name, annotation in function.__annotations__.items():
-        if name == "return":
-            continue
-        hint = annotation
-        try:
-            only = types.SimpleNamespace(__annotations__={name: annotation})
-            hint = typing.get_type_hints(only, globalns=seen)[name]
-        except NameError:  # only type checkers import what it names
-            pass
-        kinds[name] = (_test(hint), hint)
-    return kinds
+class Kinds(dict[str, tuple[Test, Any]]):
+    """For each parameter of a function a test of its kind, and its annotation; made when first asked for.
+
+    Few functions are called with all that they take, and reading an annotation takes longer than a check.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Keep the annotations of a function, or of the constructor of a class."""
+        super().__init__()
+        made: Any = function.__init__ if inspect.isclass(function) else function
+        self._annotations, self._seen = made.__annotations__, getattr(made, "__globals__", {})
+
+    def __missing__(self, name: str) -> tuple[Test, Any]:
+        """Read the annotation of a parameter; anything goes where it has none."""
+        if name not in self._annotations:
+            return _OPEN
+        hint = annotation = self._annotations[name]
+        if isinstance(annotation, str):
+            try:
+                only = types.SimpleNamespace(__annotations__={name: annotation})
+                hint = typing.get_type_hints(only, globalns=self._seen)[name]
+            except NameError:  # only type checkers import what it names
+                pass
+        self[name] = _test(hint), hint
+        return self[name]
 
 
 def _parts(hint: Any) -> tuple[Any, ...]:
@@ -122,8 +130,8 @@ def _open(hint: Any) -> bool:
 
 
 @cache
-def _kinds_once(function: Callable[..., Any]) -> dict[str, tuple[Test, Any]]:
-    return kinds_of(function)
+def _kinds_once(function: Callable[..., Any]) -> Kinds:
+    return Kinds(function)
 
 
 def _within(kind: Any, base: type[object]) -> bool:
@@ -131,6 +139,7 @@ def _within(kind: Any, base: type[object]) -> bool:
     return inspect.isclass(kind) and issubclass(kind, base)
 
 
+@cache
 def _test(hint: Any) -> Test:
     """Return the test of a kind of value."""
     parts = _parts(hint)
@@ -152,9 +161,9 @@ def _test_of_one(hint: Any) -> Test:
         return lambda value: isinstance(value, np.ndarray | list | tuple)
     if kind in (Callable, typing.get_origin(Callable[..., Any])):
         return callable
-    if _within(kind, Mapping):
+    if inner and _within(kind, Mapping):
         return lambda value: isinstance(value, Mapping)
-    if _within(kind, Iterable) and inner:
+    if inner and _within(kind, Iterable):
         return _test_of_several(kind, inner)
     if getattr(kind, "_is_protocol", False):
         members = _members(kind)

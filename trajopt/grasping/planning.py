@@ -27,7 +27,6 @@ LET_GO = 0.02
 
 
 @checked
-@checked
 def pick_and_place(
     scene: Scene,
     name: str,
