@@ -7,7 +7,6 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints
 from trajopt.model.cached import cached_per_value
-from trajopt.model.collisions.bodies import FixedBody
 from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
@@ -83,18 +82,16 @@ class BoundingBoxes:
         """Bound the bodies of a reduced model."""
         bodies = reduced.bodies
         joint = np.array([body.joint for body in bodies], dtype=np.int64)
-        rows = np.array([_bounds(body) for body in bodies]).reshape(-1, 18)
-        rotation, translation, centre, half = (
-            np.ascontiguousarray(part) for part in np.split(rows, (9, 12, 15), axis=1)
-        )
-        radius = np.linalg.norm(half, axis=1)
-        return BoundingBoxes(joint, rotation.reshape(-1, 3, 3), translation, centre, half, radius)
+        rotation = np.array([body.placement.rotation for body in bodies]).reshape(-1, 3, 3)
+        translation = np.array([body.placement.translation for body in bodies]).reshape(-1, 3)
+        corners = np.array([_corners(body.shape) for body in bodies]).reshape(-1, 2, 3)
+        lower, upper = np.clip(corners, -PLANE_EXTENT, PLANE_EXTENT).transpose(1, 0, 2)
+        centre = (rotation @ (0.5 * (lower + upper))[:, :, None])[:, :, 0] + translation
+        half = 0.5 * (upper - lower)
+        return BoundingBoxes(joint, rotation, translation, centre, half, np.linalg.norm(half, axis=1))
 
 
 @cached_per_value
-def _bounds(body: FixedBody) -> Floats:
-    """Return a body's rotation and translation, and its box's centre and half edges, shape (18,)."""
-    rotation, translation = body.placement.rotation, body.placement.translation
-    lower, upper = (np.clip(side, -PLANE_EXTENT, PLANE_EXTENT) for side in bounding_box(body.shape))
-    centre = rotation @ (0.5 * (lower + upper)) + translation
-    return np.concatenate((rotation.ravel(), translation, centre, 0.5 * (upper - lower)))
+def _corners(shape: Shape) -> Floats:
+    """Return the lower and the upper corner of a shape's box, shape (2, 3) [m]."""
+    return np.array(bounding_box(shape))
