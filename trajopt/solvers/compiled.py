@@ -210,7 +210,7 @@ class CompiledProgram:
         query: Measures distances and places frames.
         costs: Parts of the costs.
         constraints: Parts of the constraints.
-        span: Knots between the first and the last that one row depends on, at most.
+        support: The knots that each sample depends on, shape (S, k).
     """
 
     lower: Floats
@@ -220,7 +220,14 @@ class CompiledProgram:
     query: descent.RobotQuery
     costs: tuple[Part, ...]
     constraints: tuple[Part, ...]
-    span: int
+    support: Ints
+
+    @cached_property
+    def span(self) -> int:
+        """Knots between the first and the last that one row depends on, at most."""
+        parts = (*self.costs, *self.constraints)
+        linear = (part.at_zero.rows.knots for part in parts if isinstance(part, LinearPart))
+        return max(int(np.ptp(knots, axis=1).max(initial=0)) for knots in (self.support, *linear))
 
     @cached_property
     def core(self) -> descent.Program:

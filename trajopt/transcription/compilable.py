@@ -6,7 +6,7 @@ evaluated in Python at every point. A term that is none of these leaves the prog
 known of its rows before.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -46,7 +46,9 @@ from trajopt.transcription.margins import ShrunkMargins, TaperedMargins, shrinka
 from trajopt.transcription.motion_nlp import MotionNlp
 from trajopt.transcription.tapered_bounds import TaperedConstraint
 
-LINEAR = {Velocity, Acceleration, Jerk, RestPosture, JointPosition, JointSum}
+OF_KNOTS = {Velocity, Acceleration, Jerk}
+"""Terms of the knots themselves, which do not ask where the samples are."""
+LINEAR = OF_KNOTS | {RestPosture, JointPosition, JointSum}
 """Terms whose rows are linear in the knots, and all there at every point."""
 OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
 """Terms of frames without a formula in the core. All terms of frames share the placements of the samples:
@@ -60,6 +62,10 @@ BOUNDED = {Constraint, TaperedConstraint}
 @dataclass(eq=False)
 class CompilableMotionNlp(MotionNlp):
     """A program over the variables of a curve that may be evaluated in the core; see `CompilableNlp`."""
+
+    _linear_of_knots: dict[Cost | Constraint, LinearPart] = field(
+        init=False, repr=False, default_factory=dict[Cost | Constraint, LinearPart]
+    )
 
     def compiled(self, sampling: Ints) -> CompiledProgram | None:
         """Return the program in parts on given samples; None if one of its terms is unknown to the core."""
@@ -75,7 +81,6 @@ class CompilableMotionNlp(MotionNlp):
             placed = placed or (isinstance(part, FramePart) and item.window == WHOLE)
             parts.append(part)
         count = len(self.problem.costs or ())
-        linear = [part.at_zero.rows.knots for part in parts if isinstance(part, LinearPart)]
         return CompiledProgram(
             self.lower,
             self.upper,
@@ -84,7 +89,7 @@ class CompilableMotionNlp(MotionNlp):
             self.query.core,
             tuple(parts[:count]),
             tuple(parts[count:]),
-            max(_span(knots) for knots in (motion.support, *linear)),
+            motion.support,
         )
 
     def python_rows(self, x: Floats, sampling: Ints) -> tuple[Block, ...]:
@@ -117,8 +122,7 @@ class CompilableMotionNlp(MotionNlp):
         if type(residual) in self._python_terms:
             return PythonPart(item.loss if isinstance(item, Cost) else item.tolerance)
         if type(residual) in LINEAR:
-            one = isinstance(item, Cost)
-            return LinearPart(self.cost_rows(item, motion) if one else self.constraint_rows(item, motion))
+            return self._linear(item, motion)
         within = self.samples_within(motion, item.window)
         if isinstance(residual, Clearance | SoftClearance) and type(item) is not TaperedConstraint:
             return _distance_part(_empty(item, within), residual, within)
@@ -128,6 +132,16 @@ class CompilableMotionNlp(MotionNlp):
         count = 0 if placed and item.window == WHOLE else len(within.place)
         empty = _empty(item, within, frame.term.components)
         return FramePart(empty, _samples(within), frame.view, frame.term, count)
+
+    def _linear(self, item: Cost | Constraint, motion: Motion) -> LinearPart:
+        """Return a linear term as a part; of the knots themselves it is the same on all samples."""
+        part = self._linear_of_knots.get(item)
+        if part is None:
+            one = isinstance(item, Cost)
+            part = LinearPart(self.cost_rows(item, motion) if one else self.constraint_rows(item, motion))
+            if type(item.residual) in OF_KNOTS:
+                self._linear_of_knots[item] = part
+        return part
 
 
 def _samples(motion: Motion) -> Samples:
@@ -190,8 +204,3 @@ def taper_of(margins: TaperedMargins, share: float) -> Taper:
         knots=margins.taper,
         share=share,
     )
-
-
-def _span(knots: Ints) -> int:
-    """Return how many knots the widest row spans."""
-    return int(np.ptp(knots, axis=1).max()) if knots.size else 0
