@@ -27,6 +27,7 @@ class CheckKind(Enum):
     LIMIT = "limit"
     TORQUE = "torque"
     CLEARANCE = "clearance"
+    AT_FAULT = "clearance at fault"
     CONTACT = "contact"
     PREDICTION = "prediction"
     TOOL_SPEED = "tool speed"
@@ -169,6 +170,9 @@ class Certificate:
         clearance: Proven lower bound of the distance between any two bodies that must keep apart,
             at all times at which their contact is not accepted [m]. If there is no proof it is
             the smallest measured one. Infinite where no pair has to keep apart.
+        at_fault: The same of the times at which a link of the pair, or what it carries, moves: what comes
+            near a link at rest is not the robot's fault. The motion is verified only if it is clear at
+            all times. Where nothing changes with time, the clearance itself [m].
         pairs: Pairs that came near each other, nearest first.
         unproven: First interval and pair without proof of clearance, if there is one.
         required: Smallest and largest clearance that was required, and is proven of a verified motion [m].
@@ -179,6 +183,7 @@ class Certificate:
 
     checks: tuple[Check, ...]
     clearance: float
+    at_fault: float
     pairs: tuple[PairClearance, ...]
     unproven: Unproven | None
     required: tuple[float, float]
@@ -216,7 +221,8 @@ class Certificate:
         if not isfinite(self.clearance):
             return "nothing to keep clear of"
         known = "proven" if self.unproven is None else "not proven"
-        return f"clearance {in_length(self.clearance)} {known}"
+        said = f"clearance {in_length(self.clearance)} {known}"
+        return said if self.at_fault <= self.clearance else f"{said}, {_in_words(self.at_fault)} at fault"
 
     def __repr__(self) -> str:
         """Say the verdict and the clearance."""
@@ -229,6 +235,10 @@ class Certificate:
         return "\n".join((self.verdict, "", *_table(self.checks), *_remarks(self)))
 
 
+def _in_words(clearance: float) -> str:
+    return in_length(clearance) if isfinite(clearance) else "nothing"
+
+
 def _table(checks: tuple[Check, ...]) -> list[str]:
     rows = [("", "check", "subject", "value", "bound", "unit", "at [s]", "slack", "evidence")]
     for check in checks:
@@ -237,7 +247,11 @@ def _table(checks: tuple[Check, ...]) -> list[str]:
             "" if number is None else f"{number * size + 0.0:.5g}"
             for number in (check.value, check.bound, check.slack)
         )
-        if check.kind is CheckKind.CLEARANCE and check.evidence is Evidence.PROVEN and value:
+        if (
+            check.kind in (CheckKind.CLEARANCE, CheckKind.AT_FAULT)
+            and check.evidence is Evidence.PROVEN
+            and value
+        ):
             value = f">= {value}"  # a bound; the nearest distances that were measured stand below
         time = "" if check.time is None else f"{check.time:.3f}"
         rows.append(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
+from math import inf
 from types import MappingProxyType
 
 from trajopt.arrays import Floats, floats, one_of
@@ -13,6 +14,7 @@ from trajopt.model.requirements import During, Requirement
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, Counts
+from trajopt.verify.checks.at_fault import judge_at_fault
 from trajopt.verify.checks.clearance import judge_clearance
 from trajopt.verify.checks.ends import end_checks, ends_hold
 from trajopt.verify.checks.joint_limits import limit_checks, limits_hold
@@ -105,11 +107,15 @@ class Judge:
         ]
         checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification)]
         checks += self._surroundings.known_checks(motion)
-        among = self._surroundings.among(motion)
-        found = judge_clearance(among, self._surroundings.distances, self._search(among, measured=True))
+        among, distances = self._surroundings.among(motion), self._surroundings.distances
+        search = self._search(among, measured=True)
+        found, at_fault = judge_clearance(among, distances, search), tuple[Check, ...]()
+        if distances.present is not None:
+            at_fault = (judge_at_fault(among, distances, search, found),)
         return Certificate(
-            checks=(*found.checks, *checks),
+            checks=(*found.checks, *at_fault, *checks),
             clearance=found.clearance,
+            at_fault=_least(at_fault, found.clearance),
             pairs=found.pairs,
             unproven=found.unproven,
             required=_range(required_clearances(among.reduced)),
@@ -217,6 +223,13 @@ def _base_checks(motion: Motion, specification: Specification) -> Iterator[Check
     yield from rolling_checks(motion)
     for tool in specification.tool_speeds:
         yield from tool_speed_checks(motion, tool)
+
+
+def _least(at_fault: tuple[Check, ...], clearance: float) -> float:
+    """Return the clearance at fault; without a check of it that at all times."""
+    if not at_fault:
+        return clearance
+    return inf if at_fault[0].value is None else at_fault[0].value
 
 
 def _range(values: Floats) -> tuple[float, float]:

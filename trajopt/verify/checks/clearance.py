@@ -30,12 +30,14 @@ class ClearanceFinding:
         clearance: Proven lower bound, or the smallest measured if there is none [m].
         pairs: Pairs that came near each other, nearest first.
         unproven: First interval without proof, if there is one.
+        worst: The deepest contact that is not accepted, if there is one.
     """
 
     checks: tuple[Check, ...]
     clearance: float
     pairs: tuple[PairClearance, ...]
     unproven: Unproven | None
+    worst: Contact | None
 
 
 def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) -> ClearanceFinding:
@@ -47,7 +49,7 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
         search: What the search for a proof has found.
     """
     required, names = search.windows.required, rows(motion.reduced)
-    contacts = [_followed(motion, search, distances, pairs) for _, pairs in names]
+    contacts = [followed(motion, search, distances, pairs) for _, pairs in names]
     proven = not any(contacts) and search.gap is None
     unproven = None
     if search.gap is not None:
@@ -70,11 +72,12 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
     if not names:
         found.append(_check("", None, 0.0, None, Evidence.PROVEN, "no pair of bodies has to keep apart"))
     checks = (*found, *_contact_checks(motion, search, proven=proven))
-    return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven)
+    worst = min((each[0] for each in contacts if each), key=lambda contact: contact.distance, default=None)
+    return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven, worst)
 
 
-def _followed(motion: Motion, search: Findings, distances: PairDistances, pairs: Ints) -> tuple[Contact, ...]:
-    """Follow contacts of some pairs to where they are deepest, the first returned with more care."""
+def followed(motion: Motion, search: Findings, distances: PairDistances, pairs: Ints) -> tuple[Contact, ...]:
+    """Follow contacts of some pairs, (m,), to where they are deepest, the first returned with more care."""
     mine = [contact for contact in search.deepest() if contact.pair in pairs]
     found = [_deepest(motion, search, distances, contact) for contact in mine[:_FOLLOWED]]
     for contact in found:
@@ -126,7 +129,7 @@ def _broken_check(distances: PairDistances, contact: Contact, required: float) -
 
 def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unproven: Unproven) -> Check:
     """State where there is no proof, with the smallest distance measured."""
-    tightest, time = _tightest(search, pairs)
+    tightest, time = tightest_of(search, pairs)
     required = float(search.windows.required[tightest])
     words = (
         f"no proof that {unproven.first} and {unproven.second} keep {_apart(required)} "
@@ -138,7 +141,7 @@ def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unp
 
 def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, alone: bool) -> Check:
     """State the clearance of the tightest of the pairs with the same required clearance."""
-    tightest, time = _tightest(search, pairs)
+    tightest, time = tightest_of(search, pairs)
     required, bound = float(search.windows.required[tightest]), float(search.free.proven[pairs].min())
     if not np.isfinite(bound):
         return _check("", None, required, None, Evidence.PROVEN, "contact is accepted all the time")
@@ -151,7 +154,7 @@ def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, al
     return _check(subject, bound, required, time, Evidence.PROVEN, words)
 
 
-def _tightest(search: Findings, pairs: Ints) -> tuple[int, float | None]:
+def tightest_of(search: Findings, pairs: Ints) -> tuple[int, float | None]:
     """Return the nearest of some pairs, and when it was measured [s] if it was."""
     measured = search.free.measured[pairs]
     tightest = int(pairs[measured.argmin()])

@@ -36,6 +36,7 @@ class PairDistances:
         core: The bodies and pairs as the native core knows them.
         error: Taken off every distance [m].
         present: When both of each pair are there, from and to, shape (p, 2) [s]; None where nothing changes.
+        changing: Whether one of each pair moves by itself, appears or expires, shape (p,).
     """
 
     def __init__(self, kinematics: Kinematics, *, error: float, timings: Mapping[str, Timing] = NONE) -> None:
@@ -61,6 +62,7 @@ class PairDistances:
             raise ModelError(f"half-spaces {self.pair_name(pair)} meet always; allow their contact")
         bodies = reduced.bodies
         self.present: Floats | None = None
+        self.changing: Bools = np.zeros(len(self.first), dtype=np.bool_)
         errors = self._changing(timings)
         self.core = proof.Proof(
             kinematics.arm,
@@ -87,6 +89,7 @@ class PairDistances:
             of_pair = owners[side]
             for name, timing in timings.items():
                 mine = of_pair == name
+                self.changing |= mine
                 present[mine, 0] = np.maximum(present[mine, 0], timing.appears)
                 present[mine, 1] = np.minimum(present[mine, 1], timing.expires)
                 if timing.motion is not None:
@@ -114,9 +117,19 @@ class PairDistances:
     @cached_property
     def strict(self) -> Bools:
         """Whether both of a pair are always there and their contact is never accepted, shape (p,)."""
+        return self.always_apart(self.present)
+
+    def always_apart(self, present: Floats | None) -> Bools:
+        """Say of which pairs contact is never accepted, shape (p,).
+
+        Args:
+            present: When pairs are looked at, from and to, shape (p, 2) [s]; always when None.
+        """
         strict = np.ones(len(self.first), dtype=np.bool_)
         strict[[pair for pair, _ in self.reduced.pairs.allowances]] = False
-        return strict if self.present is None else strict & ~np.isfinite(self.present).any(axis=1)
+        if present is None:
+            return strict
+        return strict & (present[:, 0] == -np.inf) & (present[:, 1] == np.inf)
 
     def uncertainty(self, distance: Floats, error: float) -> Floats:
         """Return by how much true distances may exceed measured ones.

@@ -160,7 +160,9 @@ class Findings:
         tally.measured[contact.pair], tally.time[contact.pair] = contact.distance, contact.time
 
 
-def search_clearance(motion: Motion, distances: PairDistances, *, measured: bool = True) -> Findings:
+def search_clearance(
+    motion: Motion, distances: PairDistances, *, measured: bool = True, present: Floats | None = None
+) -> Findings:
     """Search for a proof that all pairs keep apart over a motion, by conservative advancement.
 
     A pair that is at distance d at some time of an interval, and whose bodies travel by at most m from
@@ -171,10 +173,12 @@ def search_clearance(motion: Motion, distances: PairDistances, *, measured: bool
         distances: Workspace for the distances of its bodies.
         measured: Whether to measure as well how near everything comes. Without, the search ends as soon as
             everything required is proven, or something is not; the verdict is the same.
+        present: When pairs are looked at, from and to, shape (p, 2) [s]; while both are there when None.
     """
     position, reduced, options = motion.group[0], motion.reduced, motion.options
-    windows = Windows(reduced.pairs, required_clearances(reduced), motion.duration, distances.present)
-    windowed = np.flatnonzero(~distances.strict)
+    present = distances.present if present is None else present
+    windows = Windows(reduced.pairs, required_clearances(reduced), motion.duration, present)
+    windowed = np.flatnonzero(~distances.always_apart(present))
     free, accepted, contacts, gap, configurations = distances.core.search(
         position.times,
         np.ascontiguousarray(position.coefficients),
