@@ -7,11 +7,13 @@ known      the baseline on those for which neither ours nor waiting has a motion
 cubes      the first N tests of `cubes.py` at each density: ours, then the baseline with ten times our CPU
 best       the baseline, ever shorter, on each 20th of the problems that cross (of those asked in `crossing`)
 
-Rows are kept in --out; what has one there is not asked again: delete them to measure anew.
+Rows are kept in --out; what has one there is not asked again, unless its part is named in --anew. What
+`known` and `best` ask does not depend on ours, and is worth keeping.
 """
 
 import argparse
 import json
+import subprocess
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -41,6 +43,7 @@ def main() -> None:
     parser.add_argument("--known-seconds", type=float, default=20.0, help="CPU time of the baseline")
     parser.add_argument("--best-seconds", type=float, default=60.0, help="CPU time of the baseline")
     parser.add_argument("--out", type=Path, default=Path("out/moving"), help="folder of the rows")
+    parser.add_argument("--anew", default="", help="parts whose rows are dropped first")
     parser.add_argument("--workers", type=int, default=1, help="processes; more than one disturb each other")
     parser.add_argument("--seconds", type=float, default=1800.0, help="wall-clock time of a problem at most")
     parser.add_argument("--results", type=Path, help="file for the rows' numbers")
@@ -49,7 +52,9 @@ def main() -> None:
     parts = [name for name in given.parts.split(",") if name]
     if unknown := set(parts) - set(PARTS):
         parser.error(f"no such part: {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}")
-    rows = Rows(given.out / "rows.jsonl")
+    if given.anew:
+        drop(given.out / "rows.jsonl", given.anew.split(","))
+    rows, commit = Rows(given.out / "rows.jsonl"), _commit()
     robots = [name for name in given.robots.split(",") if name]
     chosen = _crossing_keys(robots, given.every)
     rooms = [(f"{CUBES}/{count}", test) for test in range(given.tests) for count in _counts(given.densities)]
@@ -59,7 +64,7 @@ def main() -> None:
         print(f"{len(keys)} problems, {len(keys) - len(missing)} of them done before", flush=True)
         run_all(
             missing, ask=partial(ask, given.data.resolve(), seconds), workers=given.workers,
-            seconds=given.seconds, keep=rows.append,
+            seconds=given.seconds, keep=lambda row: rows.append(row | {"commit": commit}),
             prepare=partial(prepare, given.data.resolve(), tuple(names)),
         )  # fmt: skip
 
@@ -81,6 +86,20 @@ def main() -> None:
         given.results.write_text("".join(f"{json.dumps(row)}\n" for row in report.rows))
     if given.page is not None:
         write_section(given.page, "moving", text)
+
+
+def drop(file: Path, parts: Sequence[str]) -> None:
+    """Drop the rows of parts."""
+    lines = file.read_text().splitlines(keepends=True) if file.exists() else []
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text("".join(line for line in lines if json.loads(line)["family"].split("/")[0] not in parts))
+
+
+def _commit() -> str:
+    """Return the commit that is measured, with a plus where files differ from it."""
+    asked = ("git", "describe", "--always", "--dirty=+", "--exclude=*")
+    folder = Path(__file__).parent
+    return subprocess.run(asked, cwd=folder, check=False, capture_output=True, text=True).stdout.strip()
 
 
 def _crossing_keys(robots: Sequence[str], every: int) -> list[Key]:

@@ -1,5 +1,6 @@
 """Tables of what came of the problems among what moves."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -47,11 +48,17 @@ class Report:
     def text(self) -> str:
         """Return the tables that there are rows for."""
         parts = (self._crossing(), self._best(), self._cubes())
-        return "\n\n".join(part for part in parts if part)
+        return "\n\n".join(part for part in (*parts, self._origin()) if part)
 
     def _row(self, part: str, key: Key) -> Mapping[str, Any] | None:
         family = key[0].replace(CROSSING, part, 1)
         return self.done.get(f"{family}-{key[1]}")
+
+    def _origin(self) -> str:
+        """Say what was measured."""
+        counts = Counter((str(row["family"]).partition("/")[0], row.get("commit", "")) for row in self.rows)
+        made = [f"{count} rows of `{part}` at {commit}" for (part, commit), count in sorted(counts.items())]
+        return f"Measured: {', '.join(made)}." if made else ""
 
     def _crossing(self) -> str:
         head = (

@@ -1,9 +1,13 @@
 """What ours is compared with among what moves does what it says, and the tables count what came."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import trajopt as to
+from benchmarks.moving.__main__ import drop
 from benchmarks.moving.crossings import BOX, Crossing
 from benchmarks.moving.report import Report
 from benchmarks.moving.waiting import waited
@@ -64,7 +68,8 @@ def test_the_space_time_rrt_finds_what_the_judge_proves() -> None:
 
 
 def row(family: str, number: int, **said: object) -> dict[str, object]:
-    return {"key": f"{family}-{number}", "family": family, "seed": number, "outcome": "done", **said}
+    key = {"key": f"{family}-{number}", "family": family, "seed": number}
+    return {**key, "outcome": "done", "commit": "abc1234", **said}
 
 
 def planned(cpu: float, duration: float | None) -> dict[str, object]:
@@ -92,5 +97,15 @@ def test_the_tables_count_what_is_known() -> None:
     assert "Known but not proven: panda/box/2, panda/box/4." in text
     assert "| Panda | 1 | 1 | 1 | 1.10 / 1.10 / 1.10 | 100.0 % | 1 | 0.50 | 0.45 |" in text
     assert "| 10 | 2 | 1 | 50.0 % | 100 / 100 | 2 | 100.0 % | 2 | 0.50 |" in text
+    assert "5 rows of `crossing` at abc1234" in text
     assert "UR5" not in text and len(report.rows) == len(rows)
     assert Report({}, keys, rooms, 20.0, 60.0).text() == ""
+
+
+def test_parts_are_measured_anew(tmp_path: Path) -> None:
+    file = tmp_path / "rows.jsonl"
+    drop(file, ["cubes"])
+    assert file.read_text() == ""
+    file.write_text("".join(f"{json.dumps(row(name, 1))}\n" for name in ("cubes/10", "best/panda/box")))
+    drop(file, ["cubes", "crossing"])
+    assert [json.loads(line)["family"] for line in file.read_text().splitlines()] == ["best/panda/box"]
