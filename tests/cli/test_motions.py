@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from tests.cli.test_commands import common, folder, plan_file, trajopt
 
@@ -24,8 +25,64 @@ def test_a_plan_among_things_that_move_is_checked_among_them(folder: Path, x: fl
     assert json.loads(plan.read_text())["source"]["motions"] == str(motions)
     checked = trajopt("check", *common(folder), "--motions", motions, plan)
     assert checked.returncode == 0 and "proven given that pillar is on its track" in checked.stdout
-    refused = trajopt("view", plan, "--seconds", 1)
-    assert refused.returncode == 2 and "the scene changes with time" in refused.stderr
+
+
+@pytest.fixture(scope="module")
+def moving(folder: Path) -> tuple[Path, Path]:
+    """Motions in which the pillar is lifted out of the way, and a plan among them."""
+    motions, plan = folder / "lifted.yaml", folder / "lifted.json"
+    motions.write_text(MOTIONS.format(x=0.72))
+    assert trajopt("plan", *common(folder), "--motions", motions, "--out", plan).returncode == 0
+    return motions, plan
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_a_plan_among_things_that_move_is_shown_among_them(
+    folder: Path, moving: tuple[Path, Path], named: bool
+) -> None:
+    motions, plan = moving
+    words = [*common(folder), "--motions", motions] if named else []
+    done = trajopt("view", plan, *words, "--port", 0, "--seconds", 0.2)
+    assert done.returncode == 0 and "open http" in done.stdout, done.stderr
+
+
+def test_simulation_tells_what_to_simulate_finds(folder: Path, moving: tuple[Path, Path]) -> None:
+    motions, plan = moving
+    document = json.loads(trajopt("simulate", plan, "--json").stdout)
+    assert document["contacts"] == [] and document["diverged"] is None
+    assert document["tracking_error"]["maximum"][0] < 0.01
+    stated = trajopt("simulate", plan, *common(folder), "--motions", motions, "--out", folder / "roll.json")
+    assert stated.returncode == 0 and document["summary"] in stated.stdout, stated.stderr
+    assert json.loads((folder / "roll.json").read_text())["positions"] == document["positions"]
+
+
+def test_a_collision_in_simulation_is_an_exit_status(folder: Path, moving: tuple[Path, Path]) -> None:
+    down = folder / "down again.yaml"
+    down.write_text(MOTIONS.format(x=0.4).replace("2.3", "0.3"))
+    done = trajopt("simulate", moving[1], "--motions", down)
+    assert done.returncode == 1 and "pillar touches" in done.stdout, done.stderr + done.stdout
+
+
+def test_simulation_refuses_what_it_cannot_draw_or_read(folder: Path, moving: tuple[Path, Path]) -> None:
+    for words, why in (
+        (("--picture", folder / "a.bmp"), "pictures end in .png, .gif, .mp4"),
+        (("--moments", "0.1;0.2"), "--moments must be times with commas between, is '0.1;0.2'"),
+        (("--robot", folder / "odd.urdf"), "with --robot give --scene and --request too"),
+    ):
+        done = trajopt("simulate", moving[1], *words)
+        assert done.returncode == 2 and why in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_a_simulation_is_drawn(folder: Path, moving: tuple[Path, Path]) -> None:
+    still, film, size = folder / "a.png", folder / "a.gif", ("--width", 160, "--height", 120)
+    done = trajopt(
+        "simulate", moving[1], "--picture", still, "--picture", film, *size, "--fps", 5, "--moments", "0,0.4"
+    )
+    if "RenderingUnavailable" in done.stderr or "OpenGL" in done.stderr:
+        pytest.skip("no OpenGL here")
+    assert done.returncode == 0, done.stderr
+    with Image.open(still) as strip, Image.open(film) as frames:
+        assert strip.size == (2 * 160 + 6, 120) and frames.n_frames > 4
 
 
 def test_a_plan_that_stood_the_test_alone_may_fail_among_them(folder: Path, plan_file: Path) -> None:

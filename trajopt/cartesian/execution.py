@@ -10,6 +10,7 @@ from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import follows_curve
+from trajopt.model.scene import Scene
 from trajopt.simulate import PoseError, Rollout, SimulationOptions, simulate
 
 POSITION = 1e-3
@@ -83,7 +84,7 @@ def execute(
             rotation_tolerance=min(required.rotation_tolerance, rotation_tolerance),
         )
         move = follow(
-            followed.problem.scene,
+            _later(followed.problem.scene, sum(rollout.duration for rollout in rollouts)),
             closing,
             group=followed.problem.group,
             start=reduced.all_positions(reached),
@@ -96,6 +97,11 @@ def execute(
         errors.append(PoseError.between(end, _seen(followed, rollouts[-1].positions[-1])))
     held = _within(errors[-1], position_tolerance, rotation_tolerance)
     return Executed(tuple(rollouts), tuple(errors), tuple(moves), held)
+
+
+def _later(scene: Scene, time: float) -> Scene:
+    """Return the scene of a motion that starts some time after the first [s]."""
+    return scene.at(time) if scene.changing else scene
 
 
 def _seen(followed: Followed, positions: Floats) -> Placement:

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats, readonly, unless_none
-from trajopt.errors import FrameNotFound, ProblemError, listed, shown
+from trajopt.errors import FrameNotFound, ProblemError, shown
 from trajopt.errors.arguments import checked
 from trajopt.model.cached import cached_per_value
 from trajopt.model.collisions.bodies import Anchor, FixedBody
@@ -284,20 +284,9 @@ def model_and_trajectory(
 
     Raises:
         PlanningFailed: If the result has no plan.
-        ProblemError: If it is neither, the trajectory is missing, or something changes with time.
+        ProblemError: If it is neither, or the trajectory is missing.
     """
     unless_none("trajectory", trajectory, Trajectory)
-    reduced, moved = _model_and_trajectory(caller, motion, trajectory, argument)
-    if reduced.scene.changing:
-        names = listed(reduced.scene.changing)
-        why = "the scene changes with time, which is planned and judged, but not shown or simulated"
-        raise ProblemError(f"{caller}: {why}: {names}")
-    return reduced, moved
-
-
-def _model_and_trajectory(
-    caller: str, motion: Planned | ReducedModel, trajectory: Trajectory | None, argument: str
-) -> tuple[ReducedModel, Trajectory]:
     if isinstance(motion, ReducedModel):
         if trajectory is None:
             raise ProblemError(f"{caller}: give a plan, or a trajectory with the reduced model")

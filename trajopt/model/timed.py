@@ -42,6 +42,21 @@ class TimedModel:
         """Return positions of all joints for the group's positions (s, n) at times (s,), (s, n + m)."""
         return np.concatenate((positions, self.driven.at(times)), axis=1)
 
+    def there(self, name: str, time: float) -> bool:
+        """Say whether a link or an object is there at a time [s]."""
+        timing = self.timings.get(name)
+        return timing is None or timing.appears <= time <= timing.expires
+
+    def error(self, name: str, time: float) -> float:
+        """Return how far a link or an object may be off its track at a time [s], in metres."""
+        timing = self.timings.get(name)
+        return 0.0 if timing is None or timing.motion is None else timing.motion.error_at(time)
+
+    def is_uncertain(self, name: str) -> bool:
+        """Say whether a link or an object may ever be off its track."""
+        timing = self.timings.get(name)
+        return timing is not None and timing.motion is not None and any(timing.motion.error)
+
 
 def timed_model(reduced: ReducedModel) -> TimedModel | None:
     """Return the timed model of a reduced one; None where nothing in its scene changes with time.

@@ -86,7 +86,13 @@ def outermost(points: Floats) -> Floats:
         return points
 
 
-def visible_points(reduced: ReducedModel, configurations: Floats, *, always: Collection[str] = ()) -> Floats:
+def visible_points(
+    reduced: ReducedModel,
+    configurations: Floats,
+    *,
+    times: Floats | None = None,
+    always: Collection[str] = (),
+) -> Floats:
     """Return corners of what must be in view: the robot during the motion, and the objects right around it.
 
     Objects are cut to the box around the motion and its surroundings; half-spaces do not count.
@@ -94,24 +100,31 @@ def visible_points(reduced: ReducedModel, configurations: Floats, *, always: Col
     Args:
         reduced: Robot and scene.
         configurations: Positions of the group along the motion, shape (k, n) [rad | m].
+        times: Of these configurations, shape (k,) [s]; 0 where left out.
         always: Objects that must be in view as a whole, wherever they are.
 
     Returns:
         Shape (m, 3) in the world [m].
     """
-    scene = reduced.scene
+    from trajopt.simulate.changing import Changing  # MuJoCo takes a second to import
+
+    scene, changing = reduced.scene, Changing.of(reduced)
     shown = [b for b in (*scene.robot.bodies, *scene.object_bodies()) if not isinstance(b.shape, Plane)]
     moved: list[Floats] = []
     still: list[Floats] = []
-    for count, positions in enumerate(configurations):
+    moments = np.zeros(len(configurations)) if times is None else times
+    for count, (positions, time) in enumerate(zip(configurations, moments.tolist(), strict=True)):
         place = reduced.all_positions(positions)
         frames = {body.frame: scene.placement_of(body.frame, place) for body in shown}
         moved.append(np.array([scene.placement_of(link, place).translation for link in scene.robot.links]))
         for body in shown:
+            if not changing.there(body.owner, time):
+                continue
             points = frames[body.frame] * (body.placement * _corners(*bounding_box(body.shape)))
+            points = changing.moved(body.owner, time) * points
             if body.frame != WORLD or body.owner in always:
                 moved.append(points)
-            elif count == 0:
+            elif count == 0 or body.owner in changing.timings:
                 still.append(points)
     cloud = np.concatenate(moved)
     low, high = cloud.min(axis=0), cloud.max(axis=0)

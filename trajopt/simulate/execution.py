@@ -69,8 +69,9 @@ def simulate(
 
     The robot starts in the trajectory's first position and velocity, follows it under a
     computed-torque controller whose motors give at most the group's effort limits (infinite ones
-    are never reached), and holds the end for the settling time. It knows its own masses exactly,
-    so errors come from torque limits, contacts, or jumps in the trajectory.
+    are never reached), and holds the end for the settling time. It knows its own masses and what it carries
+    exactly, so errors come from torque limits, contacts, or jumps in the trajectory. What changes with time
+    is there at its times, exactly on its track, and yields to nothing.
 
     Args:
         motion: A plan, or a result that has one; or the reduced model (robot and scene) of a trajectory.
@@ -90,7 +91,7 @@ def simulate(
     trajectory = in_group_order(reduced, trajectory)
     plant = Plant(reduced, options.dt)
     followed = reference(trajectory, options.dt, options.settling_time)
-    controller = ComputedTorque(reduced, followed, options)
+    controller = ComputedTorque(replace(reduced, model=loaded_model(reduced)), followed, options)
     plant.reset(followed.positions[0], followed.velocities[0])
     log = ContactLog(reduced.scene.allowances, trajectory.duration)
     last = len(followed.times) - 1

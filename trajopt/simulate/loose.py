@@ -8,8 +8,8 @@ from trajopt.model.placement import Placement
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Shape, bounding_box
 from trajopt.simulate.options import Friction
-from trajopt.simulate.pieces import pieces
-from trajopt.simulate.spec import SpecReport, add_piece, scalar_first
+from trajopt.simulate.pieces import pieces, scalar_first
+from trajopt.simulate.spec import SpecReport, add_piece
 
 CONTACT_TIME = (0.004, 1.0)
 """Time constant [s] and damping ratio of the contacts of a loose object (MuJoCo's `solref`)."""
@@ -77,7 +77,7 @@ def add_loose(
                 # the acceleration at a contact, so that objects creep outward in a turning hand, at
                 # that acceleration times half this.
                 pair.solreffriction = np.array((2.0 * spec.option.timestep, 1.0))
-    return SpecReport(spec, owners, tuple(notes))
+    return SpecReport(spec, owners, tuple(notes), report.changing)
 
 
 def _volume(shape: Shape) -> float:

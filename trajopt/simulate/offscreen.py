@@ -2,6 +2,7 @@
 
 import os
 import sys
+from collections.abc import Iterable
 from ctypes.util import find_library
 from importlib import import_module
 from types import TracebackType
@@ -103,6 +104,11 @@ class Offscreen:
         """Free the graphics memory."""
         self._resources.free()
         self._context.free()
+
+    def draw_anew(self, model: mujoco.MjModel, meshes: Iterable[int]) -> None:
+        """Take meshes of the model as they are now."""
+        for mesh in meshes:
+            mujoco.mjr_uploadMesh(model, self._resources, mesh)
 
     def picture(self, scene: mujoco.MjvScene) -> Image:
         """Draw a scene, shape (height, width, 3), first row on top."""

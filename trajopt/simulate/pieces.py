@@ -65,6 +65,12 @@ def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
             return (_primitive(shape),), ""
 
 
+def scalar_first(placement: Placement) -> Floats:
+    """Return the quaternion (w, x, y, z) of a placement, as MuJoCo orders it, shape (4,)."""
+    x, y, z, w = placement.quaternion
+    return np.array((w, x, y, z))
+
+
 def surface(vertices: Floats, faces: NDArray[np.integer]) -> Piece:
     """Return a mesh. It is drawn as it is; contacts use its convex hull."""
     return Piece(mujoco.mjtGeom.mjGEOM_MESH, np.zeros(3), Placement(), vertices, faces.astype(np.int64))

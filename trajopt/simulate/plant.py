@@ -10,6 +10,7 @@ from trajopt.io.engine import mujoco
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.rotations import from_quaternion
+from trajopt.simulate.changing import Presence
 from trajopt.simulate.spec import SpecReport, describe
 
 SMALLEST_MOVED_INERTIA = 1e-9
@@ -47,6 +48,8 @@ class Plant:
         self._position = self.model.jnt_qposadr[joints]
         self._velocity = self.model.jnt_dofadr[joints]
         self._owner = [report.owners.get(self.model.geom(i).name, "") for i in range(self.model.ngeom)]
+        self._changing = report.changing
+        self._presence = Presence(report.changing, self.model, self._owner)
         self._mimic_matrix, self._mimic_offset = reduced.mimic_matrix, reduced.mimic_offset
         self._check_inertia(reduced)
 
@@ -71,6 +74,7 @@ class Plant:
         mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[self._position] = self._mimic_matrix @ positions + self._mimic_offset
         self.data.qvel[self._velocity] = self._mimic_matrix @ velocities
+        self._put(0.0)
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, torques: Floats) -> Mapping[tuple[str, str], float]:
@@ -83,8 +87,14 @@ class Plant:
             Penetration [m] of links and objects before the step, by pair of owners.
         """
         self.data.ctrl[:] = torques
+        self._put(self.data.time)
         mujoco.mj_step(self.model, self.data)
         return self._touching()
+
+    def _put(self, time: float) -> None:
+        """Put what changes with time where it is, or away."""
+        self._changing.put(self.model, self.data, time)
+        self._presence.show(time)
 
     def _touching(self) -> Mapping[tuple[str, str], float]:
         depths: dict[tuple[str, str], float] = {}

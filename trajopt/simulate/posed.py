@@ -1,16 +1,20 @@
 """A picture's model, put into any moment of a motion, and the lines that a picture shows of it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
 
 import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.io.engine import mujoco
+from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, tool_frames, tool_point
+from trajopt.model.rotations import from_quaternion
 from trajopt.simulate.motion import Motion
-from trajopt.simulate.spec import scalar_first
-from trajopt.simulate.stage import picture_spec
+from trajopt.simulate.pieces import scalar_first
+from trajopt.simulate.stage import HALO_GROUP, UNSEEN_GROUP, picture_spec
 
+T = TypeVar("T")
 PATH_POINTS = 61
 """Points of the line that a tool draws."""
 
@@ -21,7 +25,9 @@ class PosedModel:
     Attributes:
         model: The compiled model.
         data: Where everything is at the moment.
-        owners: The object that a geometry belongs to, by the geometry's number; of those that nothing moves.
+        owners: The object that a geometry belongs to, by the geometry's number; of those that the robot does
+            not move.
+        changing: What changes with time.
         motion: The motion.
         paths: Where each tool of the group goes, shape (tools, PATH_POINTS, 3) in the world [m].
     """
@@ -45,7 +51,11 @@ class PosedModel:
         picture = picture_spec(reduced, shown, loose=motion.loose, highlight=frozenset(highlight))
         self.model = picture.spec.compile()
         self.data = mujoco.MjData(self.model)
-        self.owners = {self.model.geom(name).id: owner for name, owner in picture.owners.items()}
+        self.owners = self._numbered(picture.owners)
+        self.changing = picture.changing
+        self._coming = self._numbered(picture.coming)
+        self._group = {geom: int(self.model.geom_group[geom]) for geom in self._coming}
+        self._halos = self._numbered(picture.halos)
         names = tuple(reduced.model.names[1:])
         self._address = [self.model.jnt_qposadr[self.model.joint(name).id] for name in names]
         self._bodies = [int(self.model.jnt_bodyid[self.model.joint(name).id]) for name in names]
@@ -53,12 +63,31 @@ class PosedModel:
 
     def pose(self, t: float) -> None:
         """Put everything where it is at a time [s]."""
-        reduced = self._reduced
+        reduced, changing, data = self._reduced, self.changing, self.data
         if self.motion.loose:
-            where = self.motion.loose_at(t)
-            self.data.mocap_pos[0], self.data.mocap_quat[0] = where.translation, scalar_first(where)
+            where, place = self.motion.loose_at(t), int(self.model.body(self.motion.loose).mocapid[0])
+            data.mocap_pos[place], data.mocap_quat[place] = where.translation, scalar_first(where)
+        changing.put(self.model, data, t)
+        for geom, owner in self._coming.items():
+            self.model.geom_group[geom] = self._group[geom] if changing.there(owner, t) else UNSEEN_GROUP
+        for geom, (owner, _) in self._halos.items():
+            seen = changing.there(owner, t) and changing.error(owner, t) > 0.0
+            self.model.geom_group[geom] = HALO_GROUP if seen else UNSEEN_GROUP
         self.data.qpos[self._address] = reduced.mimic_matrix @ self.motion(t) + reduced.mimic_offset
         mujoco.mj_kinematics(self.model, self.data)
+
+    def grow_halos(self, t: float) -> tuple[int, ...]:
+        """Give halos their size at a time [s]; return the meshes that have changed, to be drawn anew."""
+        model = self.model
+        meshes: list[int] = []
+        for geom, (owner, halo) in self._halos.items():
+            mesh = int(model.geom_dataid[geom])
+            begin, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            w, x, y, z = model.mesh_quat[mesh].tolist()
+            own = Placement(from_quaternion(x, y, z, w), model.mesh_pos[mesh]).inverse()
+            model.mesh_vert[begin : begin + count] = own * halo.grown(self.changing.error(owner, t))
+            meshes.append(mesh)
+        return tuple(meshes)
 
     def skeleton(self) -> Floats:
         """Return the lines from joint to joint of what moves, at the moment, shape (k, 2, 3) [m]."""
@@ -66,6 +95,9 @@ class PosedModel:
         inner = parents > 0
         ends = self.data.xpos[np.array(self._bodies)[inner]]
         return np.stack((self.data.xpos[parents[inner]], ends), axis=1)
+
+    def _numbered(self, named: Mapping[str, T]) -> dict[int, T]:
+        return {self.model.geom(name).id: value for name, value in named.items()}
 
 
 def tool_paths(reduced: ReducedModel, motion: Motion) -> Floats:

@@ -138,12 +138,16 @@ class Rollout(Value):
             parts.append("motors at their limit: " + ", ".join(motors))
         else:
             parts.append("no motor at its limit")
-        parts.extend(map(str, self.contacts[:MOST_CONTACTS]))
+        parts.extend(map(self._told, self.contacts[:MOST_CONTACTS]))
         if len(self.contacts) > MOST_CONTACTS:
             parts.append(f"{len(self.contacts) - MOST_CONTACTS} more contacts")
         elif not self.contacts:
             parts.append("no contact")
         return "; ".join(parts) + "."
+
+    def _told(self, contact: Contact) -> str:
+        after = contact.start > self.trajectory.duration
+        return f"{contact}{', at rest after the motion' if after else ''}"
 
     def as_dict(self) -> dict[str, Any]:
         """Return everything measured as lists, numbers and text, ready for JSON."""

@@ -10,7 +10,8 @@ from trajopt.io.engine import mujoco
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
-from trajopt.simulate.pieces import Piece, pieces
+from trajopt.simulate.changing import Changing, add_specks
+from trajopt.simulate.pieces import Piece, pieces, scalar_first
 
 STIFF = (0.004, 1.0)
 """Time constant [s] and damping ratio of the constraint that makes a joint mimic another."""
@@ -46,12 +47,14 @@ class SpecReport:
     Attributes:
         spec: The model, not compiled yet.
         owners: Link or object of each collision geometry, by the geometry's name.
-        notes: A sentence for every shape or inertia that MuJoCo cannot hold exactly.
+        notes: A sentence for every shape, inertia or motion that MuJoCo does not hold exactly.
+        changing: What changes with time.
     """
 
     spec: mujoco.MjSpec
     owners: dict[str, str]
     notes: tuple[str, ...]
+    changing: Changing
 
 
 def describe(reduced: ReducedModel) -> SpecReport:
@@ -64,22 +67,26 @@ def describe(reduced: ReducedModel) -> SpecReport:
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     bodies, notes = add_joints(spec, reduced)
     _add_motors(spec, reduced)
+    changing = Changing.of(reduced)
+    if changing.timings:
+        add_specks(spec)
+    frames, whole = changing.add_frames(spec, bodies), changing.whole
     names: list[list[str]] = []
     owners: dict[str, str] = {}
-    for body in reduced.bodies:
+    for body in whole.bodies:
         parts, note = pieces(body.shape, moving=body.joint != 0)
         own = [body.name if len(parts) == 1 else f"{body.name}#{k}" for k in range(len(parts))]
         for name, piece in zip(own, parts, strict=True):
-            add_piece(spec, bodies[body.joint], name, piece, body.placement)
+            add_piece(spec, frames[body.joint], name, piece, changing.placement(body))
             owners[name] = body.owner
         if note:
             notes.append(f"{body.name}: {note}")
         names.append(own)
-    for i, j in zip(reduced.pairs.first.tolist(), reduced.pairs.second.tolist(), strict=True):
+    for i, j in zip(whole.pairs.first.tolist(), whole.pairs.second.tolist(), strict=True):
         for a in names[int(i)]:
             for b in names[int(j)]:
                 spec.add_pair(geomname1=a, geomname2=b)
-    return SpecReport(spec, owners, tuple(notes))
+    return SpecReport(spec, owners, (*notes, *changing.notes), changing)
 
 
 def add_joints(spec: mujoco.MjSpec, reduced: ReducedModel) -> tuple[list[mujoco.MjsBody], list[str]]:
@@ -164,12 +171,6 @@ def add_piece(
         mesh.uservert, mesh.userface = piece.vertices.ravel(), piece.faces.ravel()
         geom.meshname = name
     return geom
-
-
-def scalar_first(placement: Placement) -> Floats:
-    """Return the quaternion (w, x, y, z) of a placement, as MuJoCo orders it, shape (4,)."""
-    x, y, z, w = placement.quaternion
-    return np.array((w, x, y, z))
 
 
 def _link_of(model: pin.Model, joint: int) -> str:

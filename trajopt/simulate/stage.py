@@ -16,13 +16,20 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
 from trajopt.model.shapes import Plane, Shape, bounding_box
+from trajopt.simulate.changing import Changing
+from trajopt.simulate.halo import Halo, halo, has_halo
 from trajopt.simulate.pieces import Piece, pieces, surface
 from trajopt.simulate.spec import add_joints, add_piece
 
 Colour = tuple[float, float, float, float]
 
-FLOOR_GROUP, MOVING_GROUP, STILL_GROUP = 0, 1, 2
-"""MuJoCo's geometry groups: the floor; the robot, what it carries and what is loose; other objects."""
+FLOOR_GROUP, ROBOT_GROUP, OBJECT_GROUP, HALO_GROUP, UNSEEN_GROUP = range(5)
+"""MuJoCo's geometry groups: the floor; the robot, what it carries and what is loose; other objects; halos of
+those whose place is not known exactly; what is not there."""
+HALO = 0.18
+"""Opacity of halos."""
+HALO_BUILT = 0.01
+"""How far halos have grown as long as none was asked for: as surfaces they need some size [m]."""
 
 LIGHT_LINK: Colour = (0.90, 0.91, 0.92, 1.0)
 DARK_LINK: Colour = (0.52, 0.55, 0.59, 1.0)
@@ -51,11 +58,19 @@ class PictureSpec:
 
     Attributes:
         spec: MuJoCo's model, not compiled yet; nothing in it collides.
-        owners: The object that a geometry belongs to, by the geometry's name; of those that nothing moves.
+        owners: The object that a geometry belongs to, by the geometry's name; of those that the robot does
+            not move.
+        changing: What changes with time.
+        coming: The object that a geometry belongs to, by the geometry's name; of those that are not there all
+            the time.
+        halos: The object that a halo belongs to, and the halo, by its geometry's name.
     """
 
     spec: mujoco.MjSpec
     owners: dict[str, str]
+    changing: Changing
+    coming: dict[str, str]
+    halos: dict[str, tuple[str, Halo]]
 
 
 def picture_spec(
@@ -82,16 +97,18 @@ def picture_spec(
     _set_the_stage(spec, _floor_height(reduced, float(low[2])))
     for count, (joint, where, piece, colour) in enumerate(_robot_pieces(reduced, highlight)):
         geom = add_piece(spec, bodies[joint], f"robot {count}", piece, where)
-        geom.rgba, geom.group, geom.material = np.array(colour), MOVING_GROUP, "paint"
+        geom.rgba, geom.group, geom.material = np.array(colour), ROBOT_GROUP, "paint"
     colours = object_colours(reduced, loose) | dict.fromkeys(highlight, ALARM_OBJECT)
     links = reduced.scene.robot.links
-    owners: dict[str, str] = {}
+    changing = Changing.of(reduced)
+    frames = changing.add_frames(spec, bodies)
+    picture = PictureSpec(spec, {}, changing, {}, {})
     count = 0
     free = spec.worldbody.add_body(name=loose, mocap=True) if loose else None
-    for body in reduced.bodies:
+    for body in changing.whole.bodies:
         if body.owner in links or isinstance(body.shape, Plane):
             continue
-        carrier, where = bodies[body.joint], body.placement
+        carrier, where = frames[body.joint], changing.placement(body)
         if free is not None and body.owner == loose:
             carrier, where = free, reduced.attachment(loose)[1].inverse() * where
         for piece in _seen(body.shape):
@@ -99,11 +116,19 @@ def picture_spec(
             count += 1
             geom = add_piece(spec, carrier, name, piece, where)
             geom.rgba, geom.material = np.array(colours[body.owner]), "paint"
-            still = body.joint == 0 and body.owner != loose
-            geom.group = STILL_GROUP if still else MOVING_GROUP
-            if still:
-                owners[name] = body.owner
-    return PictureSpec(spec, owners)
+            carried = 0 < body.joint < reduced.model.njoints or body.owner == loose
+            geom.group = ROBOT_GROUP if carried else OBJECT_GROUP
+            if not carried:
+                picture.owners[name] = body.owner
+            if body.owner in changing.timings:
+                picture.coming[name] = body.owner
+        if changing.is_uncertain(body.owner) and has_halo(body):
+            grown = halo(body.shape, where)
+            piece = surface(grown.grown(HALO_BUILT), grown.faces)
+            geom = add_piece(spec, carrier, f"halo {count}", piece, Placement())
+            geom.rgba, geom.group = np.array((*colours[body.owner][:3], HALO)), HALO_GROUP
+            picture.halos[geom.name] = body.owner, grown
+    return picture
 
 
 def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:

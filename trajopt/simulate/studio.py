@@ -13,7 +13,7 @@ from trajopt.simulate.film import labelled
 from trajopt.simulate.motion import Motion
 from trajopt.simulate.offscreen import Image, Offscreen
 from trajopt.simulate.posed import PATH_POINTS, PosedModel
-from trajopt.simulate.stage import adapt_to_camera
+from trajopt.simulate.stage import HALO_GROUP, adapt_to_camera
 from trajopt.simulate.viewpoint import best_viewpoint, in_view, seen_from
 
 PATH_COLOUR = (0.10, 0.45, 0.75, 1.0)
@@ -89,6 +89,7 @@ class Studio:
         _fit(self._model, canvas)
         self._camera = _mujoco_camera(view.camera)
         self._options = mujoco.MjvOption()
+        self._options.geomgroup[HALO_GROUP] = 1
         room = (pictures + 1) * self._model.ngeom + 2 * PATH_POINTS * len(self._posed.paths)
         self._scene = mujoco.MjvScene(self._model, room)
         self._screen = Offscreen(self._model, canvas.width, canvas.height)
@@ -113,8 +114,9 @@ class Studio:
             report((count + 1) / (len(times) + 1))
 
     def superposed(self, times: Floats) -> Image:
-        """Draw the last moment solid and the others translucent."""
+        """Draw the last moment solid and the others translucent, halos at the last alone."""
         self._compose(float(times[-1]))
+        self._options.geomgroup[HALO_GROUP] = 0
         for t in times[:-1]:
             self._pose(float(t))
             first = self._scene.ngeom
@@ -129,7 +131,7 @@ class Studio:
     def _seen(self, t: float) -> Floats:
         """Return numbers that are equal for equal pictures."""
         where = self._motion.loose_at(t).homogeneous.ravel() if self._motion.loose else ()
-        return np.concatenate((self._motion(t), where))
+        return np.concatenate((self._motion(t), where, self._posed.changing.state(t)))
 
     def _pose(self, t: float) -> None:
         self._posed.pose(t)
@@ -138,6 +140,7 @@ class Studio:
     def _compose(self, t: float) -> None:
         """Put robot, objects and the tool's path of a moment into the scene."""
         self._pose(t)
+        self._screen.draw_anew(self._model, self._posed.grow_halos(t))
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(
             self._model, self._data, self._options, None, self._camera, everything, self._scene

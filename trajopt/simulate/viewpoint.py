@@ -22,7 +22,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.simulate.camera import CameraView, frame_points, outermost, picture_coordinates, visible_points
 from trajopt.simulate.motion import Motion
 from trajopt.simulate.posed import PATH_POINTS, PosedModel, tool_paths
-from trajopt.simulate.stage import MOVING_GROUP, STILL_GROUP
+from trajopt.simulate.stage import OBJECT_GROUP, ROBOT_GROUP
 
 AZIMUTHS = np.deg2rad(np.arange(0.0, 360.0, 15.0) + 140.0)
 """Directions that cameras look along, about z [rad]. From one to the next the width of a flat thing in view
@@ -104,8 +104,9 @@ def look_at(reduced: ReducedModel, motion: Motion, aspect: float) -> Viewpoint:
 
 def in_view(reduced: ReducedModel, motion: Motion, highlight: Collection[str] = ()) -> Floats:
     """Return points around what must be in view: robot, tools' paths and what is highlighted, (k, 3) [m]."""
-    along = np.array([motion(t) for t in np.linspace(0.0, motion.duration, MOMENTS)])
-    cloud = visible_points(reduced, along, always=highlight)
+    times = np.linspace(0.0, motion.duration, MOMENTS)
+    along = np.array([motion(t) for t in times])
+    cloud = visible_points(reduced, along, times=times, always=highlight)
     return np.concatenate((cloud, tool_paths(reduced, motion).reshape(-1, 3)))
 
 
@@ -174,10 +175,8 @@ def _divided(line: Floats, longest: float) -> Floats:
 def _hidden(posed: PosedModel, camera: CameraView, curves: _Curves) -> Bools:
     """Tell which pieces are hidden, by objects or by another part of the robot."""
     eye, rays = camera.position, curves.middles - camera.position
-    by_robot = _first_hits(posed, eye, rays, MOVING_GROUP) < 1.0 - _near(curves) / np.linalg.norm(
-        rays, axis=1
-    )
-    return by_robot | (_first_hits(posed, eye, rays, STILL_GROUP) < 1.0)
+    by_robot = _first_hits(posed, eye, rays, ROBOT_GROUP) < 1.0 - _near(curves) / np.linalg.norm(rays, axis=1)
+    return by_robot | (_first_hits(posed, eye, rays, OBJECT_GROUP) < 1.0)
 
 
 def _near(curves: _Curves) -> float:
@@ -201,7 +200,7 @@ def _between(posed: PosedModel, eye: Floats, point: Floats) -> set[str]:
     geom, begin, ray = np.zeros(1, np.int32), 0.0, point - eye
     while True:
         share = mujoco.mj_ray(
-            posed.model, posed.data, eye + begin * ray, ray, _only(STILL_GROUP), True, -1, geom
+            posed.model, posed.data, eye + begin * ray, ray, _only(OBJECT_GROUP), True, -1, geom
         )
         if share < 0.0 or begin + share >= 1.0:
             return found

@@ -12,7 +12,9 @@ from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.reduced import FixedBody, ReducedModel
 from trajopt.model.shapes import Plane, Shape, bounding_box
+from trajopt.model.timed import TimedModel
 from trajopt.query import Kinematics
+from trajopt.simulate.halo import Halo, halo, has_halo
 from trajopt.view import palette
 from trajopt.view.clearance import Nearest
 from trajopt.view.palette import Rgb
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
 TRANSLUCENT = 0.35
 """Opacity of objects that are seen through."""
+HALO = 0.2
+"""Opacity of the halos around what may be off its track."""
 FLOOR_EDGE = 4.0
 """Edge of the floor grid [m]."""
 WITNESS_SIZE = 0.006
@@ -33,9 +37,16 @@ class Drawing:
     """Robot, objects, floor, tool path and the line between the nearest points."""
 
     def __init__(self, server: "ViserServer", reduced: ReducedModel, start: Kinematics) -> None:
-        """Draw everything where it is at the start."""
+        """Draw everything where it is at the start.
+
+        Args:
+            server: Serves the page.
+            reduced: Robot and scene, with joints that time drives where something changes with time.
+            start: Where its joints are.
+        """
         self._server = server
         self._reduced = reduced
+        self._halos: list[tuple[str, Halo, MeshHandle]] = []
         self._joints: list[FrameHandle] = [
             server.scene.add_frame(_joint_node(joint), show_axes=False)
             for joint in range(1, reduced.model.njoints)
@@ -95,6 +106,34 @@ class Drawing:
             for name, handle in self._objects:
                 handle.opacity = TRANSLUCENT if name in names else None
 
+    def show_changing(self, timed: TimedModel, time: float) -> None:
+        """Draw the objects that are there at a time [s], and halos as far as they may be off their tracks."""
+        with self._server.atomic():
+            for name, handle in self._objects:
+                handle.visible = timed.there(name, time)
+            for name, halo, handle in self._halos:
+                distance = timed.error(name, time)
+                handle.visible = timed.there(name, time) and distance > 0.0
+                if handle.visible:
+                    handle.vertices = halo.grown(distance).astype(np.float32)
+
+    def draw_halos(self, timed: TimedModel) -> None:
+        """Prepare halos around what may be off its track; `show_changing` gives them their size."""
+        colours = self._colours()
+        for count, body in enumerate(self._reduced.bodies):
+            if timed.is_uncertain(body.owner) and has_halo(body):
+                around = halo(body.shape, body.placement)
+                handle = self._server.scene.add_mesh_simple(
+                    f"{_joint_node(body.joint)}/halo_{count}",
+                    around.nearest,
+                    around.faces,
+                    color=colours[body.owner],
+                    opacity=HALO,
+                    cast_shadow=False,
+                    visible=False,
+                )
+                self._halos.append((body.owner, around, handle))
+
     def draw_tool_paths(self, paths: Floats) -> None:
         """Draw the paths of the tools, shape (tools, points, 3) [m]."""
         for count, points in enumerate(paths):
@@ -128,15 +167,17 @@ class Drawing:
                     self._mesh(node, body.shape, body.placement, plain)
 
     def _draw_objects(self) -> None:
-        names = list(self._reduced.scene.objects)
+        names, colours = list(self._reduced.scene.objects), self._colours()
         for count, body in enumerate(self._reduced.bodies):
             if body.owner in names:
                 number = names.index(body.owner)
-                colour = palette.SURFACES[number % len(palette.SURFACES)]
-                if isinstance(body.shape, Plane):
-                    colour = palette.GROUND
+                colour = palette.GROUND if isinstance(body.shape, Plane) else colours[body.owner]
                 node = f"{_joint_node(body.joint)}/object_{number}_part_{count}"
                 self._objects.append((body.owner, self._mesh(node, body.shape, body.placement, colour)))
+
+    def _colours(self) -> dict[str, Rgb]:
+        names = self._reduced.scene.objects
+        return {name: palette.SURFACES[number % len(palette.SURFACES)] for number, name in enumerate(names)}
 
     def _draw_floor(self) -> None:
         """Draw a grid at the height of the lowest fixed body."""

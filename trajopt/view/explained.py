@@ -27,6 +27,10 @@ GHOSTS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
 """Shares of a path at which it is shown translucent."""
 
 
+MOMENT = 1e-3
+"""Between two configurations [s]: a picture without times shows what changes as it is at the start."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Shown:
     """What is drawn: configurations in order, shape (k, n), and which of them is solid."""
@@ -62,7 +66,7 @@ def draw_explanation(
 
     reduced, shown = _with_goals(explanation.problem), _shown(explanation)
     goals = set(reduced.scene.objects) - set(explanation.problem.scene.objects)
-    times = np.arange(len(shown.configurations), dtype=np.float64)
+    times = MOMENT * np.arange(len(shown.configurations), dtype=np.float64)
     last = float(times[-1])
     file = render(
         reduced,

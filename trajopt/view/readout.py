@@ -26,6 +26,8 @@ def clearance_html(nearest: Nearest | None) -> str:
         colour, verdict = SAFE, f"margin {nearest.margin * 1000:g} mm"
     if nearest.required > 0.0 and colour != TOUCHING:
         verdict += f", required {nearest.required * 1000:g} mm"
+    if nearest.error > 0.0:
+        verdict += f"; {decimal(nearest.error * 1000)} mm taken off, for it may be off its track"
     first, second = (escape(name) for name in nearest.owners)
     return (
         f'<div style="{_BLOCK}"><b>Clearance</b> '

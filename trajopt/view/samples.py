@@ -88,6 +88,7 @@ def sample_motion(
     duration = trajectory.duration
     times = np.union1d(np.linspace(0.0, duration, SAMPLES), trajectory.times)
     query = ClearanceQuery(reduced, duration)
+    pairs = query.reduced.pairs
     coarse = np.linspace(0.0, duration, CLEARANCE_SAMPLES)
     along = trajectory(coarse)
     clearances = query.smallest(coarse, along, REACH)
@@ -95,7 +96,7 @@ def sample_motion(
     lower = np.where(bounded, limits.lower, -np.pi)
     upper = np.where(bounded, limits.upper, np.pi)
     alignments = [item for item in constraints if isinstance(item, AxisAlignment)]
-    fine = query.query.kinematics(trajectory(times))
+    fine = query.query.kinematics(query.positions(times, trajectory(times)))
     return MotionSamples(
         joint_names=trajectory.joint_names,
         times=times,
@@ -105,11 +106,11 @@ def sample_motion(
         unlimited=tuple(np.array(limits.joint_names)[~bounded].tolist()),
         clearance_times=coarse,
         clearances=clearances,
-        required=tuple(np.unique(reduced.pairs.required[reduced.pairs.required > 0.0]).tolist()),
-        margins=tuple(np.unique(reduced.pairs.margin).tolist()),
+        required=tuple(np.unique(pairs.required[pairs.required > 0.0]).tolist()),
+        margins=tuple(np.unique(pairs.margin).tolist()),
         windows=_windows(reduced, duration),
         tightest=_tightest(query, coarse, clearances, along),
-        tilts=tuple(_tilt(reduced, fine, alignment) for alignment in alignments),
+        tilts=tuple(_tilt(query.reduced, fine, alignment) for alignment in alignments),
     )
 
 

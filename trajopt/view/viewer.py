@@ -16,6 +16,7 @@ from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.trajectory import Trajectory
+from trajopt.query import Kinematics
 from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing
 from trajopt.view.readout import clearance_html, joints_html
@@ -110,8 +111,10 @@ class Viewer:
         self._lock = threading.RLock()
         self._playing, self._closed = threading.Event(), threading.Event()
         self._clearance = ClearanceQuery(reduced, trajectory.duration)
-        start = self._clearance.query.kinematics(trajectory(0.0)[None])
-        self._drawing = Drawing(server, reduced, start)
+        start = self._kinematics(0.0)
+        self._drawing = Drawing(server, self._clearance.reduced, start)
+        if self._clearance.timed is not None:
+            self._drawing.draw_halos(self._clearance.timed)
         self._look(reduced, trajectory)
         # A joint that slides has no angular velocity.
         turns = np.linalg.norm(start.jacobian[0, 3:], axis=0) > 0.5
@@ -247,14 +250,20 @@ class Viewer:
         with self._lock:
             shown = min(max(float(t), 0.0), self._trajectory.duration)
             positions = self._trajectory(shown)
-            kinematics = self._clearance.query.kinematics(positions[None])
+            kinematics, timed = self._kinematics(shown), self._clearance.timed
             self._nearest = self._clearance.nearest(shown, positions)
             with self._server.atomic():
                 self._drawing.move(kinematics)
+                if timed is not None:
+                    self._drawing.show_changing(timed, shown)
                 self._drawing.point_out(self._nearest)
             self._clearance_text.content = clearance_html(self._nearest)
             self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
             self._time = shown
+
+    def _kinematics(self, t: float) -> Kinematics:
+        seen = self._clearance
+        return seen.query.kinematics(seen.positions(np.array([t]), self._trajectory(t)[None]))
 
     def _play(self) -> None:
         """Advance while playing (body of the thread)."""

@@ -1,0 +1,140 @@
+"""`trajopt simulate`: a motion under physics, in MuJoCo, and pictures of it."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.cli.options import (
+    ExactOption,
+    JsonOption,
+    LimitsOption,
+    MotionsOption,
+    PackageOption,
+    RobotSource,
+    SrdfOption,
+    TorqueOption,
+)
+from trajopt.cli.planned import (
+    MotionArgument,
+    OptionalRequest,
+    OptionalRobot,
+    OptionalScene,
+    problem_of,
+)
+from trajopt.cli.progress import ProgressLine, progress_line
+from trajopt.errors import ProblemError, shown
+from trajopt.io.json_files import write_json
+from trajopt.moveit.trajectory_files import read_trajectory
+from trajopt.simulate import Layout, Rollout, SimulationOptions, render
+from trajopt.simulate import simulate as roll_out
+from trajopt.simulate.film import check_path
+
+PictureOption = Annotated[
+    list[Path] | None,
+    typer.Option("--picture", help="Draw what happened here: .png, .gif or .mp4 (repeatable)."),
+]
+WidthOption = Annotated[int, typer.Option("--width", help="Of a picture, in pixels.")]
+HeightOption = Annotated[int, typer.Option("--height", help="Of a picture, in pixels.")]
+RateOption = Annotated[float, typer.Option("--fps", help="Pictures per second of GIF and MP4.")]
+MomentsOption = Annotated[
+    str, typer.Option("--moments", help="Seconds that a PNG shows, with commas; four moments if left out.")
+]
+SuperposedOption = Annotated[
+    bool, typer.Option("--superposed", help="One picture of all moments in a PNG, the last one solid.")
+]
+HighlightOption = Annotated[
+    list[str] | None, typer.Option("--highlight", help="A link or object to draw in red (repeatable).")
+]
+StepOption = Annotated[float, typer.Option("--dt", help="Seconds between steps of the physics.")]
+SettlingOption = Annotated[
+    float, typer.Option("--settling-time", help="Seconds that the end is held after the motion.")
+]
+OutOption = Annotated[Path | None, typer.Option("--out", help="Write everything measured here as JSON.")]
+
+
+def simulate(
+    trajectory: MotionArgument,
+    robot: OptionalRobot = None,
+    scene: OptionalScene = None,
+    request: OptionalRequest = None,
+    srdf: SrdfOption = None,
+    limits: LimitsOption = None,
+    package_dir: PackageOption = None,
+    exact_meshes: ExactOption = False,
+    torque_scaling: TorqueOption = 1.0,
+    motions: MotionsOption = None,
+    dt: StepOption = SimulationOptions.dt,
+    settling_time: SettlingOption = SimulationOptions.settling_time,
+    out: OutOption = None,
+    picture: PictureOption = None,
+    width: WidthOption = 640,
+    height: HeightOption = 480,
+    fps: RateOption = 20.0,
+    moments: MomentsOption = "",
+    superposed: SuperposedOption = False,
+    highlight: HighlightOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Follow a motion with the simulated robot. Exit status 0, 1 if it collides or blows up, 2 bad input.
+
+    What moves, appears and expires does so as --motions says; what is carried weighs what it weighs.
+    """
+    for path in picture or ():
+        check_path(path)
+    motion, options = read_trajectory(trajectory), SimulationOptions(dt=dt, settling_time=settling_time)
+    folders, shown_at = tuple(package_dir or ()), _times(moments)
+    source = None
+    if robot is not None:
+        source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling)
+    reduced = problem_of(trajectory, source, scene, request, motions).reduced
+    with progress_line() as line:
+        line.show("simulate", None)
+        rollout = roll_out(reduced, motion.ordered(reduced.joint_names), options=options)
+        for path in picture or ():
+            render(
+                rollout,
+                path,
+                width=width,
+                height=height,
+                fps=fps,
+                moments=shown_at,
+                layout=Layout.SUPERPOSED if superposed else Layout.FILM_STRIP,
+                highlight=highlight or (),
+                progress=_share(line, path),
+            )
+    _tell(rollout, out, picture or [], as_json=as_json)
+    raise typer.Exit(1 if rollout.collisions or rollout.diverged is not None else 0)
+
+
+def _times(text: str) -> list[float] | None:
+    """Read the moments that a picture shows; None where none are stated.
+
+    Raises:
+        ProblemError: If one is no number.
+    """
+    try:
+        return [float(part) for part in text.split(",")] if text else None
+    except ValueError:
+        raise ProblemError(f"--moments must be times with commas between, is {shown(text)}") from None
+
+
+def _share(line: ProgressLine, path: Path) -> Callable[[float], None]:
+    return lambda share: line.show(f"drawing {path.name}, {share:.0%}", None)
+
+
+def _tell(rollout: Rollout, out: Path | None, pictures: Sequence[Path], *, as_json: bool) -> None:
+    """Print and write what was found."""
+    document = {**rollout.as_dict(), "summary": rollout.summary(), "files": [str(path) for path in pictures]}
+    if out is not None:
+        write_json(out, document)
+    if as_json:
+        typer.echo(json.dumps(document, allow_nan=False))
+        return
+    typer.echo(f"{rollout.trajectory}\n{rollout.summary()}")
+    for note in rollout.notes:
+        typer.echo(f"note: {note}")
+    for path in (*([] if out is None else [out]), *pictures):
+        typer.echo(f"written to {path}")
