@@ -1,4 +1,4 @@
-"""Among things that change with time: later, around them, or another way."""
+"""Among things that change with time: later, timed on the path, around them, or another way."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -40,7 +40,7 @@ class Run(Protocol):
 def in_time(
     problem: Problem, run: Run, tracker: BudgetTracker, on_incumbent: Callable[[Result], None] | None
 ) -> Result:
-    """Return the motion that is over soonest, by three ways of planning it, each begun later if need be.
+    """Return the motion that is over soonest, by three ways of planning it, each timed among what changes.
 
     The first is the motion as it would be without what changes. If it has to wait, or is never clear, one is
     looked for that keeps clear of the places where things pass, or of those where they end. If none is clear,
@@ -90,7 +90,7 @@ def _duration(result: Result) -> float:
 
 
 def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
-    """Judge a motion among what changes, begun later if need be."""
+    """Judge a motion among what changes, as it is, begun later, or timed anew on its path."""
     planned = other.require()
     if other.problem.scene is scene:
         return other
@@ -99,11 +99,9 @@ def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
     for motion in work.begun(TimedMotion(planned.path, planned.trajectory, other.timed)):
         judged = work.judged(motion, other.solve)
         if judged.verified:
-            waits = motion.trajectory.duration - planned.trajectory.duration
-            said = (f"waits {waits:.3f} s before it moves, for what changes with time",) * (waits > 0.0)
             fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
             kept = {name: getattr(other, name) for name in fields}
-            return replace(judged, remarks=(*other.remarks, *said), **kept)
+            return replace(judged, remarks=(*other.remarks, *judged.remarks), **kept)
         refused = refused or judged
     assert refused is not None  # there is one motion at least
     return replace(

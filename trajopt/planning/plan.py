@@ -37,8 +37,8 @@ def plan(
 ) -> Result:
     """Plan a motion and have it judged.
 
-    Among things that move, appear and expire the motion may begin later, or go around where they pass; the
-    shorter of both in time, until the goal, is returned.
+    Among things that move, appear and expire the motion may begin later, stop or slow down on its way, or go
+    around where they pass; the shortest of these in time, until the goal, is returned.
 
     Args:
         problem: What the motion must achieve.

@@ -181,7 +181,7 @@ class Search:
             cpu_seconds=dict(self.tracker.seconds),
             method=self.choice.method.name,
             because=self.choice.because,
-            remarks=self.remarks,
+            remarks=(*self.remarks, *result.remarks),
         )
 
 

@@ -10,14 +10,12 @@ from trajopt.arrays import Floats, Printed
 from trajopt.infeasibility import reasons
 from trajopt.methods import Decoded
 from trajopt.methods.timing import PATH_TOLERANCE, retime_path
-from trajopt.model.timed import timed_model
 from trajopt.model.trajectory import Path, Trajectory
+from trajopt.planning.among import Among
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.judgement import Judged, decide
-from trajopt.planning.looks import Looks
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.waiting import Waiting
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
@@ -39,11 +37,13 @@ class TimedMotion(Printed):
         path: Its path.
         trajectory: The motion.
         timed: What retiming reports; None where the method decided on time itself.
+        remarks: What it does for what changes with time, in sentences.
     """
 
     path: Path
     trajectory: Trajectory
     timed: Retimed | None
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
@@ -91,31 +91,30 @@ class Workspace(Printed):
                 yield from self.begun(TimedMotion(item.path, retimed.trajectory, retimed))
 
     def begun(self, motion: TimedMotion) -> Iterator[TimedMotion]:
-        """Yield a motion begun as early as it seems clear of what changes with time; as it is if never.
+        """Yield a motion timed so that it seems clear of what changes, the soonest first; as it is if never.
 
         Raises:
             Stopped: If the budget ends before.
         """
-        if self._waiting is None:
+        if self._among is None:
             yield motion
             return
-        begun, clear = self._waiting.beginnings(motion.trajectory), False
+        timings, clear, counts = self._among.timings(motion.trajectory), False, self._among.looks.counts
         while True:
-            before = replace(self._waiting.looks.counts)
+            before = replace(counts)
             with self.tracker.stage("wait"):
-                later = next(begun, None)
-            self.tracker.count_work(self._waiting.looks.counts.since(before))
-            if later is None:
+                found = next(timings, None)
+            self.tracker.count_work(counts.since(before))
+            if found is None:
                 break
             clear = True
-            yield replace(motion, trajectory=later)
+            yield replace(motion, trajectory=found.trajectory, remarks=found.remarks)
         if not clear:
             yield motion
 
     @cached_property
-    def _waiting(self) -> Waiting | None:
-        timed = timed_model(self.problem.reduced)
-        return None if timed is None else Waiting(Looks(timed, Counts()))
+    def _among(self) -> Among | None:
+        return Among.of(self.problem, self.query) if self.problem.scene.changing else None
 
     def judged(self, motion: TimedMotion, solve: SolveResult | None = None) -> Result:
         """Have a motion judged against everything that the problem requires.
@@ -136,6 +135,7 @@ class Workspace(Printed):
             trajectory=motion.trajectory,
             timed=motion.timed,
             judged=found,
+            remarks=motion.remarks,
         )
 
     def judged_as_it_is(self, seed: Floats) -> Result | None:
@@ -170,6 +170,7 @@ class Workspace(Printed):
         trajectory: Trajectory | None = None,
         timed: Retimed | None = None,
         judged: Judged | None = None,
+        remarks: tuple[str, ...] = (),
     ) -> Result:
         """Return a result with what has been counted so far; the arguments are its fields."""
         return Result(
@@ -184,4 +185,5 @@ class Workspace(Printed):
             counts=dict(self.tracker.counts),
             cpu_seconds=dict(self.tracker.seconds),
             certainty=certainty,
+            remarks=remarks,
         )

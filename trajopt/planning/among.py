@@ -1,0 +1,64 @@
+"""Among what changes: a motion as it is, begun later, or timed anew on its path, whichever is over sooner."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from trajopt.model.timed import timed_model
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.looks import Looks
+from trajopt.planning.timed_path import PathTiming, TimedOnPath
+from trajopt.planning.timing_words import waits
+from trajopt.planning.waiting import LONGEST, STEP, Waiting
+from trajopt.problem import Problem
+from trajopt.query import Counts, Query
+
+
+@dataclass(frozen=True, eq=False)
+class Among:
+    """Times motions of one problem among what changes; one for each thread.
+
+    Attributes:
+        looks: Looks at configurations.
+        waiting: Begins them later.
+        timing: Times them anew on their paths.
+    """
+
+    looks: Looks
+    waiting: Waiting
+    timing: PathTiming
+
+    @staticmethod
+    def of(problem: Problem, query: Query) -> "Among | None":
+        """Return what times the motions of a problem; None where nothing changes with time.
+
+        Args:
+            problem: The problem.
+            query: Of its reduced model.
+        """
+        timed = timed_model(problem.reduced)
+        if timed is None:
+            return None
+        looks = Looks(timed, Counts())
+        torque = query.dynamics.torque if np.isfinite(problem.limits.effort).any() else None
+        return Among(looks, Waiting(looks), PathTiming(looks, problem.limits, torque))
+
+    def timings(self, fastest: Trajectory) -> Iterator[TimedOnPath]:
+        """Yield a motion as it is, if that seems clear; then what does and is over soonest, a few times.
+
+        Args:
+            fastest: The motion, the fastest along its path.
+        """
+        later = self.waiting.beginnings(fastest)
+        begun = next(later, None)
+        if begun is fastest:
+            yield TimedOnPath(fastest, ())
+            begun = next(later, None)
+        settled = min(self.looks.settled, LONGEST) + 2.0 * fastest.duration
+        until = settled if begun is None else begun.duration - STEP
+        yield from self.timing.timings(fastest, min(until, self.looks.timed.until))
+        while begun is not None:
+            wait = begun.duration - fastest.duration
+            yield TimedOnPath(begun, (waits(wait),))
+            begun = next(later, None)

@@ -1,0 +1,181 @@
+"""Timed on its path: a motion along the path of another that stops on its way, slows down, or passes before.
+
+The other is the fastest along its path, so nothing is over sooner than it, begun at once; it gives the clock.
+Cells of that clock and of time are looked at, the search finds the order in which what is blocked is passed,
+and the steps that it took become a trajectory: the points of the other, at other times.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, floor
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Interpolation, Trajectory
+from trajopt.planning.blocked_cells import FREE, blocked_cells
+from trajopt.planning.looks import LOOK, Looks
+from trajopt.planning.order_search import OrderSearch, Step
+from trajopt.planning.speed_changes import RATES, TICKS, Limited, possible_changes
+from trajopt.planning.timing_words import remarks_of
+from trajopt.planning.waiting import begun_later
+from trajopt.retime import InverseDynamics
+
+CELLS = (24, 200)
+"""Least and most cells of a path: each as long as between two looks, but no fewer than show a short motion,
+and no more than can be searched in the time that planning takes."""
+SLOWER = 1.005
+"""The clock is slower than the fastest by this, so that a change that holds all limits at samples does so
+between them too, and in the quintics that it becomes."""
+GROWN = (0, 1, 2)
+"""What is blocked is taken to be larger by so many cells, in turn: a cell is looked at in its middle only."""
+POINTS = 12
+"""Points of a change of speed at least, besides those of the motion: quintics between them are off by less
+than what the slower clock leaves."""
+APART = 2e-4
+"""Points are no nearer to each other [s]: between nearer ones rounding would be a jerk."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimedOnPath:
+    """A motion that was timed among what changes.
+
+    Attributes:
+        trajectory: The motion.
+        remarks: What it does, and for what, in sentences.
+    """
+
+    trajectory: Trajectory
+    remarks: tuple[str, ...]
+
+
+@dataclass(eq=False)
+class PathTiming:
+    """Times motions among what changes; one for each thread.
+
+    Attributes:
+        looks: Looks at configurations.
+        limits: Of the joints.
+        inverse_dynamics: Torques of the joints; None where they are not limited.
+    """
+
+    looks: Looks
+    limits: JointLimits
+    inverse_dynamics: InverseDynamics | None
+
+    def timings(self, fastest: Trajectory, until: float) -> Iterator[TimedOnPath]:
+        """Yield motions along the path that seem clear and are over before a time, the soonest first.
+
+        Args:
+            fastest: The fastest motion along the path, which holds all limits.
+            until: When it must be over [s].
+        """
+        if fastest.interpolation is not Interpolation.QUINTIC or until <= fastest.duration:
+            return
+        at_rest = not fastest(0.0, 1).any()
+        clock = stretched(fastest, SLOWER) if at_rest else fastest
+        cells = int(np.clip(ceil(clock.duration / LOOK), *CELLS))
+        cell = clock.duration / cells
+        moments = floor(until / cell)
+        self.looks.leave_room(clock(np.zeros(1)))
+        edges: Floats = np.linspace(0.0, clock.duration, cells + 1)
+        times: Floats = np.linspace(0.0, moments * cell, moments + 1)
+        pairs = blocked_cells(self.looks, clock, edges, times)
+        changes = possible_changes(Limited.of(clock, cells, self.limits, self.inverse_dynamics))
+        last: list[Step] = []
+        for grown in GROWN:
+            blocked = [_bits(row) for row in _grown(pairs != FREE, grown)]
+            steps = OrderSearch(blocked, changes, moments * TICKS, at_rest).steps()
+            if steps and steps != last:
+                remarks = tuple(remarks_of(steps, pairs, self.looks, clock(edges), cell / TICKS))
+                yield TimedOnPath(followed(clock, steps, cell), remarks)
+            last = steps
+
+
+def stretched(motion: Trajectory, factor: float) -> Trajectory:
+    """Return the same motion, slower by a factor."""
+    velocities, accelerations = motion.velocities, motion.accelerations
+    return replace(
+        motion,
+        times=motion.times * factor,
+        velocities=None if velocities is None else velocities / factor,
+        accelerations=None if accelerations is None else accelerations / factor**2,
+    )
+
+
+def _grown(blocked: Ints, by: int) -> Ints:
+    """Return blocked cells, and those beside them in path and time."""
+    for _ in range(by):
+        wide = np.pad(blocked, 1)
+        blocked = wide[1:-1, 1:-1] | wide[:-2, 1:-1] | wide[2:, 1:-1] | wide[1:-1, :-2] | wide[1:-1, 2:]
+    return blocked
+
+
+def _bits(row: Ints) -> int:
+    """Return the ticks at which a cell is blocked as bits."""
+    ticks = np.repeat(row, TICKS)
+    return int.from_bytes(np.packbits(ticks, bitorder="little").tobytes(), "little")
+
+
+def followed(clock: Trajectory, steps: Sequence[Step], cell: float) -> Trajectory:
+    """Return the motion that steps make of another.
+
+    Args:
+        clock: The other motion.
+        steps: The steps, from the start of its first cell to the end of the last.
+        cell: Time of a cell on its clock [s].
+    """
+    waits = steps[0].rate == 0 and steps[0].begin == 0 and steps[0].change is None
+    moving = steps[1:] if waits else steps
+    begins = moving[0].tick
+    rows: list[tuple[Floats, ...]] = []
+    last: Step | None = None
+    for step in moving:
+        goes_on = last is not None and last.change is None and step.change is None and last.rate == step.rate
+        rows.append(_points(clock, step, cell, begins, goes_on=goes_on))
+        last = step
+    end = moving[-1]
+    rest = np.array([(end.tick + end.ticks - begins) * cell / TICKS]), np.array([clock.duration]), *_ends(end)
+    t, c, rate, first = (np.concatenate(each) for each in zip(*rows, rest, strict=True))
+    kept = np.append(np.diff(t) > APART, True)
+    t, c, rate, first = t[kept], c[kept], rate[kept, None], first[kept, None]
+    t[0] = 0.0
+    q, v, a = (clock(c, order) for order in range(3))
+    found = Trajectory(clock.joint_names, t, q, v * rate, a * rate**2 + v * first)
+    return begun_later(found, begins * cell / TICKS) if begins else found
+
+
+def _ends(step: Step) -> tuple[Floats, Floats]:
+    """Return the rate at the end of the last step, and that it does not change."""
+    rate = RATES[step.rate if step.change is None else step.change.after]
+    return np.array([rate]), np.zeros(1)
+
+
+def _points(clock: Trajectory, step: Step, cell: float, begins: int, *, goes_on: bool) -> tuple[Floats, ...]:
+    """Return times, clock, rates and their derivatives at points of a step but its end.
+
+    Where it goes on at the rate of the last step, its beginning is no point.
+    """
+    at, since = (step.tick - begins) * cell / TICKS, step.begin * cell
+    if step.change is None:
+        if step.rate == 0:
+            return tuple(np.array([value]) for value in (at, since, 0.0, 0.0))
+        rate, end = RATES[step.rate], since + cell
+        c = _inner(clock, since, end) if goes_on else np.append(since, _inner(clock, since + APART, end))
+        return at + (c - since) / rate, c, np.full(len(c), rate), np.zeros(len(c))
+    taken = step.change.ticks * cell / TICKS
+    z = np.linspace(0.0, 1.0, 1 + 64 * step.change.span)
+    inner = _inner(clock, since + APART, since + step.change.span * cell)
+    exact = np.interp(inner - since, step.change.at(z, cell=cell)[0], z)
+    count = max(POINTS, 2 * step.change.span)
+    even = np.linspace(0.0, 1.0, count + 1)[:-1]
+    beside = np.abs(even[1:, None] - exact).min(axis=1, initial=1.0) * taken < APART
+    z = np.union1d(even[np.append(True, ~beside)], exact)
+    c, rate, first, _ = step.change.at(z, cell=cell)
+    return at + z * taken, since + c, rate, first
+
+
+def _inner(clock: Trajectory, begin: float, end: float) -> Floats:
+    """Return the times of a motion's points from one time to before another."""
+    return clock.times[(clock.times >= begin) & (clock.times < end)]
