@@ -58,18 +58,13 @@ class BandedStep:
         return self.core.rows
 
     @property
-    def bandwidth(self) -> int:
-        """Largest distance of two variables that one row couples."""
-        return self.core.bandwidth
-
-    @property
     def backend(self) -> str:
         """Name of the backend."""
         return NAME
 
     def solve(self, lower: Floats, upper: Floats, accuracy: float) -> Step | None:
         """Return the best step between bounds of shape (N, n); see `StepProgram`."""
-        dx, predicted_reduction, code, iterations, _ = self.core.solve(
+        dx, predicted_reduction, code, iterations = self.core.solve(
             lower.ravel(), upper.ravel(), REGULARISATION, accuracy, self.solver.max_iterations
         )
         return Step(dx.reshape(lower.shape), predicted_reduction, iterations) if code in SOLVED else None

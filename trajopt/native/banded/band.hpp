@@ -1,8 +1,4 @@
-// Symmetric matrices whose entries lie near the diagonal, and their Cholesky factorisation.
-//
-// Column by column, the lower triangle only: entry (i, j), i >= j, is at column j, place i - j. All columns have
-// the same length; what would lie below the matrix is kept zero. Source: Golub and Van Loan, Matrix Computations
-// (4th ed.), section 4.3.5.
+// Symmetric matrices whose entries lie near the diagonal, and rows of few neighbours, in tiles of eight by eight.
 #pragma once
 
 #include <cstddef>
@@ -12,43 +8,45 @@
 
 namespace banded {
 
-// Rows that are zero but for a run of entries each, every run followed by zeros.
-struct Runs {
-  std::vector<int> first, start, length;  // column of the first entry, where the entries begin, how many
-  std::vector<double> values;
-
-  int count() const { return static_cast<int>(first.size()); }
-  const double* run(int row) const { return values.data() + start[row]; }
+struct Tile {
+  Eight column[kLanes];
 };
 
+// Of each column of tiles the one on the diagonal, in full, and those below it.
 class Band {
  public:
   Band() = default;
-  Band(int size, int bandwidth)
-      : size_(size),
-        width_(bandwidth + 1),
-        stride_(padded(width_) + kLanes),
-        values_(static_cast<std::size_t>(size + width_ + 1) * stride_) {}
+  // So many tiles along the diagonal, and below each of them.
+  Band(int tiles, int below)
+      : tiles_(tiles), below_(below), entries_(static_cast<std::size_t>(tiles) * (below + 1)) {}
 
-  int size() const { return size_; }
-  double* column(int j) { return values_.data() + static_cast<std::size_t>(j) * stride_; }
-  const double* column(int j) const { return values_.data() + static_cast<std::size_t>(j) * stride_; }
-  // Numbers that vectors of this matrix must have room for.
-  int room() const { return size_ + padded(width_) + kLanes; }
-
-  // Add the sum of weight_i row_i row_i'.
-  void add_outers(const Runs& rows, const double* weight);
-  // y = A x.
-  void multiply(const double* x, double* y) const;
-  // Factorise in place, A = L L', for A that is positive definite but for rounding: a pivot that is nothing beside
-  // its diagonal entry is taken to be that entry, so that its variable stays where it is (as good as).
-  void factorise();
-  // Solve L L' x = b in place; only after factorise().
-  void solve(double* b) const;
+  int tiles() const { return tiles_; }
+  int last_below(int column) const { return column + below_ < tiles_ ? below_ : tiles_ - 1 - column; }
+  Tile& tile(int column, int down) { return entries_[static_cast<std::size_t>(column) * (below_ + 1) + down]; }
+  const Tile& tile(int column, int down) const {
+    return entries_[static_cast<std::size_t>(column) * (below_ + 1) + down];
+  }
+  // The row is in the column's tile, or in one below it.
+  double& entry(int row, int column) {
+    return tile(column / kLanes, row / kLanes - column / kLanes).column[column % kLanes].lane[row % kLanes];
+  }
 
  private:
-  int size_ = 0, width_ = 1, stride_ = 2 * kLanes;
-  std::vector<double> values_;
+  int tiles_ = 0, below_ = 0;
+  std::vector<Tile> entries_;
+};
+
+// Rows that are zero but for a run of tiles each. Those of equal runs follow each other, as a set.
+struct Runs {
+  struct Set {
+    int tile, tiles;    // the run
+    int first, rows;
+    std::size_t start;  // of their entries: row by row, tile by tile
+  };
+
+  int count = 0;
+  std::vector<Set> sets;
+  Eights entries;  // and, at the end, those of eight rows that are zero
 };
 
 }  // namespace banded

@@ -27,13 +27,13 @@ Stencils stencils(const Program& program, const Vector<double>& value, const Blo
 }
 
 Program* make_program(int joints, const Vector<bool>& moves) {
-  return new Program(joints, {moves.data(), moves.data() + moves.shape(0)});
+  return new Program(joints, std::vector<char>(moves.data(), moves.data() + moves.shape(0)));
 }
 
-// Step, predicted reduction, outcome, iterations, multipliers of the rows.
+// Step, predicted reduction, outcome, iterations.
 auto solve(Program& program, const Vector<double>& lower, const Vector<double>& upper, double regularisation,
            double accuracy, int max_iterations) {
-  const std::size_t variables = program.columns().size();
+  const std::size_t variables = program.lanes().size();
   expect(lower.shape(0) == variables && upper.shape(0) == variables, "two bounds for each variable");
   Options options;
   options.accuracy = accuracy;
@@ -43,9 +43,8 @@ auto solve(Program& program, const Vector<double>& lower, const Vector<double>& 
     gil::Released released;
     step = best_step(program, lower.data(), upper.data(), regularisation, options);
   }
-  const std::size_t rows = step.multiplier.size();
   return nb::make_tuple(hand_over(std::move(step.change), {variables}), step.reduction, static_cast<int>(step.outcome),
-                        step.iterations, hand_over(std::move(step.multiplier), {rows}));
+                        step.iterations);
 }
 
 }  // namespace
@@ -72,6 +71,5 @@ NB_MODULE(banded, m) {
            },
            "value"_a, "jacobian"_a, "knots"_a, "lower"_a, "upper"_a, "penalty"_a)
       .def("solve", &solve, "lower"_a, "upper"_a, "regularisation"_a, "accuracy"_a, "max_iterations"_a)
-      .def_prop_ro("bandwidth", &Program::bandwidth)
-      .def_prop_ro("rows", [](const Program& program) { return program.rows.count(); });
+      .def_prop_ro("rows", &Program::row_count);
 }

@@ -4,21 +4,20 @@ namespace banded {
 
 Step best_step(Program& program, const double* lower, const double* upper, double regularisation,
                const Options& options) {
-  const std::vector<int>& columns = program.columns();
-  std::vector<double> low(program.size()), high(program.size()), change(columns.size(), 0.0);
-  for (std::size_t variable = 0; variable < columns.size(); ++variable) {
-    if (columns[variable] < 0) continue;
-    low[columns[variable]] = lower[variable];
-    high[columns[variable]] = upper[variable];
-  }
   program.assemble(regularisation);
-  Solution solution = InteriorPoint(program, low.data(), high.data(), options).solve();
-  const std::vector<double> still(program.hessian.room(), 0.0);
-  const double reduction = program.objective(still.data()) - program.objective(solution.x.data());
-  for (std::size_t variable = 0; variable < columns.size(); ++variable) {
-    if (columns[variable] >= 0) change[variable] = solution.x[columns[variable]];
+  const std::vector<int>& lanes = program.lanes();
+  Eights low(program.variable_groups()), high(program.variable_groups());
+  for (std::size_t variable = 0; variable < lanes.size(); ++variable) {
+    if (lanes[variable] < 0) continue;
+    numbers(low)[lanes[variable]] = lower[variable];
+    numbers(high)[lanes[variable]] = upper[variable];
   }
-  return {solution.outcome, solution.iterations, std::move(change), reduction, std::move(solution.multiplier)};
+  const Solution solution = best(program, low, high, options);
+  Step step{solution.outcome, solution.iterations, std::vector<double>(lanes.size(), 0.0), solution.reduction};
+  for (std::size_t variable = 0; variable < lanes.size(); ++variable) {
+    if (lanes[variable] >= 0) step.change[variable] = numbers(solution.x)[lanes[variable]];
+  }
+  return step;
 }
 
 }  // namespace banded

@@ -8,9 +8,8 @@ namespace banded {
 struct Step {
   Outcome outcome = Outcome::kFailed;
   int iterations = 0;
-  std::vector<double> change;      // of each variable
-  double reduction = 0.0;          // of the objective
-  std::vector<double> multiplier;  // of each row
+  std::vector<double> change;  // of each variable
+  double reduction = 0.0;      // of the objective
 };
 
 Step best_step(Program& program, const double* lower, const double* upper, double regularisation,

@@ -84,7 +84,7 @@ Ending walk(Program& program, Descent& descent, const Options& options, const Pr
     descent.region.resize(ratio);
     if (accepted) descent.at = trial;
     descent.log.push_back({descent.at->cost, descent.at->violation, descent.at->merit(options.penalty),
-                           descent.region.radius, accepted, quadratic.rows.count(), step.iterations,
+                           descent.region.radius, accepted, quadratic.row_count(), step.iterations,
                            program.work()});
     reporter.noted();
     if (accepted && descent.at->feasible && options.until_feasible) return Ending::kConverged;
