@@ -18,7 +18,7 @@ ORDER = (
     ("transcription", "kinematics", "moveit"),
     ("methods", "infeasibility", "srdf_assistant", "export"),
     ("planning",),
-    ("explanation", "cartesian", "grasping", "benchmark", "seeds"),
+    ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution"),
     ("view", "commander"),
     ("cli",),
     ("__main__",),

@@ -165,3 +165,35 @@ def motion_extremes(coefficients: Floats, widths: Floats) -> tuple[Floats, Float
     Raises:
         ValueError: If the shapes do not match.
     """
+
+def brake(
+    times: Floats,
+    coefficients: Floats,
+    acceleration: Floats,
+    jerk: Floats,
+    ramp: float,
+    begin: float,
+    share: float,
+    kept: float,
+    step: float,
+) -> tuple[Floats, float]:
+    """Find the soonest stop of a motion along its own path.
+
+    Args:
+        times: Of the motion's points, shape (k + 1,) [s].
+        coefficients: Of the time in each piece, highest power first, shape (6, k, n).
+        acceleration: Limits, shape (n,).
+        jerk: Limits, shape (n,); infinite where there is none.
+        ramp: Least time in which braking takes an acceleration from nothing to its limit [s].
+        begin: When braking begins [s].
+        share: Share of the acceleration limits that is used, and of the jerks where the brake is let go.
+        kept: Share of the jerk limits that is used otherwise.
+        step: Time step [s].
+
+    Returns:
+        The motion's clock, its rate and the slope of that at the begin and after each step, shape (3, c), and
+        how long a last step is, in which the slope falls to nothing; infinite if there is no such stop.
+
+    Raises:
+        ValueError: If the shapes do not match.
+    """

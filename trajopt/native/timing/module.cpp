@@ -14,6 +14,7 @@
 #include "../arrays.hpp"
 #include "../gil.hpp"
 #include "../leaks.hpp"
+#include "stopping.hpp"
 #include "timer.hpp"
 
 namespace nb = nanobind;
@@ -184,6 +185,22 @@ auto motion_extremes(const Block<double>& coefficients, const Vector<double>& wi
   return std::make_tuple(handed(speed), handed(low), handed(high));
 }
 
+auto brake(const Vector<double>& times, const Block<double>& coefficients, const Vector<double>& acceleration,
+           const Vector<double>& jerk, double ramp, double begin, double share, double kept, double step) {
+  const std::size_t pieces = coefficients.shape(1), joints = coefficients.shape(2);
+  expect(coefficients.shape(0) == 6 && pieces > 0 && times.shape(0) == pieces + 1,
+         "coefficients must be (6, pieces, joints), times (pieces + 1,)");
+  expect(acceleration.shape(0) == joints && jerk.shape(0) == joints, "limits must have one value for each joint");
+  const stopping::Motion motion{times.data(), coefficients.data(), pieces, joints};
+  const stopping::Limits limits{acceleration.data(), jerk.data(), ramp, share, kept};
+  stopping::Braking found = stopping::brake(motion, limits, begin, step);
+  const std::size_t count = found.clock.size();
+  Numbers rows;
+  rows.reserve(3 * count);
+  for (const auto* column : {&found.clock, &found.rate, &found.slope}) rows.insert(rows.end(), column->begin(), column->end());
+  return std::make_tuple(hand_over(std::move(rows), {3, count}), found.last);
+}
+
 }  // namespace
 
 NB_MODULE(timing, m) {
@@ -239,5 +256,7 @@ NB_MODULE(timing, m) {
   m.def("fastest", &fastest, "distance"_a, "a"_a, "b"_a, "c"_a, "limit"_a, "bound"_a);
   m.def("minimise", &minimise, "weight"_a, "bound"_a, "rows"_a, "above"_a, "below"_a, "jerk"_a, "speed"_a, "z"_a,
         "first_gap"_a, "gap"_a);
+  m.def("brake", &brake, "times"_a, "coefficients"_a, "acceleration"_a, "jerk"_a, "ramp"_a, "begin"_a, "share"_a,
+        "kept"_a, "step"_a);
   m.def("motion_extremes", &motion_extremes, "coefficients"_a, "widths"_a);
 }

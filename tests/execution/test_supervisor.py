@@ -1,0 +1,155 @@
+"""A supervised robot: always committed to a proven stop, whatever happens to the world and to the planner."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.execution import IdealExecutor, Kind, Supervisor
+from trajopt.planning import on_the_way
+from trajopt.verify import examine
+
+CYCLE = 0.02
+
+
+@pytest.fixture(scope="module")
+def problem() -> to.Problem:
+    try:
+        return to.named_problem("cup_past_pillar")
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+def supervised(problem: to.Problem) -> tuple[IdealExecutor, Supervisor]:
+    arm = IdealExecutor(problem.scene.robot.joint_names, problem.start_positions)
+    supervisor = Supervisor(arm, problem)
+    supervisor.go(problem)
+    return arm, supervisor
+
+
+def run(arm: IdealExecutor, supervisor: Supervisor, until: float) -> None:
+    while supervisor.busy and arm.now() < until - 1e-9:
+        supervisor.cycle()
+        arm.advance(CYCLE)
+
+
+def kinds(supervisor: Supervisor) -> list[Kind]:
+    return [event.kind for event in supervisor.events]
+
+
+def in_the_way(problem: to.Problem) -> to.Scene:
+    """A box appears on the second half of the way."""
+    return problem.scene.add("surprise", to.Box(0.1, 0.1, 0.1), to.placement((0.44, 0.15, 0.25)))
+
+
+def test_reaches_the_goal_in_the_time_of_the_plan(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 10.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+    goal = to.judge(replace(problem, start=arm.state().positions), standing(problem, arm))
+    assert goal.verified
+
+
+def standing(problem: to.Problem, arm: IdealExecutor) -> to.Trajectory:
+    names = problem.reduced.joint_names
+    here = arm.state().positions[problem.scene.robot.index(names)]
+    still = np.zeros((2, len(names)))
+    return to.Trajectory(names, np.array((0.0, 0.1)), np.tile(here, (2, 1)), still, still)
+
+
+@pytest.mark.parametrize("last", [0.1, 0.2, 0.35, 0.5])
+def test_a_dead_planner_stops_the_arm_on_its_path(problem: to.Problem, last: float) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, last)
+    arm.advance(5.0)
+    assert not arm.state().velocities.any()
+    done = replace(problem, start=problem.start)
+    path = to.plan(done).require().trajectory(np.linspace(0.0, 10.0, 20_000))
+    here = arm.state().positions[problem.scene.robot.index(problem.reduced.joint_names)]
+    assert np.abs(path - here).max(axis=1).min() < 2e-3
+
+
+def test_what_is_committed_is_proven_and_ends_at_rest_in_each_cycle(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    names = problem.reduced.joint_names
+    while supervisor.busy:
+        supervisor.cycle()
+        arm.advance(CYCLE)
+        ahead = arm.timeline.ahead(arm.now(), names)
+        if ahead is None:
+            continue
+        assert np.abs(ahead(ahead.duration, 1)).max() < 1e-12
+        asked = on_the_way(replace(problem, goal=to.joint_positions(end(ahead))), ahead, 0.0)
+        assert to.judge(asked, ahead).verified
+
+
+def end(motion: to.Trajectory) -> dict[str, float]:
+    return dict(zip(motion.joint_names, motion(motion.duration).tolist(), strict=True))
+
+
+def test_a_world_that_changes_elsewhere_slows_nothing(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    supervisor.see(problem.scene.add("far", to.Box(0.1, 0.1, 0.1), to.placement((0.0, -0.8, 0.3))))
+    run(arm, supervisor, 10.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.WORLD_CHANGED, Kind.STILL_CLEAR, Kind.REACHED]
+
+
+def test_what_appears_in_the_way_is_stopped_for_or_planned_around(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    world = in_the_way(problem)
+    supervisor.see(world)
+    driven = [arm.state().positions]
+    while supervisor.busy and arm.now() < 10.0:
+        supervisor.cycle()
+        for _ in range(4):
+            arm.advance(CYCLE / 4)
+            driven.append(arm.state().positions)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+    assert Kind.UNPROVEN_STOP not in kinds(supervisor)
+    clear = replace(problem, scene=world).reduced
+    columns = problem.scene.robot.index(problem.reduced.joint_names)
+    for positions in driven:
+        assert examine(clear, positions[columns]).clear
+
+
+def test_a_stop_that_is_asked_for_is_the_soonest_that_is_proven(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.24)
+    taken = supervisor.stop()
+    assert taken.proven
+    assert 0.0 < taken.duration < 0.4
+    arm.advance(arm.latency + taken.duration)
+    assert not arm.state().velocities.any()
+    assert not supervisor.moving
+
+
+def test_a_new_goal_in_motion_is_reached_without_a_stop(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    back = dict(zip(problem.reduced.joint_names, problem.reduced.start_positions.tolist(), strict=True))
+    supervisor.go(replace(problem, goal=to.joint_positions(back)))
+    run(arm, supervisor, 10.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.GOAL_CHANGED, Kind.REPLANNED, Kind.REACHED]
+
+
+def test_a_goal_that_cannot_be_reached_leaves_the_robot_stopped(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.1)
+    supervisor.see(problem.scene.add("block", to.Box(0.2, 0.2, 0.2), to.placement((0.44, 0.29, 0.25))))
+    run(arm, supervisor, 3.0)
+    assert Kind.NO_PLAN in kinds(supervisor)
+    assert not arm.state().velocities.any()
+    assert Kind.UNPROVEN_STOP not in kinds(supervisor)
+
+
+def test_a_robot_off_its_track_is_stopped_and_says_by_how_much(problem: to.Problem) -> None:
+    arm, supervisor = supervised(problem)
+    run(arm, supervisor, 0.2)
+    arm.displace(np.full(len(arm.joint_names), 0.01))
+    supervisor.cycle()
+    assert kinds(supervisor)[-1] is Kind.OFF_TRACK
+    assert "has to be at" in supervisor.events[-1].words
+    assert arm.fault()

@@ -1,0 +1,103 @@
+"""Guard: proves what is to be driven next, in the world as it is known at that time."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats, Value
+from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Trajectory
+from trajopt.problem import Problem
+from trajopt.verify import Certificate, Judge, Specification
+
+
+@dataclass(frozen=True, eq=False)
+class Seen(Value):
+    """The world as it was seen last.
+
+    Attributes:
+        scene: Its clock shows 0 at the time of the stamp.
+        stamp: On the executor's clock [s].
+    """
+
+    scene: Scene
+    stamp: float
+
+    def stale(self, time: float) -> str:
+        """Say whose motion is not known any more at a time on the executor's clock [s]; empty if all are."""
+        objects = self.scene.objects
+        for name in self.scene.changing:
+            motion, since = objects[name].timing.motion, time - self.stamp
+            if motion is not None and motion.until < min(since, objects[name].timing.expires):
+                return f"where {name} is, was known until {self.stamp + motion.until:.3f} s"
+        return ""
+
+    def at(self, time: float) -> Scene:
+        """Return the scene for a motion that begins at a time on the executor's clock [s].
+
+        Raises:
+            ShapeError: If nothing is known of an object's motion any more then.
+        """
+        return self.scene.at(max(time - self.stamp, 0.0)) if self.scene.changing else self.scene
+
+
+@dataclass(frozen=True, eq=False)
+class Guard(Value):
+    """Proves motions that end at rest somewhere on the way.
+
+    What a problem requires all the way must hold for them as well, and the limits; its goal need not.
+
+    Attributes:
+        problem: What is required, and of which group.
+    """
+
+    problem: Problem
+
+    def proven(self, motion: Trajectory, world: Seen, begin: float, *, requirements: bool = True) -> bool:
+        """Say whether a motion that begins at a time is proven.
+
+        Args:
+            motion: Of the group's joints.
+            world: What is known of the world.
+            begin: When the motion begins, on the executor's clock [s].
+            requirements: Whether the problem's own constraints must hold too, besides limits and clearances.
+
+        Raises:
+            ShapeError: If nothing is known of an object's motion any more when it begins.
+        """
+        reduced = self._reduced(motion, world.at(begin))
+        return Judge(reduced).decide(motion, self._specification(motion, requirements=requirements)).verified
+
+    def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
+        """Measure by how much a motion is proven, or is not; arguments as of `proven`."""
+        reduced = self._reduced(motion, world.at(begin))
+        return Judge(reduced).certify(motion, self._specification(motion, requirements=True))
+
+    def _reduced(self, motion: Trajectory, scene: Scene) -> ReducedModel:
+        problem = self.problem
+        positions = np.array(problem.start_positions)
+        positions[scene.robot.index(motion.joint_names)] = motion(0.0)
+        return reduce_model(scene, problem.group, scene.robot.followed(positions))
+
+    def _specification(self, motion: Trajectory, *, requirements: bool) -> Specification:
+        problem = self.problem
+        return Specification(
+            goals=(),
+            constraints=problem.requirements if requirements else (),
+            limits=problem.moving_limits,
+            tool_speeds=problem.tool_speeds,
+            start_velocities=motion(0.0, 1),
+            start_accelerations=motion(0.0, 2),
+        )
+
+
+def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
+    """Return a problem from where a robot stands, in a scene.
+
+    Args:
+        problem: What is asked.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        scene: What is around the robot.
+    """
+    return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})

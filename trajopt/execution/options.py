@@ -1,0 +1,35 @@
+"""Options of a supervisor."""
+
+from dataclasses import dataclass, field
+
+from trajopt.arrays import number
+from trajopt.errors import ProblemError
+from trajopt.planning import Budget
+
+
+@dataclass(frozen=True, kw_only=True)
+class SupervisorOptions:
+    """Options of a supervisor.
+
+    Attributes:
+        cycle: Time from one cycle to the next [s].
+        ahead: So far ahead of now the robot is committed to its motion before it would brake [s]. A plan that
+            takes no longer than that changes the motion without a stop; the longer, the later a stop begins.
+        budget: What each plan may take.
+        retry: After a plan that failed the next is tried so much later [s].
+    """
+
+    cycle: float = 0.02
+    ahead: float = 0.1
+    budget: Budget = field(default_factory=Budget)
+    retry: float = 0.25
+
+    def __post_init__(self) -> None:
+        """Check the numbers.
+
+        Raises:
+            ProblemError: If one is not positive.
+        """
+        for name in ("cycle", "ahead", "retry"):
+            if not number(name, getattr(self, name)) > 0.0:
+                raise ProblemError(f"{name} must be positive, is {getattr(self, name):g}")

@@ -1,0 +1,300 @@
+"""Supervisor: drives a robot to goals among what it is told of the world, always able to stop."""
+
+import time
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from trajopt.arrays import Printed, Value, one_of
+from trajopt.errors import ProblemError
+from trajopt.execution.events import Event, Kind
+from trajopt.execution.executor import Executor
+from trajopt.execution.guard import Guard, Seen, start_from
+from trajopt.execution.options import SupervisorOptions
+from trajopt.execution.soonest_stop import StopTaken, soonest_stop
+from trajopt.execution.timeline import REST, Timeline
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.printed import in_joint_position
+from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning import Result, on_the_way
+from trajopt.planning.plan import plan
+from trajopt.planning.waiting import JOLT
+from trajopt.problem import Problem
+from trajopt.retime.stops import StopsAlong
+
+DEFAULT = SupervisorOptions()
+
+
+@dataclass(frozen=True, eq=False)
+class _Intention(Value):
+    """The motion that the robot is to make, if nothing comes between."""
+
+    problem: Problem
+    trajectory: Trajectory
+    begin: float
+    stops: StopsAlong
+
+    @property
+    def end(self) -> float:
+        return self.begin + self.trajectory.duration
+
+
+@dataclass(eq=False)
+class Supervisor(Printed):
+    """Drives a robot to goals.
+
+    What the executor has to drive is at all times: the motion for a short time ahead, and then a stop along
+    its path, proven as one motion in the world as it was known. Each cycle proves the next such motion and
+    splices it in where the last one would begin to brake. What is not proven is not spliced in, and then the
+    robot stops as it was proven before. So it does where no cycle comes any more.
+
+    Attributes:
+        executor: What drives the robot.
+        problem: What is required on the way, and the goal.
+        options: Numbers to work with.
+        events: What happened, in order.
+        seconds: CPU time that each stage took, each time [s].
+    """
+
+    executor: Executor
+    problem: Problem
+    options: SupervisorOptions = DEFAULT
+    events: list[Event] = field(default_factory=list[Event])
+    seconds: dict[str, list[float]] = field(default_factory=dict[str, list[float]])
+    _seen: Seen = field(init=False)
+    _committed: Timeline = field(init=False)
+    _intended: _Intention | None = None
+    _parting: float = 0.0
+    _wanted: Problem | None = None
+    _revise: bool = False
+    _again: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Take the robot as it stands."""
+        one_of("problem", self.problem, Problem)
+        state = self.executor.state()
+        if np.abs(state.velocities).max() > REST:
+            raise ProblemError("the robot moves: a supervisor takes it over where it stands")
+        self._committed = Timeline(self.executor.joint_names, state.positions)
+        self._seen = Seen(self.problem.scene, self.executor.now())
+        self._parting = self.executor.now()
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot has to move now, or will have to."""
+        return self.executor.now() < self._committed.end
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is a goal that is not reached."""
+        return self._wanted is not None or self._intended is not None or self.moving
+
+    def go(self, problem: Problem) -> None:
+        """Ask for a goal; the next cycle plans the motion, from where the robot will be then.
+
+        Args:
+            problem: Its start, the scene and the name of the group are those of the supervisor.
+
+        Raises:
+            ProblemError: If it is of another group or robot.
+        """
+        same = one_of("problem", problem, Problem).group == self.problem.group
+        if not same or problem.scene.robot is not self.problem.scene.robot:
+            raise ProblemError("a supervisor drives one group of one robot: make another one")
+        if self._intended is not None:
+            self._note(Kind.GOAL_CHANGED)
+        self.problem = self._wanted = problem
+        self._again = 0.0
+
+    def see(self, scene: Scene, stamp: float | None = None) -> None:
+        """Tell it what the world is like; the next cycle judges by it what is left of the motion.
+
+        Args:
+            scene: Its clock shows 0 at the time of the stamp.
+            stamp: On the executor's clock [s]; now when None.
+        """
+        self._seen = Seen(one_of("scene", scene, Scene), self.executor.now() if stamp is None else stamp)
+        self._revise, self._again = True, 0.0
+        self._note(Kind.WORLD_CHANGED)
+
+    def cycle(self) -> None:
+        """Watch the robot, prove what comes next, and plan anew where that is needed."""
+        begun, now = time.process_time(), self.executor.now()
+        fault = self.executor.fault()
+        if fault:
+            if self._intended is not None or self._wanted is not None:
+                self._note(Kind.FAULT, fault)
+            self._intended = self._wanted = None
+            return
+        if self._off_track():
+            return
+        if self._revise:
+            self._revise = False
+            self._look_again(now)
+        if self._wanted is not None and now >= self._again:
+            self._plan()
+        if self._intended is not None:
+            self._extend(now)
+        self._spent("cycle", begun)
+
+    def stop(self) -> StopTaken:
+        """Bring the robot to rest as soon as that is proven to be clear of everything.
+
+        Of a stop along the path and one in which each joint brakes as hard as it may, the sooner one that is
+        proven is taken; if none is, the sooner one.
+        """
+        self._wanted = None
+        return self._stop(self.executor.now(), "asked for")
+
+    def _look_again(self, now: float) -> None:
+        """Judge what is committed, and what is left of the motion, in the world as it is known now."""
+        begun = time.process_time()
+        begin = now + self.executor.latency
+        names = self.problem.reduced.joint_names
+        committed = self._committed.ahead(begin, names)
+        if committed is not None and not self._proven(committed, begin):
+            self._wanted = self._wanted or (None if self._intended is None else self.problem)
+            self._stop(now, "what it was to do is not clear any more")
+        intended = self._intended
+        if intended is None:
+            return
+        if self._parting < intended.end:
+            rest = intended.trajectory.between(self._parting - intended.begin, intended.trajectory.duration)
+            if not self._proven(rest, self._parting):
+                self._wanted = self.problem
+                self._spent("look again", begun)
+                return
+        self._note(Kind.STILL_CLEAR)
+        self._spent("look again", begun)
+
+    def _plan(self) -> None:
+        """Plan to the goal from where the robot parts from its motion, or stands."""
+        problem, begun, now = self._wanted, time.process_time(), self.executor.now()
+        assert problem is not None  # asked for
+        intended = self._intended
+        in_motion = intended is not None and self._parting < intended.end
+        at = self._parting if in_motion else max(self._committed.end + 2.0 * JOLT, now + self.options.ahead)
+        if in_motion and at < now + self.executor.latency:
+            return  # it brakes already
+        if not in_motion and self._committed.end > now + self.options.ahead:
+            return  # it is on its way to rest
+        result = self._planned(problem, at)
+        self._spent("plan", begun)
+        late = self.executor.now() + self.executor.latency > at
+        if late or not result.verified:
+            self._note(Kind.MISSED_DEADLINE if late else Kind.NO_PLAN, "" if late else result.reason)
+            # Where nothing moves, the same question from the same place has the same answer.
+            same = not late and not in_motion and not self._seen.scene.changing
+            self._again = inf if same else self.executor.now() + self.options.retry
+            return
+        trajectory = result.require().trajectory
+        self._note(Kind.REPLANNED if in_motion else Kind.STARTED, f"{trajectory.duration:.3f} s to the goal")
+        self._wanted = None
+        self._intended = _Intention(problem, trajectory, at, StopsAlong(trajectory, problem.limits))
+        self._parting = at
+
+    def _planned(self, problem: Problem, at: float) -> Result:
+        """Plan from where the robot will be at a time."""
+        here = self._standing(problem, at)
+        running = self._committed.ahead(at, problem.reduced.joint_names)
+        asked = here if running is None else on_the_way(here, running, 0.0)
+        return plan(asked, budget=self.options.budget)
+
+    def _standing(self, problem: Problem, at: float) -> Problem:
+        """Return a problem as if the robot stood where it will be at a time, in the scene of then."""
+        scene, driven = self._seen.at(at), self.executor.joint_names
+        positions = np.array(problem.start_positions)
+        positions[scene.robot.index(driven)] = self._committed(at)[0]
+        return start_from(problem, scene.robot.followed(positions), scene)
+
+    def _extend(self, now: float) -> None:
+        """Commit the next piece of the motion, and a stop after it."""
+        intended = self._intended
+        assert intended is not None  # there is a motion
+        if now >= intended.end:
+            self._intended = None
+            self._note(Kind.REACHED)
+            return
+        if self._parting >= intended.end:
+            return
+        begin = self._parting
+        if begin < now + self.executor.latency:
+            self._intended, self._wanted, self._again = None, intended.problem, 0.0
+            self._note(Kind.STOPPING, "nothing that goes on from there was proven in time")
+            return
+        begun = time.process_time()
+        after = now + self.options.ahead + self.options.cycle
+        if after <= begin and begin > intended.begin:
+            return
+        stop = intended.stops.earliest(begin - intended.begin, after=after - intended.begin)
+        clear = self._proven(stop.trajectory, begin)
+        self._spent("prove", begun)
+        if not clear:
+            # There is time until it brakes: what comes next may be clear a cycle later, or planned anew.
+            self._wanted = self._wanted or intended.problem
+        elif self._splice(stop.trajectory, begin):
+            self._parting = intended.begin + stop.leaves
+
+    def _stop(self, now: float, why: str) -> StopTaken:
+        """Take the soonest proven stop."""
+        begun = time.process_time()
+        begin = now + self.executor.latency
+        intended, self._intended = self._intended, None
+        names = self.problem.reduced.joint_names
+        ahead = self._committed.ahead(begin, names)
+        if ahead is None:
+            return StopTaken(0.0, along=True, proven=True)
+        along = None
+        if intended is not None and intended.begin <= begin < self._parting:
+            along = intended.stops.earliest(begin - intended.begin).trajectory
+        here = self._standing(self.problem, begin)
+        motion, taken = soonest_stop(here, ahead, along, lambda stop: self._proven(stop, begin))
+        if motion is not ahead:
+            self._splice(motion, begin)
+        self._parting = begin
+        self._note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
+        if not taken.proven:
+            certificate = Guard(self.problem).certificate(motion, self._seen, begin)
+            failed = next((check for check in certificate.checks if not check.holds), None)
+            self._note(Kind.UNPROVEN_STOP, "" if failed is None else failed.detail)
+        self._spent("stop", begun)
+        return taken
+
+    def _off_track(self) -> bool:
+        """Whether the robot is not where it has to be; it is stopped then."""
+        state = self.executor.state()
+        wanted = self._committed(state.stamp)[0]
+        away = np.abs(state.positions - wanted) - self.executor.tolerance
+        worst = int(away.argmax())
+        if away[worst] <= 0.0:
+            return False
+        name = self.executor.joint_names[worst]
+        unit = joint_unit(self.problem.scene.robot.model, name)
+        where, should = (in_joint_position(float(each[worst]), unit) for each in (state.positions, wanted))
+        self._note(Kind.OFF_TRACK, f"{name} is at {where}, has to be at {should}")
+        self.executor.stop()
+        self._intended = self._wanted = None
+        return True
+
+    def _proven(self, motion: Trajectory, begin: float) -> bool:
+        stale = self._seen.stale(begin)
+        if stale:
+            self._note(Kind.STALE, stale)
+            return False
+        return Guard(self.problem).proven(motion, self._seen, begin)
+
+    def _splice(self, motion: Trajectory, at: float) -> bool:
+        refused = self.executor.splice(motion, at)
+        if refused:
+            self._note(Kind.REJECTED, refused)
+            return False
+        self._committed.splice(motion, at, now=self.executor.now())
+        return True
+
+    def _note(self, kind: Kind, words: str = "") -> None:
+        self.events.append(Event(self.executor.now(), kind, words))
+
+    def _spent(self, stage: str, begun: float) -> None:
+        self.seconds.setdefault(stage, []).append(time.process_time() - begun)

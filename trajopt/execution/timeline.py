@@ -1,0 +1,184 @@
+"""Timeline: what a robot has to do, motion after motion on one clock; after the last it stands still."""
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+
+from trajopt.arrays import Floats, readonly
+from trajopt.errors import JointNotFound
+from trajopt.model.trajectory import MEETING, Trajectory
+from trajopt.planning.waiting import JOLT, begun_later
+
+REST = 1e-6
+"""A joint this slow stands still [rad/s | m/s]: what the judge takes for it."""
+INSTANT = 1e-9
+"""Times nearer than this are one [s]."""
+ORDERS = ("position", "velocity", "acceleration")
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    """A motion of all joints, and when it begins."""
+
+    begin: float
+    trajectory: Trajectory
+
+    @property
+    def end(self) -> float:
+        return self.begin + self.trajectory.duration
+
+
+class Timeline:
+    """What a robot has to do.
+
+    It is replaced in one step where something is spliced in, so a driver's thread may ask while a planner's
+    thread splices.
+
+    Attributes:
+        joint_names: The n joints of the robot.
+    """
+
+    def __init__(self, joint_names: tuple[str, ...], positions: Floats) -> None:
+        """Stand still.
+
+        Args:
+            joint_names: Joints of the robot.
+            positions: Where they stand, shape (n,) [rad | m].
+        """
+        self.joint_names = joint_names
+        self._standing = readonly(np.array(positions, dtype=np.float64))
+        self._pieces: tuple[_Piece, ...] = ()
+
+    @property
+    def kept(self) -> int:
+        """How many motions it keeps: those that are over are forgotten."""
+        return len(self._pieces)
+
+    @property
+    def end(self) -> float:
+        """When the last motion ends, on the clock [s]; minus infinity if there is none."""
+        pieces = self._pieces
+        return pieces[-1].end if pieces else -inf
+
+    def __call__(self, time: float) -> Floats:
+        """Return where the joints have to be at a time on the clock [s].
+
+        Returns:
+            Positions, velocities and accelerations, shape (3, n).
+        """
+        pieces = self._pieces
+        now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
+        if now is None:
+            first = self._standing if not pieces else pieces[0].trajectory.positions[0]
+            return np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
+        since = time - now.begin
+        rows = np.stack([now.trajectory(since, order) for order in range(3)])
+        if since >= now.trajectory.duration:
+            rows[1:] = 0.0
+        return rows
+
+    def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
+        """Say why a motion cannot be spliced in; empty if it can.
+
+        Args:
+            trajectory: Of some or all joints.
+            at: When it would begin [s].
+            earliest: When it can begin [s].
+        """
+        if at < earliest:
+            return f"it comes {1e3 * (earliest - at):.1f} ms late"
+        unknown = [name for name in trajectory.joint_names if name not in self.joint_names]
+        if unknown:
+            return f"it moves {', '.join(unknown)}, which is not driven here"
+        here, columns = self(at), self._columns(trajectory)
+        others = np.setdiff1d(np.arange(len(self.joint_names)), columns)
+        moving = others[np.abs(here[1, others]) > REST]
+        if len(moving):
+            return f"{self.joint_names[moving[0]]}, which it leaves where it is, is still moving"
+        # From rest a motion may begin with an acceleration, as it may end with one: there is time for both.
+        orders = 2 if at >= self.end + 2.0 * JOLT else 3
+        for order in range(orders):
+            apart = np.abs(trajectory(0.0, order) - here[order, columns])
+            worst = int(apart.argmax())
+            if apart[worst] > MEETING:
+                name = trajectory.joint_names[worst]
+                return f"the {ORDERS[order]} of {name} would jump by {apart[worst]:.3g}"
+        last = np.abs(trajectory(trajectory.duration, 1))
+        if last.max() > REST:
+            return f"it does not end at rest: {trajectory.joint_names[int(last.argmax())]} moves on"
+        return ""
+
+    def splice(self, trajectory: Trajectory, at: float, *, now: float) -> None:
+        """Put a motion in place of what there is from a time on, and forget what is over.
+
+        Args:
+            trajectory: One that is not refused.
+            at: When it begins [s].
+            now: What ended before is forgotten [s].
+        """
+        standing = self(at)[0]
+        positions = np.tile(standing, (len(trajectory.times), 1))
+        velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
+        columns = self._columns(trajectory)
+        for whole, order in ((positions, 0), (velocities, 1), (accelerations, 2)):
+            whole[:, columns] = trajectory(trajectory.times, order)
+        rows = (velocities, accelerations)[: len(_rates(trajectory))]
+        motion = Trajectory(self.joint_names, trajectory.times, positions, *rows)
+        kept = [piece for piece in self._pieces if piece.begin < at]
+        current = [number for number, piece in enumerate(kept) if piece.begin <= now]
+        self._pieces = (*kept[current[-1] if current else 0 :], _Piece(at, motion))
+
+    def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
+        """Return what is still to be done from a time on, as one motion; None if nothing is.
+
+        Args:
+            time: On the clock [s].
+            joint_names: Joints of the result, in its order.
+
+        Raises:
+            JointNotFound: If one of them is not driven.
+        """
+        for name in joint_names:
+            if name not in self.joint_names:
+                raise JointNotFound("joint that is driven", name, self.joint_names)
+        rest: Trajectory | None = None
+        pieces = self._pieces
+        for number, piece in enumerate(pieces):
+            next_begin = pieces[number + 1].begin if number + 1 < len(pieces) else piece.end
+            begin, end = max(piece.begin, time), min(piece.end, next_begin)
+            if end - begin <= INSTANT:
+                continue
+            part = piece.trajectory.between(
+                begin - piece.begin, min(end - piece.begin, piece.trajectory.duration)
+            )
+            if rest is None:
+                rest = part if begin - time <= INSTANT else begun_later(part, begin - time)
+            else:
+                gap = begin - time - rest.duration
+                rest = rest.followed_by(part) if gap <= INSTANT else _one_after_the_other(rest, gap, part)
+        return None if rest is None else _of(rest, joint_names)
+
+    def _columns(self, trajectory: Trajectory) -> list[int]:
+        return [self.joint_names.index(name) for name in trajectory.joint_names]
+
+
+def _one_after_the_other(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:
+    """Return a motion, so long a time of standing [s], and another that begins where the first ends."""
+    standing = np.zeros((1, first.positions.shape[1]))
+    rows = [np.concatenate((first.positions, standing + first.positions[-1]))]
+    rows += [np.concatenate((each, standing)) for each in _rates(first)]
+    stood = Trajectory(first.joint_names, np.append(first.times, first.duration + JOLT), *rows)
+    return stood.followed_by(begun_later(second, gap - JOLT))
+
+
+def _rates(motion: Trajectory) -> list[Floats]:
+    """Return the velocities and accelerations that a motion states."""
+    return [rows for rows in (motion.velocities, motion.accelerations) if rows is not None]
+
+
+def _of(motion: Trajectory, joint_names: tuple[str, ...]) -> Trajectory:
+    """Return the part of a motion that some joints make, in their order."""
+    columns = [motion.joint_names.index(name) for name in joint_names]
+    rows = [rows[:, columns] for rows in (motion.positions, *_rates(motion))]
+    return Trajectory(joint_names, motion.times, *rows)
