@@ -1,9 +1,10 @@
 """Which file the name of a mesh in a description means: ROS packages are found where ROS looks for them."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 
 from trajopt.errors import FileFormatError, MeshFileError, listed, shown
@@ -55,20 +56,14 @@ class MeshNames:
         # Some write three slashes, no package: the name is meant below a folder all the same.
         relative = name.removeprefix(scheme).lstrip("/") if scheme else name
         package, _, inner = relative.partition("/")
-        packages = self._packages(package) if scheme and package and inner else ()
-        tried = [(root, root / relative) for root in self._roots]
-        if scheme:
-            # A package directory may be the package itself: its name is dropped then.
-            tried += [(root, root / inner) for root in (*self._dirs, self._above[0])]
-            tried += [(root, root / inner) for root in packages]
-        mine = self._mine | frozenset(packages)
+        named = package if scheme and inner else ""
         climbs = name.startswith("/") or ".." in Path(relative).parts
         outside = False
-        for root, file in tried:
+        for root, file in self._tried(relative, inner, named, scheme):
             found = Path(os.path.normpath(file))
             if is_file(found):
                 below = not climbs and root != Path(root.anchor) and found.is_relative_to(root)
-                if below or any(found.is_relative_to(folder) for folder in mine):
+                if below or self._owns(found, named):
                     return found.resolve()
                 outside = True
         if outside:
@@ -76,7 +71,15 @@ class MeshNames:
                 f"lies outside of what belongs to {self.file.name}; name its folder as a package directory"
             )
             raise MeshFileError(filename, where)
-        raise MeshFileError(filename, self._nowhere(tried, scheme))
+        raise MeshFileError(filename, self._nowhere(self._tried(relative, inner, named, scheme), scheme))
+
+    def _tried(self, relative: str, inner: str, named: str, scheme: str) -> Iterator[tuple[Path, Path]]:
+        """Yield the folders in which a name is looked for, each with the file that it would mean there."""
+        yield from ((root, root / relative) for root in self._roots)
+        if scheme:
+            # A package directory may be the package itself: its name is dropped then.
+            yield from ((root, root / inner) for root in (*self._dirs, self._above[0]))
+            yield from ((root, root / inner) for root in self._packages(named))
 
     @cached_property
     def _above(self) -> tuple[Path, ...]:
@@ -104,14 +107,18 @@ class MeshNames:
         mine = {*self._dirs, *near}
         return frozenset(mine | {folder.resolve() for folder in mine})
 
+    def _owns(self, file: Path, named: str) -> bool:
+        """Say whether a file is in a folder that belongs to the description, or in a package of a name."""
+        return any(file.is_relative_to(folder) for folder in chain(self._mine, self._packages(named)))
+
     @cached_property
     def _by_name(self) -> dict[str, tuple[Path, ...]]:
         return {}
 
     def _packages(self, name: str) -> tuple[Path, ...]:
-        """Return the folders of the packages of a name, nearest first."""
+        """Return the folders of the packages of a name, nearest first; none without a name."""
         if name not in self._by_name:
-            self._by_name[name] = tuple(dict.fromkeys(self._named(name)))
+            self._by_name[name] = tuple(dict.fromkeys(self._named(name) if name else ()))
         return self._by_name[name]
 
     def _named(self, name: str) -> Iterator[Path]:
@@ -127,7 +134,7 @@ class MeshNames:
             if folder.is_dir():
                 yield folder
 
-    def _nowhere(self, tried: Sequence[tuple[Path, Path]], scheme: str) -> str:
+    def _nowhere(self, tried: Iterable[tuple[Path, Path]], scheme: str) -> str:
         """Say where a mesh was looked for."""
         roots = list(dict.fromkeys(str(root) for root, _ in tried))
         said = f"not found for {self.file.name}; looked below {listed(roots)}"
