@@ -33,7 +33,8 @@ def effort_notes(model: pin.Model, limits: JointLimits, exempt: Collection[str])
         torques, draw_positions(limits, POSTURES, rng=np.random.default_rng(0)), strict=True
     ):
         row[:] = pin.rnea(model, data, configuration(model, posture), still, still)
-    needed = np.median(np.abs(torques), axis=0)
+    # The median; numpy's own imports masked arrays for it.
+    needed = np.sort(np.abs(torques), axis=0)[POSTURES // 2 - 1 : POSTURES // 2 + 1].mean(axis=0)
     weak = [
         f"{name} ({limits.effort[place]:.4g} of {needed[place]:.4g} {effort_unit(model, name)})"
         for place, name in spoken

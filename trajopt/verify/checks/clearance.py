@@ -225,9 +225,11 @@ def _pairs(
     tally: Tally = search.free
     near = np.flatnonzero(tally.measured <= motion.options.far)
     nearest = near[np.argsort(tally.measured[near], kind="stable")]
-    code = distances.owner_pairs
+    code, nearest_of = distances.owner_pairs, dict[int, int]()
+    for pair in nearest.tolist():
+        nearest_of.setdefault(int(code[pair]), pair)
     found: list[PairClearance] = []
-    for pair in nearest[np.sort(np.unique(code[nearest], return_index=True)[1])].tolist():
+    for pair in nearest_of.values():
         first, second = distances.owners(pair)
         found.append(
             PairClearance(

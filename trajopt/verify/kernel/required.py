@@ -36,14 +36,13 @@ def rows(reduced: ReducedModel) -> Sequence[tuple[str, Ints]]:
     """
     required, scene = required_clearances(reduced), reduced.scene
     if not scene.clearances.kinds:
-        return [("clearance", np.flatnonzero(required == level)) for level in np.unique(required)]
+        return [("clearance", np.flatnonzero(required == level)) for level in sorted(set(required.tolist()))]
     kinds = reduced.derived(_kinds)
     found: list[tuple[str, Ints]] = []
     for number, kind in enumerate(PairKind):
         mine = kinds == number
-        found += [
-            (ROWS[kind], np.flatnonzero(mine & (required == level))) for level in np.unique(required[mine])
-        ]
+        levels = sorted(set(required[mine].tolist()))
+        found += [(ROWS[kind], np.flatnonzero(mine & (required == level))) for level in levels]
     return found
 
 

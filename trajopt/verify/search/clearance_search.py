@@ -49,7 +49,7 @@ class Windows:
             self._accept_absent(present[:, 0], present[:, 1], duration)
         windowed = pairs.allowances or present is not None
         edges = np.concatenate((self._until, self._from)) if windowed else np.empty(0)
-        self.edges: Floats = np.unique(edges[(edges > 0.0) & (edges < duration)])
+        self.edges: Floats = np.array(sorted(set(edges[(edges > 0.0) & (edges < duration)].tolist())))
 
     def _accept_absent(self, appears: Floats, expires: Floats, duration: float) -> None:
         late, early = appears > np.maximum(self._until, 0.0), expires < np.minimum(self._from, duration)
