@@ -162,9 +162,8 @@ class FreeDurationProgram(Printed):
 
     def _program(self, path: Path, motion: Trajectory, begin: float) -> FreeDurationNlp:
         problem, base = self.problem, self.first.nlp
-        spline = over_control_points(
-            base, _basis(self.method.pieces), self._places(path, motion, begin), resting=RESTING
-        )
+        places = Places.along(path.knots, motion, self.waypoint_knots, begin)
+        spline = over_control_points(base, _basis(self.method.pieces), places, resting=RESTING)
         spline.lower[-RESTING:] = spline.upper[-RESTING:] = path.knots[-1]
         if self.stop is not None:
             spline.lower[0] = spline.upper[0] = self.stop.positions[0]
@@ -173,20 +172,6 @@ class FreeDurationProgram(Printed):
         dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
         begins = problem.start_velocities, problem.start_accelerations
         return FreeDurationNlp(spline, problem.limits, motion.duration, dynamics, *begins)
-
-    def _places(self, path: Path, motion: Trajectory, begin: float) -> Places:
-        """Say where on the path over knots the motion is, from a time on: equal shares of their lengths."""
-        legs = np.linalg.norm(np.diff(path.knots, axis=0), axis=1)
-        lengths = np.concatenate((np.zeros(1), np.cumsum(legs))) / max(float(legs.sum()), 1e-12)
-        times = np.linspace(begin, motion.duration, 20 * len(legs))
-        # Knots that coincide are one place; the last of them is.
-        steps = np.linalg.norm(np.diff(motion(times), axis=0), axis=1)
-        share = np.concatenate((np.zeros(1), np.cumsum(steps))) / max(float(steps.sum()), 1e-12)
-        knots = np.interp(share, lengths, np.arange(len(lengths), dtype=np.float64))
-        knots[0], knots[-1] = 0.0, float(len(legs))
-        parameters = times / motion.duration
-        exact = np.interp(np.array(self.waypoint_knots, dtype=np.float64), knots, parameters)
-        return Places(parameters, knots, exact)
 
 
 def _basis(pieces: int) -> SplineBasis:

@@ -9,6 +9,7 @@ from trajopt.methods.bspline import Bspline
 from trajopt.methods.free_duration import FreeDuration
 from trajopt.methods.knots import Knots
 from trajopt.methods.method import Method
+from trajopt.methods.space_time import SpaceTime
 from trajopt.solvers import Chomp, Sqp, Stomp
 from trajopt.solvers.qp import BACKENDS
 
@@ -37,6 +38,7 @@ METHODS: Mapping[str, Callable[[], Method]] = {
     "sqpmethod": partial(_casadi, "sqpmethod"),
     "bspline": Bspline,
     "free-duration": FreeDuration,
+    "space-time": SpaceTime,
 }
 """Name of each method that comes with trajopt -> what makes it with its default options."""
 

@@ -16,6 +16,7 @@ from trajopt.model.shapes import bounding_box
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
+from trajopt.planning.space_time import in_space_time
 from trajopt.planning.status import Status
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
@@ -40,11 +41,12 @@ class Run(Protocol):
 def in_time(
     problem: Problem, run: Run, tracker: BudgetTracker, on_incumbent: Callable[[Result], None] | None
 ) -> Result:
-    """Return the motion that is over soonest, by three ways of planning it, each timed among what changes.
+    """Return the motion that is over soonest, by four ways of planning it, each timed among what changes.
 
-    The first is the motion as it would be without what changes. If it has to wait, or is never clear, one is
-    looked for that keeps clear of the places where things pass, or of those where they end. If none is clear,
-    the seeds of the schedule are attempted, each judged among what changes.
+    The first is the motion as it would be without what changes. If it is not clear as it is, shape and time
+    are planned together. If nothing is clear so, a motion is looked for that keeps clear of the places where
+    things pass, or of those where they end. If none is clear, the seeds of the schedule are
+    attempted, each judged among what changes.
 
     Args:
         problem: What is asked.
@@ -60,8 +62,10 @@ def in_time(
     best, stopped = Workspace(there, tracker).result(Status.BLOCKED_IN_TIME), alone.stopped
     try:
         best = _judged(alone, problem.scene, tracker)
+        if not best.verified or _duration(best) > soonest:
+            best = in_space_time(there, alone, best, tracker)
         for other, most in _other_ways(problem, LONGER * soonest):
-            if best.verified and (_duration(best) <= soonest or most == OTHERWISE):
+            if best.verified:
                 break
             found = run(other, most=most)
             stopped = found.stopped

@@ -116,3 +116,20 @@ class Motion:
         sample = np.repeat(np.arange(count, dtype=np.int64), dim)
         component = np.tile(np.arange(dim, dtype=np.int64), count)
         return self.rows(sample, value.ravel(), jacobian.reshape(count * dim, jacobian.shape[-1]), component)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionInTime(Motion):
+    """A motion whose samples have times.
+
+    Attributes:
+        times: Of each sample, shape (S,) [s].
+    """
+
+    times: Floats
+
+    def where(self, mask: Bools) -> "MotionInTime":
+        """Return the motion with only some of its samples."""
+        part = super().where(mask)
+        fields = (part.knots, part.support, part.weight, part.place, part.positions, part.query)
+        return MotionInTime(*fields, self.times[mask])

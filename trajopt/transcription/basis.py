@@ -50,6 +50,11 @@ class SplineBasis:
         """The spline's knots, the ends repeated, shape (count + degree + 1,)."""
         return np.concatenate((np.zeros(self.degree), self.breaks, np.ones(self.degree)))
 
+    @property
+    def averages(self) -> Floats:
+        """Where the control points are in [0, 1]: means of the knots between (Greville), shape (count,)."""
+        return self.knots[np.arange(self.count)[:, None] + np.arange(1, self.degree + 1)].mean(axis=1)
+
     def parameters(self, sampling: Ints) -> Floats:
         """Return every break, and `sampling - 1` parameters between, even in each piece.
 

@@ -4,12 +4,13 @@ A spline lies within the hull of its control points, so that bounds on these kee
 their limits everywhere, not at samples only.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, readonly
-from trajopt.model.trajectory import Path
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.terms.motion import Motion
 from trajopt.transcription.basis import SplineBasis
 from trajopt.transcription.compilable import CompilableMotionNlp
@@ -36,6 +37,30 @@ class Places:
     def __call__(self, parameters: Floats) -> Floats:
         """Return the places at parameters."""
         return np.interp(parameters, self.parameters, self.knots)
+
+    @staticmethod
+    def along(
+        polyline: Floats, motion: Trajectory, waypoint_knots: Sequence[int] = (), begin: float = 0.0
+    ) -> "Places":
+        """Say where on a polyline a motion is, from a time on: equal shares of their lengths.
+
+        Args:
+            polyline: Knots, shape (N, n) [rad | m].
+            motion: The motion.
+            waypoint_knots: The knots of waypoints.
+            begin: From when on it is on the polyline [s].
+        """
+        legs = np.linalg.norm(np.diff(polyline, axis=0), axis=1)
+        lengths = np.concatenate((np.zeros(1), np.cumsum(legs))) / max(float(legs.sum()), 1e-12)
+        times = np.linspace(begin, motion.duration, 20 * len(legs))
+        # Knots that coincide are one place; the last of them is.
+        steps = np.linalg.norm(np.diff(motion(times), axis=0), axis=1)
+        share = np.concatenate((np.zeros(1), np.cumsum(steps))) / max(float(steps.sum()), 1e-12)
+        knots = np.interp(share, lengths, np.arange(len(lengths), dtype=np.float64))
+        knots[0], knots[-1] = 0.0, float(len(legs))
+        parameters = times / motion.duration
+        exact = np.interp(np.array(waypoint_knots, dtype=np.float64), knots, parameters)
+        return Places(parameters, knots, exact)
 
 
 @dataclass(eq=False)

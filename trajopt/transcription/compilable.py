@@ -41,19 +41,24 @@ from trajopt.terms.rolling import Rolling
 from trajopt.terms.singularity_distance import LostManipulability, SmallestSingularValue
 from trajopt.terms.smoothness import Acceleration, Jerk, Velocity
 from trajopt.terms.soft_clearance import SoftClearance
+from trajopt.transcription.clearance_in_time import ClearanceInTime
 from trajopt.transcription.frame_terms import FRAME_TERMS, frame_in_core
 from trajopt.transcription.margins import ShrunkMargins, TaperedMargins, shrinkable
 from trajopt.transcription.motion_nlp import MotionNlp
+from trajopt.transcription.spline_rates import SplineRate
+from trajopt.transcription.spline_torque import SplineTorque
 from trajopt.transcription.tapered_bounds import TaperedConstraint
 
-OF_KNOTS = {Velocity, Acceleration, Jerk}
+OF_KNOTS = {Velocity, Acceleration, Jerk, SplineRate}
 """Terms of the knots themselves, which do not ask where the samples are."""
 LINEAR = OF_KNOTS | {RestPosture, JointPosition, JointSum}
 """Terms whose rows are linear in the knots, and all there at every point."""
 OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
 """Terms of frames without a formula in the core. All terms of frames share the placements of the samples:
 with one of these all are evaluated in Python."""
-OTHERS = {GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression}
+OTHERS = {
+    GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression, ClearanceInTime, SplineTorque,
+}  # fmt: skip
 """Other terms, whose rows depend on the knots of one sample too, or on two neighbours."""
 BOUNDED = {Constraint, TaperedConstraint}
 """Constraints whose bounds depend on the component and the place of a row only."""

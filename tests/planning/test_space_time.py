@@ -1,0 +1,82 @@
+"""Planning in space and time: around what parks, through a revolving door, aside and back, and in motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.planning.test_in_time import GOAL, START, problem, table
+from tests.verify.test_moving_things import sampled
+
+__all__ = ["table"]  # a fixture
+
+
+def proven(result: to.Result) -> to.Trajectory:
+    motion = result.require().trajectory
+    assert result.require().certificate.verified
+    assert sampled(result.problem.scene, result.problem.reduced, motion) > 0.0
+    return motion
+
+
+def test_the_path_changes_for_what_parks_on_it(table: to.Scene) -> None:
+    still = to.plan(problem(table)).require().trajectory
+    parks = to.Track.through([0.0, 0.4], [to.placement((0.5, y, 0.45)) for y in (1.2, 0.0)])
+    result = to.plan(problem(table.add("box", to.Box(0.2, 0.2, 0.2), motion=parks)))
+    motion = proven(result)
+    assert motion.duration < 2.0 * still.duration
+    between = np.linspace(0.2, 0.8, 200)
+    passed = still(still.duration * between)
+    off = [np.abs(passed - q).max(axis=1).min() for q in motion(motion.duration * between)]
+    assert max(off) > 0.05, "no timing of the straight line passes"
+
+
+def test_the_arm_enters_a_revolving_door_in_phase(table: to.Scene) -> None:
+    # Two wings of a wall turn about an axis in front of the arm, and leave no way past them at rest.
+    turns = [to.placement((0.62, 0.0, 0.5), rpy=(0.0, 0.0, (0.8 * step) % 6.28)) for step in range(9)]
+    door = to.Track.through([0.5 * step for step in range(9)], turns)
+    result = to.plan(problem(table.add("door", to.Box(0.6, 0.04, 1.4), motion=door)))
+    motion = proven(result)
+    assert motion.duration < 4.0
+    halted = table.add("door", to.Box(0.6, 0.04, 1.4), to.placement((0.62, 0.0, 0.5)))
+    assert not to.judge(problem(halted), motion).verified
+
+
+def test_the_arm_steps_aside_for_what_sweeps_its_start(table: to.Scene) -> None:
+    hand = table.placement_of("panda_hand", table.robot.positions(START)).translation
+    goal = table.placement_of("panda_hand", table.robot.positions(GOAL)).translation
+    places = [hand + offset for offset in ((0.0, -0.7, 0.0), (0.0, 0.0, 0.0), (0.9, 0.0, 0.0))]
+    sweeps = to.Track.through([0.3, 0.7, 1.2], [to.placement(place) for place in places])
+    # The goal is free later only, so that there is no running away from it for good.
+    scene = table.add("ball", to.Sphere(0.08), motion=sweeps)
+    scene = scene.add("guest", to.Sphere(0.12), to.placement(goal), expires=2.0)
+    result = to.plan(problem(scene))
+    motion = proven(result)
+    assert 2.0 < motion.duration < 3.5
+    assert any("what changes with time" in remark for remark in result.remarks)
+
+
+@pytest.mark.parametrize("speed", [0.6, -0.6])
+def test_a_start_in_motion_is_planned_among_what_moves(table: to.Scene, speed: float) -> None:
+    crosses = to.Track.through([0.0, 1.5], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
+    scene = table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)
+    asked = replace(problem(scene), start_velocity={"panda_joint1": speed})
+    result = to.plan(asked)
+    motion = proven(result)
+    assert motion(0.0, 1) == pytest.approx(asked.start_velocities, abs=1e-6)
+    assert result.method == "space-time" and "what moves" not in result.method
+
+
+def test_it_can_be_asked_for_by_name(table: to.Scene) -> None:
+    crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
+    result = to.plan(problem(table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)), method="space-time")
+    assert proven(result).duration < 1.3
+    still = to.plan(problem(table), method="space-time")
+    assert still.verified and still.method == "space-time"
+
+
+def test_a_budget_ends_it(table: to.Scene) -> None:
+    crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
+    scene = table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)
+    result = to.plan(problem(scene), budget=to.Budget(work=1500))
+    assert result.status is to.Status.OUT_OF_WORK and result.stopped is not None

@@ -1,0 +1,204 @@
+"""Space-time: shape and time of a motion planned together, in absolute time, among what moves."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import ceil, inf, sqrt
+
+import numpy as np
+
+from trajopt.arrays import Floats, Printed
+from trajopt.methods.bspline import windowed_differences
+from trajopt.methods.free_duration import MovingResult
+from trajopt.methods.method import Decoded, Progress, followed_curve
+from trajopt.model.trajectory import Trajectory
+from trajopt.problem import Problem
+from trajopt.query import Counts
+from trajopt.query.dynamics import DynamicsQuery
+from trajopt.solvers import Iteration, SolveResult, Sqp
+from trajopt.transcription import KnotsNlp, transcribe
+from trajopt.transcription.basis import SplineBasis
+from trajopt.transcription.bspline import Places
+from trajopt.transcription.free_duration import SHORTEST
+from trajopt.transcription.knots import shortest_duration
+from trajopt.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp, World
+
+PIECES = 2
+"""Pieces for each knot of a path: a motion that lets something pass bends in time as well as in space."""
+MOST_PIECES = 4
+"""The same where it takes long: time and memory grow with them."""
+STRETCHES = (1.0, 1.25, 1.5)
+"""Parts of a seed's duration that are tried in turn: a seed may leave no room to accelerate."""
+SHRINK = 0.8
+"""Part of a duration that is tried next, once there is a motion; where there is none, its root."""
+PRECISION = 0.98
+"""A motion is within a fiftieth of the shortest of its kind: limits leave no less for tolerances."""
+UNHURRIED = 1.25
+"""A seed without time takes so many times the least that its joints' limits allow: room for bends."""
+
+
+def _solver() -> Sqp:
+    # What is sought is a motion that is possible: violations weigh much at once.
+    return Sqp(penalty=50.0, penalty_rounds=1, max_iterations=20)
+
+
+@dataclass(frozen=True)
+class SpaceTime:
+    """Plans shape and time together where things move: it can wait, hurry, go around and step aside.
+
+    A motion of given duration is a program whose limits are linear; the duration is made shorter as long as
+    there is a motion, each begun from the one before.
+
+    Attributes:
+        solver: Of the program of each duration.
+    """
+
+    solver: Sqp = field(default_factory=_solver)
+    name: str = "space-time"
+
+    def objection(self, problem: Problem) -> str:
+        """Refuse what has no rows over the spline."""
+        if problem.tool_speeds:
+            return "holds no limits of tool speeds"
+        return followed_curve(problem) or windowed_differences(problem)
+
+    def program(
+        self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()
+    ) -> "SpaceTimeProgram":
+        """Transcribe the problem; see `Method.program`."""
+        base = transcribe(problem, seed, waypoint_knots)
+        limited = np.isfinite(problem.limits.effort).any()
+        dynamics = DynamicsQuery.loaded(problem.reduced) if limited else None
+        world = World.of(problem, base.counts)
+        return SpaceTimeProgram(self, problem, base, world, dynamics, seed, tuple(waypoint_knots))
+
+
+@dataclass(frozen=True, eq=False)
+class SpaceTimeProgram(Printed):
+    """A problem over the control points of a spline over time.
+
+    Attributes:
+        method: The method, with its options.
+        problem: The problem.
+        base: The problem over knots: its rows but for time.
+        world: What changes with time; None where nothing does.
+        dynamics: Torques, where they are limited.
+        polyline: Knots to which windows and margins refer, shape (N, n) [rad | m].
+        waypoint_knots: The knot that each waypoint is held at.
+    """
+
+    method: SpaceTime
+    problem: Problem
+    base: KnotsNlp
+    world: World | None
+    dynamics: DynamicsQuery | None
+    polyline: Floats
+    waypoint_knots: tuple[int, ...]
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return self.base.scale
+
+    @property
+    def counts(self) -> Counts:
+        """The work done so far."""
+        return self.base.counts
+
+    @property
+    def until(self) -> float:
+        """Until when it is known how things move [s]."""
+        return inf if self.world is None else self.world.timed.until
+
+    def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed; see `Program.solve`."""
+        return self.solve_from(_timed(seed, self.problem), progress=progress)
+
+    def decode(self, solved: SolveResult) -> Sequence[Decoded]:
+        """Return the motion; see `Program.decode`."""
+        assert isinstance(solved, MovingResult)
+        return (solved.decoded,)
+
+    def solve_from(
+        self, motion: Trajectory, *, longest: float = inf, progress: Progress | None = None
+    ) -> MovingResult:
+        """Solve from a motion: in as much time, or more if need be, then in ever less.
+
+        Args:
+            motion: Of the group's joints, to where the result is to end; it need not hold any limit.
+            longest: Longer motions are not looked for [s].
+            progress: Called after every step.
+        """
+        family = self.family(motion)
+        # Schoenberg's approximation: its velocities are slopes of chords, no larger than the motion's.
+        positions, log = motion(family.basis.averages * motion.duration), list[Iteration]()
+        most = min(longest, self.until)
+        tried = sorted({min(stretch * max(motion.duration, SHORTEST), most) for stretch in STRETCHES})
+        possible = [duration for duration in tried if family.ends_clear(duration)]
+        first, *others = possible or tried[:1]
+        nlp = family.lasting(first)
+        solved = self._solved(nlp, positions, log, progress)
+        for duration in others:
+            if solved.feasible:
+                break
+            nlp = family.lasting(duration)
+            solved = self._solved(nlp, positions, log, progress)
+        if solved.feasible:
+            nlp, solved = self._shrunk(family, nlp, solved, log, progress)
+        decoded = Decoded(nlp.decode(solved.x), nlp.trajectory(solved.x) if solved.feasible else None)
+        return MovingResult(solved.status, solved.x, solved.at, tuple(log), decoded)
+
+    def _solved(
+        self, nlp: SpaceTimeNlp, x: Floats, log: list[Iteration], progress: Progress | None
+    ) -> SolveResult:
+        """Solve the program of one duration from control points, and add the steps to a log."""
+        solved = self.method.solver.solve(nlp, x, progress=progress)
+        log += solved.log
+        return solved
+
+    def _shrunk(
+        self,
+        family: SpaceTimeFamily,
+        nlp: SpaceTimeNlp,
+        solved: SolveResult,
+        log: list[Iteration],
+        progress: Progress | None,
+    ) -> tuple[SpaceTimeNlp, SolveResult]:
+        """Return the shortest motion that is found from one, and its program."""
+        part, least = SHRINK, max(family.least_duration, SHORTEST)
+        while part < PRECISION and least < PRECISION * nlp.duration:
+            duration = max(part * nlp.duration, least)
+            if family.ends_clear(duration):
+                shorter = family.lasting(duration)
+                begun = self._solved(shorter, solved.x, log, progress)
+                if begun.feasible:
+                    nlp, solved = shorter, begun
+                    continue
+            part = sqrt(part)
+        return nlp, solved
+
+    def family(self, motion: Trajectory) -> SpaceTimeFamily:
+        """Return the programs of all durations, with as many pieces as a motion needs."""
+        limits, knots = self.problem.limits, self.problem.knots
+        # What bends faster than a joint reaches its speed is no use to it.
+        quickest = float((limits.velocity / limits.acceleration).min())
+        count = ceil(min(motion.duration / quickest, MOST_PIECES * knots))
+        basis = SplineBasis(DEGREE, np.linspace(0.0, 1.0, max(count, PIECES * knots) + 1))
+        places = Places.along(self.polyline, motion, self.waypoint_knots)
+        end = motion.positions[-1]
+        return SpaceTimeFamily(self.base, self.world, basis, places, end, self.dynamics)
+
+
+def _timed(seed: Floats, problem: Problem) -> Trajectory:
+    """Return a motion along a seed, from rest to rest, slower than its joints' limits allow."""
+    steps = np.abs(np.diff(seed, axis=0))
+    travel = steps.sum(axis=0)
+    least = shortest_duration(problem.limits, np.zeros_like(travel), travel)
+    lengths = np.linalg.norm(steps, axis=1)
+    along = np.concatenate((np.zeros(1), np.cumsum(lengths))) / max(float(lengths.sum()), 1e-12)
+    share = np.linspace(0.0, 1.0, 20 * len(steps))
+    eased = share**2 * (3.0 - 2.0 * share)
+    positions = np.empty((len(share), len(travel)))
+    for joint in range(len(travel)):
+        positions[:, joint] = np.interp(eased, along, seed[:, joint])
+    times = share * max(UNHURRIED * least, SHORTEST)
+    return Trajectory(problem.reduced.joint_names, times, positions)
