@@ -10,6 +10,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.cartesian import follows_curve, line
+from trajopt.execution import CommittedMotion, IdealExecutor, Supervisor
 from trajopt.grasping import Grasp, Gripper, Place, Stage, gripper_of
 from trajopt.methods import Knots
 from trajopt.model.trajectory import Path as JointPath
@@ -27,7 +28,8 @@ RETURNED = frozenset(
     SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit Overload PairClearance
     PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
-    SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction
+    SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
+    Event RobotState StopTaken
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -128,6 +130,8 @@ def by_call() -> Mapping[str, Any]:
         "Path.knots": np.zeros((3, 2)),
         "ReachMap.centres.axis": 0,
         "Track.constant_velocity.velocity": UP,
+        "Supervisor.executor": ideal(),
+        "Track.of.motion": to.plan(problem()),
         "Track.through.placements": (AT, FARTHER),
         "Track.through.times": (0.0, 1.0),
         "Gripper.fingers": ("left", "right"),
@@ -273,4 +277,11 @@ def instances() -> Mapping[str, Any]:
         "Place": Place(placement=AT),
         "Knots": Knots(),
         "Sqp": Sqp(),
+        "CommittedMotion": CommittedMotion(("joint1", "joint2"), np.zeros(2)),
+        "IdealExecutor": ideal(),
+        "Supervisor": Supervisor(ideal(), asked),
     }
+
+
+def ideal() -> IdealExecutor:
+    return IdealExecutor(("joint1", "joint2"), np.zeros(2))

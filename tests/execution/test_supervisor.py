@@ -76,7 +76,7 @@ def test_what_is_committed_is_proven_and_ends_at_rest_in_each_cycle(problem: to.
     while supervisor.busy:
         supervisor.cycle()
         arm.advance(CYCLE)
-        ahead = arm.timeline.ahead(arm.now(), names)
+        ahead = arm.committed.ahead(arm.now(), names)
         if ahead is None:
             continue
         assert np.abs(ahead(ahead.duration, 1)).max() < 1e-12

@@ -1,5 +1,6 @@
 """Execution: a robot driven along proven motions, watched, and always able to stop."""
 
+from trajopt.execution.committed_motion import CommittedMotion as CommittedMotion
 from trajopt.execution.events import Event as Event
 from trajopt.execution.events import Kind as Kind
 from trajopt.execution.executor import Executor as Executor
@@ -8,4 +9,3 @@ from trajopt.execution.ideal import IdealExecutor as IdealExecutor
 from trajopt.execution.options import SupervisorOptions as SupervisorOptions
 from trajopt.execution.soonest_stop import StopTaken as StopTaken
 from trajopt.execution.supervisor import Supervisor as Supervisor
-from trajopt.execution.timeline import Timeline as Timeline

@@ -1,7 +1,7 @@
 """Executor: what drives a robot; a driver of a real arm fills it in."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from trajopt.arrays import Floats, Value
 from trajopt.model.trajectory import Trajectory
@@ -24,12 +24,14 @@ class RobotState(Value):
     accelerations: Floats
 
 
+@runtime_checkable
 class Executor(Protocol):
     """Drives a robot along motions on one clock.
 
     Whatever it is given ends at rest. So if nothing more comes, because whoever plans is slow, stuck or dead,
-    the robot ends at rest as well, where it was proven that it may. `Timeline` keeps what is to be driven,
-    checks what is spliced in, and says where the robot has to be at a time: a driver asks it in each period.
+    the robot ends at rest as well, where it was proven that it may. `CommittedMotion` keeps what is to be
+    driven, checks what is spliced in, and says where the robot has to be at a time: a driver asks it in each
+    period.
     """
 
     @property

@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, floats
+from trajopt.errors.arguments import checked
+from trajopt.execution.committed_motion import CommittedMotion
 from trajopt.execution.executor import RobotState
-from trajopt.execution.timeline import Timeline
 from trajopt.model.trajectory import Trajectory
 
 
@@ -14,9 +15,10 @@ class IdealExecutor:
     """Follows without an error; its clock goes on when it is told to, or is one that it is given.
 
     Attributes:
-        timeline: What it has to do.
+        committed: What it has to do.
     """
 
+    @checked
     def __init__(
         self,
         joint_names: tuple[str, ...],
@@ -37,7 +39,7 @@ class IdealExecutor:
         """
         self.joint_names, self.period, self.latency = joint_names, period, latency
         self.tolerance: Floats = np.full(len(joint_names), 1e-6)
-        self.timeline = Timeline(joint_names, positions)
+        self.committed = CommittedMotion(joint_names, positions)
         self._clock, self._now, self._fault = clock, 0.0, ""
         self._displaced: Floats = np.zeros(len(joint_names))
 
@@ -45,6 +47,7 @@ class IdealExecutor:
         """Return the time on its clock [s]."""
         return self._now if self._clock is None else self._clock()
 
+    @checked
     def advance(self, seconds: float) -> None:
         """Let time pass [s]."""
         self._now += seconds
@@ -52,26 +55,28 @@ class IdealExecutor:
     def state(self) -> RobotState:
         """Return the state now."""
         now = self.now()
-        positions, velocities, accelerations = self.timeline(now)
+        positions, velocities, accelerations = self.committed(now)
         return RobotState(now, positions + self._displaced, velocities, accelerations)
 
+    @checked
     def displace(self, positions: Floats) -> None:
         """Let it be off where it has to be by so much from now on, shape (n,) [rad | m]."""
-        self._displaced = positions
+        self._displaced = floats("positions", positions, (len(self.joint_names),))
 
+    @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
         """Drive a motion from a time on; say why not."""
         now = self.now()
         if self._fault:
             return self._fault
-        refused = self.timeline.refusal(trajectory, at, earliest=now + self.latency)
+        refused = self.committed.refusal(trajectory, at, earliest=now + self.latency)
         if not refused:
-            self.timeline.splice(trajectory, at, now=now)
+            self.committed.splice(trajectory, at, now=now)
         return refused
 
     def stop(self) -> None:
         """Stand still at once, as only a robot without mass can."""
-        self.timeline = Timeline(self.joint_names, self.state().positions)
+        self.committed = CommittedMotion(self.joint_names, self.state().positions)
         self._displaced = np.zeros(len(self.joint_names))
         self._fault = "it was stopped at once"
 

@@ -4,9 +4,11 @@ from dataclasses import dataclass, field
 
 from trajopt.arrays import number
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
 from trajopt.planning import Budget
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class SupervisorOptions:
     """Options of a supervisor.

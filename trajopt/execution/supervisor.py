@@ -6,14 +6,15 @@ from math import inf
 
 import numpy as np
 
-from trajopt.arrays import Printed, Value, one_of
+from trajopt.arrays import Printed, Value
 from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
+from trajopt.execution.committed_motion import REST, CommittedMotion
 from trajopt.execution.events import Event, Kind
 from trajopt.execution.executor import Executor
 from trajopt.execution.guard import Guard, Seen, start_from
 from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.soonest_stop import StopTaken, soonest_stop
-from trajopt.execution.timeline import REST, Timeline
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.printed import in_joint_position
 from trajopt.model.scene import Scene
@@ -41,6 +42,7 @@ class _Intention(Value):
         return self.begin + self.trajectory.duration
 
 
+@checked
 @dataclass(eq=False)
 class Supervisor(Printed):
     """Drives a robot to goals.
@@ -64,20 +66,19 @@ class Supervisor(Printed):
     events: list[Event] = field(default_factory=list[Event])
     seconds: dict[str, list[float]] = field(default_factory=dict[str, list[float]])
     _seen: Seen = field(init=False)
-    _committed: Timeline = field(init=False)
-    _intended: _Intention | None = None
-    _parting: float = 0.0
-    _wanted: Problem | None = None
-    _revise: bool = False
-    _again: float = 0.0
+    _committed: CommittedMotion = field(init=False)
+    _intended: _Intention | None = field(default=None, init=False)
+    _parting: float = field(default=0.0, init=False)
+    _wanted: Problem | None = field(default=None, init=False)
+    _revise: bool = field(default=False, init=False)
+    _again: float = field(default=0.0, init=False)
 
     def __post_init__(self) -> None:
         """Take the robot as it stands."""
-        one_of("problem", self.problem, Problem)
         state = self.executor.state()
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot moves: a supervisor takes it over where it stands")
-        self._committed = Timeline(self.executor.joint_names, state.positions)
+        self._committed = CommittedMotion(self.executor.joint_names, state.positions)
         self._seen = Seen(self.problem.scene, self.executor.now())
         self._parting = self.executor.now()
 
@@ -91,6 +92,7 @@ class Supervisor(Printed):
         """Whether there is a goal that is not reached."""
         return self._wanted is not None or self._intended is not None or self.moving
 
+    @checked
     def go(self, problem: Problem) -> None:
         """Ask for a goal; the next cycle plans the motion, from where the robot will be then.
 
@@ -100,7 +102,7 @@ class Supervisor(Printed):
         Raises:
             ProblemError: If it is of another group or robot.
         """
-        same = one_of("problem", problem, Problem).group == self.problem.group
+        same = problem.group == self.problem.group
         if not same or problem.scene.robot is not self.problem.scene.robot:
             raise ProblemError("a supervisor drives one group of one robot: make another one")
         if self._intended is not None:
@@ -108,6 +110,7 @@ class Supervisor(Printed):
         self.problem = self._wanted = problem
         self._again = 0.0
 
+    @checked
     def see(self, scene: Scene, stamp: float | None = None) -> None:
         """Tell it what the world is like; the next cycle judges by it what is left of the motion.
 
@@ -115,7 +118,7 @@ class Supervisor(Printed):
             scene: Its clock shows 0 at the time of the stamp.
             stamp: On the executor's clock [s]; now when None.
         """
-        self._seen = Seen(one_of("scene", scene, Scene), self.executor.now() if stamp is None else stamp)
+        self._seen = Seen(scene, self.executor.now() if stamp is None else stamp)
         self._revise, self._again = True, 0.0
         self._note(Kind.WORLD_CHANGED)
 

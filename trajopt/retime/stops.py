@@ -34,7 +34,7 @@ NEWTON = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Stop(Value):
+class PathStop(Value):
     """A motion that comes to rest before its end.
 
     Attributes:
@@ -67,7 +67,7 @@ class StopsAlong(Value):
     limits: JointLimits
     _table: "dict[int, _Braking | None]" = field(default_factory=dict[int, "_Braking | None"], repr=False)
 
-    def earliest(self, time: float, *, after: float | None = None) -> Stop:
+    def earliest(self, time: float, *, after: float | None = None) -> PathStop:
         """Return the motion from a time on, brought to rest on its path.
 
         Args:
@@ -83,8 +83,8 @@ class StopsAlong(Value):
             if braking is not None and braking.end < soonest:
                 best, soonest = braking, braking.end
         if best is None:
-            return Stop(self.trajectory.between(time, duration), duration)
-        return Stop(self._braked(time, best), best.begin)
+            return PathStop(self.trajectory.between(time, duration), duration)
+        return PathStop(self._braked(time, best), best.begin)
 
     def _braking(self, number: int) -> "_Braking | None":
         """Return the braking that begins at a moment of the table, if there is one within the limits."""

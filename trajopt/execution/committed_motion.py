@@ -1,12 +1,13 @@
-"""Timeline: what a robot has to do, motion after motion on one clock; after the last it stands still."""
+"""Committed motion: what a robot has to do, one motion after the other on one clock; then it stands still."""
 
 from dataclasses import dataclass
 from math import inf
 
 import numpy as np
 
-from trajopt.arrays import Floats, readonly
+from trajopt.arrays import Floats, floats
 from trajopt.errors import JointNotFound
+from trajopt.errors.arguments import checked
 from trajopt.model.trajectory import MEETING, Trajectory
 from trajopt.planning.waiting import JOLT, begun_later
 
@@ -29,7 +30,7 @@ class _Piece:
         return self.begin + self.trajectory.duration
 
 
-class Timeline:
+class CommittedMotion:
     """What a robot has to do.
 
     It is replaced in one step where something is spliced in, so a driver's thread may ask while a planner's
@@ -39,6 +40,7 @@ class Timeline:
         joint_names: The n joints of the robot.
     """
 
+    @checked
     def __init__(self, joint_names: tuple[str, ...], positions: Floats) -> None:
         """Stand still.
 
@@ -47,7 +49,7 @@ class Timeline:
             positions: Where they stand, shape (n,) [rad | m].
         """
         self.joint_names = joint_names
-        self._standing = readonly(np.array(positions, dtype=np.float64))
+        self._standing = floats("positions", positions, (len(joint_names),))
         self._pieces: tuple[_Piece, ...] = ()
 
     @property
@@ -78,6 +80,7 @@ class Timeline:
             rows[1:] = 0.0
         return rows
 
+    @checked
     def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
         """Say why a motion cannot be spliced in; empty if it can.
 
@@ -109,6 +112,7 @@ class Timeline:
             return f"it does not end at rest: {trajectory.joint_names[int(last.argmax())]} moves on"
         return ""
 
+    @checked
     def splice(self, trajectory: Trajectory, at: float, *, now: float) -> None:
         """Put a motion in place of what there is from a time on, and forget what is over.
 
@@ -129,6 +133,7 @@ class Timeline:
         current = [number for number, piece in enumerate(kept) if piece.begin <= now]
         self._pieces = (*kept[current[-1] if current else 0 :], _Piece(at, motion))
 
+    @checked
     def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
         """Return what is still to be done from a time on, as one motion; None if nothing is.
 
