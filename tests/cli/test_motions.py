@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+import trajopt as to
 from tests.cli.test_commands import common, folder, plan_file, trajopt
+from trajopt.benchmark.folders import find_instances
 
 __all__ = ["folder", "plan_file"]
 MOTIONS = """
@@ -44,6 +46,27 @@ def test_a_plan_among_things_that_move_is_shown_among_them(
     words = [*common(folder), "--motions", motions] if named else []
     done = trajopt("view", plan, *words, "--port", 0, "--seconds", 0.2)
     assert done.returncode == 0 and "open http" in done.stdout, done.stderr
+
+
+def test_bench_takes_the_motions_beside_a_scene(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "set").mkdir()
+    for number in (1, 2):
+        for kind in ("scene", "request"):
+            copied = (folder / f"{kind}.yaml").read_text()
+            (tmp_path / "set" / f"{kind}000{number}.yaml").write_text(copied)
+    (tmp_path / "set" / "motions0002.yaml").write_text(MOTIONS.format(x=0.72).replace("0.6]", "6.0]"))
+    written = tmp_path / "results.json"
+    done = trajopt("bench", "--robot", folder / "odd.urdf", "--data", tmp_path, "--json", written)
+    assert done.returncode == 0, done.stdout + done.stderr
+    still, moving = json.loads(written.read_text())["problems"]
+    assert still["verified"] and moving["verified"]
+    robot = to.Robot.from_urdf(folder / "odd.urdf")
+    first, second = find_instances(tmp_path, robot)
+    assert not first.make().scene.changing and second.make().scene.changing == ("pillar",)
+    assert [path.name for path in second.files] == ["scene0002.yaml", "request0002.yaml", "motions0002.yaml"]
+    (tmp_path / "set" / "motions0002.yaml").write_text("- object: ghost\n")
+    refused = trajopt("bench", "--robot", folder / "odd.urdf", "--data", tmp_path)
+    assert refused.returncode == 2 and "ghost" in refused.stderr
 
 
 def test_simulation_tells_what_to_simulate_finds(folder: Path, moving: tuple[Path, Path]) -> None:

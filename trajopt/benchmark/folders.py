@@ -1,8 +1,12 @@
-"""Benchmark over folders of MoveIt scenes and requests: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml."""
+"""Benchmark over folders of MoveIt scenes and requests: DIR/<set>/sceneNNNN.yaml, requestNNNN.yaml.
+
+Where there is a motionsNNNN.yaml beside them, the objects of the scene move as it says.
+"""
 
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +15,7 @@ from trajopt.benchmark.instance import Instance
 from trajopt.benchmark.outcome import Outcome
 from trajopt.errors import FileFormatError, NameNotFound
 from trajopt.model.robot import Robot
-from trajopt.moveit import read_request, read_scene
+from trajopt.moveit import read_motions, read_request, read_scene
 from trajopt.problem import Problem
 
 
@@ -31,9 +35,6 @@ def find_instances(
         NameNotFound: If a set is not there.
     """
 
-    def maker(scene: Path, request: Path) -> Callable[[], Problem]:
-        return lambda: read_request(request, read_scene(scene, robot)).problem()
-
     if not folder.is_dir():
         raise FileFormatError(str(folder), "is no folder")
     present = sorted(path.name for path in folder.iterdir() if any(path.glob("scene*.yaml")))
@@ -43,15 +44,31 @@ def find_instances(
     found: list[Instance] = []
     for name in sets or present:
         for scene in sorted((folder / name).glob("scene*.yaml"))[:limit]:
-            number = re.sub(r"\D", "", scene.stem)
-            request = scene.with_name(f"request{number}.yaml")
-            if not request.is_file():
-                raise FileFormatError(str(scene), f"has no {request.name} beside it")
-            made = maker(scene, request)
-            found.append(Instance(f"{name}/{int(number)}", made, files=(scene, request)))
+            found.append(_instance(name, scene, robot))
     if not found:
         raise FileFormatError(str(folder), "holds no <set>/sceneNNNN.yaml")
     return tuple(found)
+
+
+def _instance(name: str, scene: Path, robot: Robot) -> Instance:
+    """Return the problem of a scene in a set, with the request and the motions beside it.
+
+    Raises:
+        FileFormatError: If it has no request.
+    """
+    number = re.sub(r"\D", "", scene.stem)
+    request, motions = (scene.with_name(f"{kind}{number}.yaml") for kind in ("request", "motions"))
+    if not request.is_file():
+        raise FileFormatError(str(scene), f"has no {request.name} beside it")
+    moving = motions.is_file()
+
+    def made() -> Problem:
+        around = read_scene(scene, robot)
+        if moving:
+            around = replace(around, scene=read_motions(motions, around.scene))
+        return read_request(request, around).problem()
+
+    return Instance(f"{name}/{int(number)}", made, files=(scene, request, *((motions,) if moving else ())))
 
 
 def row(outcome: Outcome) -> dict[str, object]:

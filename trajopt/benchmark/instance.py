@@ -63,7 +63,8 @@ class Instance:
         make: Makes it, anew at every call.
         expected: How planning is expected to end.
         draw: 0, or the number of a random instance of an installed problem.
-        files: The scene and the request that it is read from; none where it is made otherwise.
+        files: The scene, the request and the motions, if any, that it is read from; none where it is made
+            otherwise.
     """
 
     name: str

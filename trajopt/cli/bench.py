@@ -24,7 +24,11 @@ from trajopt.cli.progress import quiet_bar
 from trajopt.io.json_files import write_json
 
 DataOption = Annotated[
-    Path, typer.Option("--data", help="Folder laid out as <set>/sceneNNNN.yaml, requestNNNN.yaml.")
+    Path,
+    typer.Option(
+        "--data",
+        help="Folder of <set>/sceneNNNN.yaml, requestNNNN.yaml, perhaps motionsNNNN.yaml.",
+    ),
 ]
 SetsOption = Annotated[
     str, typer.Option("--sets", help="Names of sets, separated by commas; all if left out.")
