@@ -21,7 +21,13 @@ from trajopt.simulate.camera import visible_points
 from trajopt.simulate.halo import halo
 from trajopt.simulate.motion import motion_of
 from trajopt.simulate.posed import PosedModel
-from trajopt.simulate.stage import HALO_GROUP, OBJECT_GROUP, ROBOT_GROUP, UNSEEN_GROUP
+from trajopt.simulate.stage import (
+    HALO_GROUP,
+    OBJECT_GROUP,
+    ROBOT_GROUP,
+    UNSEEN_GROUP,
+    object_colours,
+)
 from trajopt.simulate.viewpoint import in_view
 
 __all__ = ["opengl"]
@@ -155,3 +161,12 @@ def test_films_and_pictures_show_it(pendulum: Pendulum, tmp_path: Path) -> None:
     assert np.ptp(pixels(both)) > 100
     film = render(simulate(reduced, planned), tmp_path / "film.gif", **SIZE, fps=10)
     assert film.stat().st_size > 1000
+
+
+def test_links_of_one_robot_have_one_colour(pendulum: Pendulum) -> None:
+    scene = to.Scene(pendulum())
+    for name in ("post", "other/rod", "other/tip", "third/rod"):
+        scene = scene.add(name, to.Sphere(0.1), to.placement((2.0, 0.0, 0.0)))
+    colours = object_colours(reduced_all(scene))
+    assert colours["other/rod"] == colours["other/tip"]
+    assert len(set(colours.values())) == 3

@@ -34,7 +34,6 @@ def find_instances(
         FileFormatError: If the folder does not exist or holds no problem.
         NameNotFound: If a set is not there.
     """
-
     if not folder.is_dir():
         raise FileFormatError(str(folder), "is no folder")
     present = sorted(path.name for path in folder.iterdir() if any(path.glob("scene*.yaml")))

@@ -15,6 +15,9 @@ DIVISIONS = 12
 """Pieces of each edge of the octahedron that a ball is made from: a multiple of 2 and 3, so that edges and
 corners of boxes have points of their own."""
 
+THINNEST = 3e-3
+"""Thinner ones are not drawn [m]: on the surface itself they would be speckles."""
+
 
 @dataclass(frozen=True, eq=False)
 class Halo(Value):

@@ -10,6 +10,7 @@ from trajopt.io.engine import mujoco
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel, tool_frames, tool_point
 from trajopt.model.rotations import from_quaternion
+from trajopt.simulate.halo import THINNEST
 from trajopt.simulate.motion import Motion
 from trajopt.simulate.pieces import scalar_first
 from trajopt.simulate.stage import HALO_GROUP, UNSEEN_GROUP, picture_spec
@@ -71,7 +72,7 @@ class PosedModel:
         for geom, owner in self._coming.items():
             self.model.geom_group[geom] = self._group[geom] if changing.there(owner, t) else UNSEEN_GROUP
         for geom, (owner, _) in self._halos.items():
-            seen = changing.there(owner, t) and changing.error(owner, t) > 0.0
+            seen = changing.there(owner, t) and changing.error(owner, t) > THINNEST
             self.model.geom_group[geom] = HALO_GROUP if seen else UNSEEN_GROUP
         self.data.qpos[self._address] = reduced.mimic_matrix @ self.motion(t) + reduced.mimic_offset
         mujoco.mj_kinematics(self.model, self.data)

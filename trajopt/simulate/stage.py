@@ -132,18 +132,20 @@ def picture_spec(
 
 
 def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
-    """Choose a colour for every object: accent if carried or loose, wood by its name, else the palette."""
+    """Choose a colour for every object: accent if carried or loose, wood by its name, else the palette.
+
+    What is named alike before a stroke has one colour: "other/link1" and "other/link2" are one robot.
+    """
     carried = {body.owner for body in reduced.scene.object_bodies() if body.frame != WORLD}
     colours: dict[str, Colour] = {}
-    used = 0
+    used: dict[str, Colour] = {}
     for name in reduced.scene.objects:
         if name in carried or name == loose:
             colours[name] = ATTACHED
         elif any(word in name.lower() for word in WOODEN):
             colours[name] = WOOD
         else:
-            colours[name] = PALETTE[used % len(PALETTE)]
-            used += 1
+            colours[name] = used.setdefault(name.split("/")[0], PALETTE[len(used) % len(PALETTE)])
     return colours
 
 

@@ -14,7 +14,7 @@ from trajopt.model.reduced import FixedBody, ReducedModel
 from trajopt.model.shapes import Plane, Shape, bounding_box
 from trajopt.model.timed import TimedModel
 from trajopt.query import Kinematics
-from trajopt.simulate.halo import Halo, halo, has_halo
+from trajopt.simulate.halo import THINNEST, Halo, halo, has_halo
 from trajopt.view import palette
 from trajopt.view.clearance import Nearest
 from trajopt.view.palette import Rgb
@@ -113,7 +113,7 @@ class Drawing:
                 handle.visible = timed.there(name, time)
             for name, halo, handle in self._halos:
                 distance = timed.error(name, time)
-                handle.visible = timed.there(name, time) and distance > 0.0
+                handle.visible = timed.there(name, time) and distance > THINNEST
                 if handle.visible:
                     handle.vertices = halo.grown(distance).astype(np.float32)
 
@@ -176,8 +176,12 @@ class Drawing:
                 self._objects.append((body.owner, self._mesh(node, body.shape, body.placement, colour)))
 
     def _colours(self) -> dict[str, Rgb]:
-        names = self._reduced.scene.objects
-        return {name: palette.SURFACES[number % len(palette.SURFACES)] for number, name in enumerate(names)}
+        """Return the colour of each object; names that are alike before a stroke, of one robot, share it."""
+        alike = list(dict.fromkeys(name.split("/")[0] for name in self._reduced.scene.objects))
+        return {
+            name: palette.SURFACES[alike.index(name.split("/")[0]) % len(palette.SURFACES)]
+            for name in self._reduced.scene.objects
+        }
 
     def _draw_floor(self) -> None:
         """Draw a grid at the height of the lowest fixed body."""
