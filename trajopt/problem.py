@@ -19,7 +19,9 @@ from trajopt.model.stated import (
     GoalLike,
     StartLike,
     check_names,
+    check_waypoints,
     only_group,
+    stated_dwell,
     stated_goal,
     stated_rates,
     stated_start,
@@ -68,6 +70,8 @@ class Problem(Value):
         start_velocity: Joint of the group -> its velocity at the start [rad/s | m/s]; joints that are not
             named are at rest.
         start_acceleration: The same for accelerations [rad/s^2 | m/s^2]; joints that are not named have none.
+        dwell: How long the robot stays clear at the goal, at rest, after the end [s]. A goal that moves it
+            follows for so long, and the motion includes that; it ends at rest as seen from the goal.
         name: For reports.
         degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and where
             joints are given by name in `goal` and `waypoints`.
@@ -86,6 +90,7 @@ class Problem(Value):
     tool_speed: ToolSpeed | Sequence[ToolSpeed] = ()
     start_velocity: Mapping[str, float] = field(default_factory=dict[str, float])
     start_acceleration: Mapping[str, float] = field(default_factory=dict[str, float])
+    dwell: float = 0.0
     name: str = "problem"
     degrees: InitVar[bool] = False
     _start: Floats = field(init=False, repr=False)
@@ -106,7 +111,7 @@ class Problem(Value):
         constraints = tuple(sequence("constraints", self.constraints))
         _check_kinds(goals, constraints, self.knots)
         waypoints = stated_waypoints(self.scene, self.group, self.waypoints, degrees=degrees)
-        _check_waypoints(waypoints, self.knots)
+        check_waypoints(waypoints, self.knots)
         costs = default_costs() if self.costs is None else several("costs", self.costs, Cost)
         speeds = (self.tool_speed,) if isinstance(self.tool_speed, ToolSpeed) else self.tool_speed
         tools = several("tool_speed", speeds, ToolSpeed)
@@ -118,12 +123,15 @@ class Problem(Value):
         names += ("waypoints", "_waypoints", "tool_speed", "_tool_speeds")
         for name, value in zip(names, (*values, waypoints, waypoints, tools, tools), strict=True):
             object.__setattr__(self, name, value)
-        self._check_contents((*goals, *chain(*waypoints.values()), *constraints))
+        self._check_contents((*chain(*waypoints.values()), *constraints))
 
     def _check_contents(self, required: Iterable[PathConstraint | During[PathConstraint]]) -> None:
         for label in ("velocity_scaling", "acceleration_scaling"):
             if not 0.0 < number(label, getattr(self, label)) <= 1.0:
                 raise ProblemError(f"{label} is a factor in (0, 1], is {getattr(self, label)}")
+        object.__setattr__(self, "dwell", stated_dwell(self.dwell))
+        for goal in self._goals:
+            check_names(self.scene, goal)
         for item in required:
             self._check_names(item)
         for part in self.partial:
@@ -297,6 +305,7 @@ class Problem(Value):
             "  minimise     "
             + " + ".join(f"{cost.weight:g} x {cost.residual.name}" for cost in self.costs or ()),
             *((f"  no faster    {slower}",) if slower else ()),
+            *((f"  stays        {self.dwell:g} s at the goal",) if self.dwell else ()),
         ]
         return "\n".join(lines)
 
@@ -313,15 +322,6 @@ def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: 
         check_path_constraint(cast("During[object]", item).required if isinstance(item, During) else item)
     if not isinstance(knots, int) or not 3 <= knots <= MOST_KNOTS:
         raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}, not {shown(knots)}")
-
-
-def _check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
-    for name, wanted in waypoints.items():
-        if not wanted or not all(isinstance(item, Requirement) for item in wanted):
-            raise ProblemError(f"waypoint {shown(name)} is no requirement or several: {shown(wanted)}")
-    least = len(waypoints) + 2
-    if knots < least:
-        raise ProblemError(f"{len(waypoints)} waypoints need at least {least} knots, not {knots}")
 
 
 def named_problem(name: str) -> Problem:

@@ -134,8 +134,11 @@ class ReducedModel:
 
         Raises:
             FrameNotFound: If the name is no frame.
+            ProblemError: If it moves by itself, so that where it is depends on the time.
         """
         found = self.anchors.get(name)
+        if found is None and self.scene.carrier(name) is not None:
+            raise ProblemError(f"{shown(name)} is moved by time: only `plan` and `judge` know where it is")
         if found is None:
             objects = self.scene.objects
             raise FrameNotFound("frame", name, self.anchors.keys() - objects.keys(), objects=objects)

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
-from trajopt.arrays import Floats, floats, mapping, one_of, sequence
+from trajopt.arrays import Floats, floats, mapping, number, one_of, sequence
 from trajopt.errors import ModelError, ProblemError, ShapeError, StateNotFound, listed, shown
 from trajopt.model.description.pinocchio_model import joint_unit, link_above, link_joint
 from trajopt.model.likely_units import stated_angle
@@ -238,6 +238,31 @@ def tool_of(scene: Scene, group: str) -> str:
     )
 
 
+def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
+    """Check that each waypoint is a requirement or several, and that there are knots for all.
+
+    Raises:
+        ProblemError: If not.
+    """
+    for name, wanted in waypoints.items():
+        if not wanted or not all(isinstance(item, Requirement) for item in wanted):
+            raise ProblemError(f"waypoint {shown(name)} is no requirement or several: {shown(wanted)}")
+    least = len(waypoints) + 2
+    if knots < least:
+        raise ProblemError(f"{len(waypoints)} waypoints need at least {least} knots, not {knots}")
+
+
+def stated_dwell(dwell: float) -> float:
+    """Return how long to stay at the goal [s].
+
+    Raises:
+        ProblemError: If it is negative.
+    """
+    if number("dwell", dwell) < 0.0:
+        raise ProblemError(f"dwell must not be negative, is {dwell:g} s")
+    return float(dwell)
+
+
 def check_names(scene: Scene, item: Requirement) -> None:
     """Check the frames and joints that a requirement names.
 
@@ -246,12 +271,8 @@ def check_names(scene: Scene, item: Requirement) -> None:
         ProblemError: If the position of a joint that slides is in degrees, or a frame moves by itself.
     """
     scene.robot.index(item.joints)
-    for frame in item.frames:
-        scene.holder(frame)
-        carrier = scene.carrier(frame)
-        if carrier is not None:
-            moves = "moves by itself" if carrier == frame else f"is carried by {shown(carrier)}, which moves"
-            raise ProblemError(f"{shown(frame)} {moves}: requirements take frames that time does not move")
+    if moving := _moving(scene, item):
+        raise ProblemError(f"{moving}: requirements take frames that time does not move")
     if isinstance(item, JointPositions) and item.in_degrees:
         for joint in item.joints:
             if joint_unit(scene.robot.model, joint) == "m":
@@ -259,3 +280,14 @@ def check_names(scene: Scene, item: Requirement) -> None:
                     f"position of {joint} is in degrees, and the joint slides: give it in metres, "
                     "in joint_positions(...) of its own"
                 )
+
+
+def _moving(scene: Scene, item: Requirement) -> str:
+    """Say which frame of a requirement moves by itself; empty if none does."""
+    for frame in item.frames:
+        scene.holder(frame)
+        carrier = scene.carrier(frame)
+        if carrier is not None:
+            moves = "moves by itself" if carrier == frame else f"is carried by {shown(carrier)}, which moves"
+            return f"{shown(frame)} {moves}"
+    return ""

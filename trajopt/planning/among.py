@@ -42,7 +42,8 @@ class Among:
             return None
         looks = Looks(timed, Counts())
         torque = query.dynamics.torque if np.isfinite(problem.limits.effort).any() else None
-        return Among(looks, Waiting(looks), PathTiming(looks, problem.limits, torque))
+        waiting = Waiting(looks, problem.dwell)
+        return Among(looks, waiting, PathTiming(looks, problem.limits, torque, problem.dwell))
 
     def timings(self, fastest: Trajectory) -> Iterator[TimedOnPath]:
         """Yield a motion as it is, if that seems clear; then what does and is over soonest, a few times.

@@ -143,6 +143,7 @@ def _specification(problem: Problem) -> Specification:
         tool_speeds=problem.tool_speeds,
         start_velocities=problem.start_velocities,
         start_accelerations=problem.start_accelerations,
+        dwell=problem.dwell,
     )
 
 

@@ -53,12 +53,14 @@ class OrderSearch:
         changes: The changes that can begin at the start of each cell.
         ticks: How many there are.
         at_rest: Whether the motion begins at rest, and so may begin later and at any rate.
+        stays: Ticks for which the last cell must not be blocked after the end.
     """
 
     blocked: Sequence[int]
     changes: Mapping[int, Sequence[Change]]
     ticks: int
     at_rest: bool
+    stays: int = 0
     _reached: list[list[int]] = field(default_factory=list[list[int]])
     _arrived: list[int] = field(default_factory=list[int])
     _wide: dict[tuple[int, int], int] = field(default_factory=dict[tuple[int, int], int])
@@ -66,7 +68,8 @@ class OrderSearch:
     def steps(self) -> list[Step]:
         """Return the steps that are over soonest; none if no timing is clear."""
         self._search()
-        ends = [(self._first(bits), -rate) for rate, bits in enumerate(self._reached[-1]) if bits]
+        over = (self._whole >> self.stays) & ~self._during(len(self.blocked) - 1, 0, self.stays)
+        ends = [(self._first(bits & over), -rate) for rate, bits in enumerate(self._reached[-1]) if bits & over]
         if not ends:
             return []
         tick, rate = min(ends)

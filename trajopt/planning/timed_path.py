@@ -58,11 +58,13 @@ class PathTiming:
         looks: Looks at configurations.
         limits: Of the joints.
         inverse_dynamics: Torques of the joints; None where they are not limited.
+        dwell: How long the robot stays where a motion ends [s].
     """
 
     looks: Looks
     limits: JointLimits
     inverse_dynamics: InverseDynamics | None
+    dwell: float = 0.0
 
     def timings(self, fastest: Trajectory, until: float) -> Iterator[TimedOnPath]:
         """Yield motions along the path that seem clear and are over before a time, the soonest first.
@@ -77,7 +79,8 @@ class PathTiming:
         clock = stretched(fastest, SLOWER) if at_rest else fastest
         cells = int(np.clip(ceil(clock.duration / LOOK), *CELLS))
         cell = clock.duration / cells
-        moments = floor(until / cell)
+        stays = ceil(self.dwell / cell)
+        moments = floor(until / cell) + stays
         self.looks.leave_room(clock(np.zeros(1)))
         edges: Floats = np.linspace(0.0, clock.duration, cells + 1)
         times: Floats = np.linspace(0.0, moments * cell, moments + 1)
@@ -86,7 +89,7 @@ class PathTiming:
         last: list[Step] = []
         for grown in GROWN:
             blocked = [_bits(row) for row in _grown(pairs != FREE, grown)]
-            steps = OrderSearch(blocked, changes, moments * TICKS, at_rest).steps()
+            steps = OrderSearch(blocked, changes, moments * TICKS, at_rest, stays * TICKS).steps()
             if steps and steps != last:
                 remarks = tuple(remarks_of(steps, pairs, self.looks, clock(edges), cell / TICKS))
                 yield TimedOnPath(followed(clock, steps, cell), remarks)

@@ -32,9 +32,11 @@ class Waiting:
 
     Attributes:
         looks: Looks at configurations among what changes.
+        dwell: How long the robot stays where a motion ends [s].
     """
 
     looks: Looks
+    dwell: float = 0.0
 
     def beginnings(self, trajectory: Trajectory) -> Iterator[Trajectory]:
         """Yield a motion begun as early as seems clear, at rest until then, and a few times a little later.
@@ -79,7 +81,7 @@ class Waiting:
 
         Besides evenly spaced times it is looked at the very moments at which things appear and expire.
         """
-        duration = trajectory.duration
+        duration = trajectory.duration + self.dwell
         even = np.linspace(0.0, duration, max(2, ceil(duration / LOOK) + 1))
         looks: Floats = np.concatenate((even, np.clip(self.looks.moments - wait, 0.0, duration)))
         return self.looks.all_clear(trajectory(looks), looks + wait)

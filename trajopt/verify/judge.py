@@ -6,7 +6,6 @@ from math import inf
 from types import MappingProxyType
 
 from trajopt.arrays import Floats, floats, one_of
-from trajopt.errors import WaypointNotFound
 from trajopt.errors.arguments import checked
 from trajopt.model.limits import JointLimits
 from trajopt.model.reduced import ReducedModel
@@ -19,14 +18,12 @@ from trajopt.verify.checks.clearance import judge_clearance
 from trajopt.verify.checks.ends import end_checks, ends_hold
 from trajopt.verify.checks.joint_limits import limit_checks, limits_hold
 from trajopt.verify.checks.joint_torques import Overload, overloads, torque_checks, torques_hold
+from trajopt.verify.checks.meeting import meeting_checks
 from trajopt.verify.checks.moving_limits import group_part, moving_limits
-from trajopt.verify.checks.parts import part_checks
-from trajopt.verify.checks.quantities import check_requirement
-from trajopt.verify.checks.requirement import When
 from trajopt.verify.checks.rolling import rolling_checks
-from trajopt.verify.checks.sampled import SampledCheck, sampled_check
+from trajopt.verify.checks.sampled import SampledCheck
+from trajopt.verify.checks.specified import specified_checks
 from trajopt.verify.checks.tool_speed import tool_speed_checks
-from trajopt.verify.checks.waypoints import passages
 from trajopt.verify.examination import Examination, Moment, examine_with, requirements_with
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
@@ -79,6 +76,7 @@ class Judge:
         tool_speeds: Sequence[ToolSpeed] = (),
         start_velocities: Floats | None = None,
         start_accelerations: Floats | None = None,
+        dwell: float = 0.0,
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
         specification = Specification(
@@ -91,6 +89,7 @@ class Judge:
             tool_speeds=tool_speeds,
             start_velocities=start_velocities,
             start_accelerations=start_accelerations,
+            dwell=dwell,
         )
         return self.certify(trajectory, specification)
 
@@ -99,15 +98,17 @@ class Judge:
         before = self._calls
         moving = moving_limits(self.reduced, specification.limits)
         bounds = group_part(self.reduced, moving)
-        motion = self._motion(trajectory)
+        motion, followed = self._motion(trajectory, specification), self._followed(specification)
+        staying = 0.0 if followed else specification.dwell
         checks = [
             *end_checks(motion, specification.start_velocities, specification.start_accelerations),
-            *_asked_checks(motion, specification),
+            *specified_checks(motion, specification, followed),
             *limit_checks(motion, moving, specification.start_accelerations),
         ]
         checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification)]
-        checks += self._surroundings.known_checks(motion)
-        among, distances = self._surroundings.among(motion), self._surroundings.distances
+        checks += self._surroundings.known_checks(motion, staying)
+        among, distances = self._surroundings.among(motion, staying), self._surroundings.distances
+        checks += meeting_checks(among, followed, specification.dwell)
         search = self._search(among, measured=True)
         found, at_fault = judge_clearance(among, distances, search), tuple[Check, ...]()
         if distances.present is not None:
@@ -134,7 +135,9 @@ class Judge:
         """
         reduced, before = self.reduced, self._calls
         moving = moving_limits(reduced, specification.limits)
-        motion = self._motion(trajectory)
+        motion, followed = self._motion(trajectory, specification), self._followed(specification)
+        staying = 0.0 if followed else specification.dwell
+        among = self._surroundings.among(motion, staying)
         held = (
             ends_hold(motion, specification.start_velocities, specification.start_accelerations)
             and limits_hold(motion, moving, specification.start_accelerations)
@@ -142,12 +145,13 @@ class Judge:
             and all(
                 check.holds or not check.required
                 for check in chain(
-                    _asked_checks(motion, specification),
+                    specified_checks(motion, specification, followed),
                     _base_checks(motion, specification),
-                    self._surroundings.known_checks(motion),
+                    self._surroundings.known_checks(motion, staying),
+                    meeting_checks(among, followed, specification.dwell),
                 )
             )
-            and self._search(self._surroundings.among(motion), measured=False).proven
+            and self._search(among, measured=False).proven
         )
         return Verdict(verified=held, counts=self._counted(before))
 
@@ -191,9 +195,22 @@ class Judge:
         """
         return requirements_with(self._kinematics, positions, requirements, options=self.options)
 
-    def _motion(self, trajectory: Trajectory) -> Motion:
+    def _motion(self, trajectory: Trajectory, specification: Specification) -> Motion:
         one_of("trajectory", trajectory, Trajectory)
-        return Motion(self.reduced, trajectory, kinematics=self._kinematics, options=self.options)
+        return Motion(
+            self.reduced,
+            trajectory,
+            kinematics=self._kinematics,
+            options=self.options,
+            rests_after=not self._followed(specification),
+        )
+
+    def _followed(self, specification: Specification) -> tuple[Requirement, ...]:
+        """Return the goals that time moves."""
+        scene = self.reduced.scene
+        if not scene.changing:
+            return ()
+        return tuple(goal for goal in specification.goals if any(map(scene.carrier, goal.frames)))
 
     def _search(self, motion: Motion, *, measured: bool) -> Findings:
         return search_clearance(motion, self._surroundings.distances, measured=measured)
@@ -206,16 +223,6 @@ class Judge:
         """Return the work since then."""
         distances, kinematics = self._calls
         return Counts(distances=distances - before[0], kinematics=kinematics - before[1])
-
-
-def _asked_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
-    """Judge the goals, constraints and waypoints, one after the other."""
-    for when, requirements in ((When.END, specification.goals), (When.ALWAYS, specification.constraints)):
-        for requirement in requirements:
-            yield from check_requirement(requirement, motion, when)
-    yield from _on_the_way(motion, specification.waypoints, specification.partial)
-    for check in specification.sampled:
-        yield sampled_check(check, motion)
 
 
 def _base_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
@@ -237,35 +244,6 @@ def _range(values: Floats) -> tuple[float, float]:
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
 
 
-def _on_the_way(
-    motion: Motion,
-    waypoints: Mapping[str, Sequence[Requirement]],
-    partial: Sequence[During[Requirement] | During[SampledCheck]],
-) -> list[Check]:
-    """Judge waypoints, and what has to hold between them."""
-    proven: list[During[Requirement]] = []
-    sampled: list[During[SampledCheck]] = []
-    for part in partial:
-        for name in (part.after, part.until):
-            if name is not None and name not in waypoints:
-                raise WaypointNotFound("waypoint", name, waypoints)
-        if isinstance(part.required, Requirement):
-            proven.append(During(part.required, part.after, part.until))
-        else:
-            sampled.append(During(part.required, part.after, part.until))
-    passed = passages(motion, waypoints, proven)
-    checks = [passage.check for passage in passed.values() if passage.check is not None]
-    for part in proven:
-        checks += part_checks(part, motion, passed, _always)
-    for part in sampled:
-        checks += part_checks(part, motion, passed, lambda check, cut: (sampled_check(check, cut),))
-    return checks
-
-
-def _always(requirement: Requirement, motion: Motion) -> tuple[Check, ...]:
-    return check_requirement(requirement, motion, When.ALWAYS)
-
-
 @checked
 def verify(
     reduced: ReducedModel,
@@ -280,6 +258,7 @@ def verify(
     tool_speeds: Sequence[ToolSpeed] = (),
     start_velocities: Floats | None = None,
     start_accelerations: Floats | None = None,
+    dwell: float = 0.0,
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
     """Judge a trajectory: prove for all times, not only at samples, what is required of it.
@@ -297,6 +276,8 @@ def verify(
         tool_speeds: Largest speeds of tools.
         start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
         start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
+        dwell: How long it stays clear at the goal, at rest, after the end; where a goal moves, how long it
+            has followed that when it ends [s].
         options: Numbers to judge with.
 
     Raises:
@@ -317,6 +298,7 @@ def verify(
         tool_speeds=tool_speeds,
         start_velocities=start_velocities,
         start_accelerations=start_accelerations,
+        dwell=dwell,
     )
 
 

@@ -26,6 +26,8 @@ class Specification(Value):
         tool_speeds: Largest speeds of tools.
         start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
         start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
+        dwell: How long it stays clear where it ends, at rest, after the end [s]. Where a goal moves, how
+            long it has followed that when it ends: the goals hold in its last so many seconds.
     """
 
     goals: Sequence[Requirement]
@@ -37,6 +39,7 @@ class Specification(Value):
     tool_speeds: Sequence[ToolSpeed] = ()
     start_velocities: Floats | None = None
     start_accelerations: Floats | None = None
+    dwell: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -78,9 +78,10 @@ def moving_spans(motion: Motion, distances: PairDistances) -> list[Floats]:
     assert distances.present is not None
     rounds = [np.where(distances.changing[:, None], NEVER, (-inf, inf))]
     times, patterns = motion.trajectory.times, _moved(motion, distances)
+    ends: Floats = np.concatenate(((-inf,), times[1:-1], (times[-1] if motion.staying > 0.0 else inf,)))
     for moved in np.unique(patterns[distances.changing], axis=0):
         pairs = np.flatnonzero(distances.changing & (patterns == moved).all(axis=1))
-        for number, (begin, end) in enumerate(_spans(moved, times)):
+        for number, (begin, end) in enumerate(_spans(moved, ends)):
             if number == len(rounds):
                 rounds.append(np.tile(NEVER, (len(patterns), 1)))
             rounds[number][pairs, 0] = np.maximum(distances.present[pairs, 0], begin)
@@ -101,10 +102,9 @@ def _moved(motion: Motion, distances: PairDistances) -> Bools:
     return of_body[distances.first] | of_body[distances.second]
 
 
-def _spans(moved: Bools, times: Floats) -> list[tuple[float, float]]:
-    """Return the spans of time of neighbouring pieces that are marked, those at the ends without end."""
+def _spans(moved: Bools, ends: Floats) -> list[tuple[float, float]]:
+    """Return the spans of time of neighbouring pieces that are marked, given the ends of all pieces."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], moved, [False])).astype(np.int8)))
-    ends: Floats = np.concatenate(((-inf,), times[1:-1], (inf,)))
     return [(float(ends[begin]), float(ends[end])) for begin, end in edges.reshape(-1, 2).tolist()]
 
 

@@ -59,7 +59,7 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
     found: list[Check] = []
     for (name, pairs), broken in zip(names, contacts, strict=True):
         if broken:
-            check = _broken_check(distances, broken[0], float(required[broken[0].pair]))
+            check = _broken_check(motion, distances, broken[0], float(required[broken[0].pair]))
         elif search.gap is not None and not any(contacts) and search.gap.pair in pairs:
             assert unproven is not None
             check = _unproven_check(search, distances, pairs, unproven)
@@ -114,16 +114,15 @@ def _deepest(motion: Motion, search: Findings, distances: PairDistances, contact
     return best
 
 
-def _broken_check(distances: PairDistances, contact: Contact, required: float) -> Check:
+def _broken_check(motion: Motion, distances: PairDistances, contact: Contact, required: float) -> Check:
     """State the pair that is deepest in contact, or nearest though it must keep a clearance."""
-    name = distances.pair_name(contact.pair)
+    name, over = distances.pair_name(contact.pair), motion.trajectory.duration
+    after = f", {contact.time - over:.3f} s after the end" if contact.time > over else ""
     if contact.distance > 0.0:
-        words = (
-            f"{name} come within {1000 * contact.distance:.2f} mm of each other at {contact.time:.3f} s, "
-            f"{1000 * required:g} mm are required"
-        )
+        words = f"{name} come within {1000 * contact.distance:.2f} mm of each other at {contact.time:.3f} s"
+        words += f"{after}, {1000 * required:g} mm are required"
     else:
-        words = f"{name} are {-1000 * contact.distance:.2f} mm into each other at {contact.time:.3f} s"
+        words = f"{name} are {-1000 * contact.distance:.2f} mm into each other at {contact.time:.3f} s{after}"
     return _check(name, contact.distance, required, contact.time, Evidence.SAMPLED, words)
 
 

@@ -1,4 +1,4 @@
-"""The two ends of a motion: it starts as the robot is and moves, and ends at rest."""
+"""The ends of a motion: it starts as the robot is and moves, and ends at rest unless it meets what moves."""
 
 import numpy as np
 
@@ -26,10 +26,9 @@ def end_checks(
     if velocities is not None:
         rests = start_velocities is None or not start_velocities.any()
         begin = velocities[0] if start_velocities is None else velocities[0] - start_velocities
-        for name, speeds, time in (
-            ("start at rest" if rests else "start velocity", np.abs(begin), 0.0),
-            ("end at rest", np.abs(velocities[-1]), motion.duration),
-        ):
+        ends = [("start at rest" if rests else "start velocity", np.abs(begin), 0.0)]
+        ends += [("end at rest", np.abs(velocities[-1]), motion.duration)] * motion.rests_after
+        for name, speeds, time in ends:
             rest = motion.options.rest_speed
             checks.append(_check(motion, name, speeds, time=time, bound=rest, order=1))
     if start_accelerations is not None and start_accelerations.any() and motion.differentiable:
@@ -47,7 +46,8 @@ def ends_hold(
     off = np.abs(motion.trajectory.positions[0] - motion.reduced.start_positions).max()
     if velocities is not None:
         begin = velocities[0] if start_velocities is None else velocities[0] - start_velocities
-        if not ((np.abs(begin) <= options.rest_speed) & (np.abs(velocities[-1]) <= options.rest_speed)).all():
+        end = velocities[-1] if motion.rests_after else np.zeros_like(begin)
+        if not ((np.abs(begin) <= options.rest_speed) & (np.abs(end) <= options.rest_speed)).all():
             return False
     moving = start_accelerations is not None and start_accelerations.any() and motion.differentiable
     if moving:

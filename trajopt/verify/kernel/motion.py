@@ -22,6 +22,8 @@ class Motion:
         kinematics: Forward kinematics of the model.
         options: Numbers to judge with.
         group: Position of the group's joints and its derivatives, by order 0 to 3.
+        staying: How long it rests where it ends, before it counts as over [s].
+        rests_after: Whether it is followed by rest; else by a motion that goes on from it.
     """
 
     def __init__(
@@ -31,6 +33,7 @@ class Motion:
         *,
         kinematics: Kinematics,
         options: VerifyOptions,
+        rests_after: bool = True,
     ) -> None:
         """Differentiate the polynomials.
 
@@ -44,6 +47,7 @@ class Motion:
             )
         positions = Polynomials(trajectory.times, trajectory.coefficients)
         self._take(reduced, trajectory, positions, kinematics, options)
+        self.rests_after = rests_after
 
     def _take(
         self,
@@ -57,6 +61,7 @@ class Motion:
         self.trajectory = trajectory
         self.kinematics = kinematics
         self.options = options
+        self.staying, self.rests_after = 0.0, True
         velocity = position.derivative()
         acceleration = velocity.derivative()
         self.group = (position, velocity, acceleration, acceleration.derivative())
@@ -77,7 +82,7 @@ class Motion:
 
     @cached_property
     def acceleration_jumps(self) -> Floats:
-        """By how much the group's accelerations jump at each of the trajectory's times, from and to rest.
+        """By how much the group's accelerations jump at each of the trajectory's times, from rest on.
 
         Of shape (k, n) [rad/s^2 | m/s^2].
         """
@@ -86,7 +91,8 @@ class Motion:
         for coefficient in coefficients:
             reached = reached * lengths[:, None] + coefficient
         rest = np.zeros((1, coefficients.shape[2]))
-        return np.concatenate((coefficients[-1], rest)) - np.concatenate((rest, reached))
+        after = rest if self.rests_after else reached[-1:]
+        return np.concatenate((coefficients[-1], after)) - np.concatenate((rest, reached))
 
     @property
     def duration(self) -> float:

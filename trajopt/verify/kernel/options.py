@@ -25,6 +25,9 @@ class VerifyOptions:
         rest_speed: Largest speed of a joint that counts as standing still [rad/s | m/s].
         start_acceleration_error: Largest difference from an acceleration that the start has
             [rad/s^2 | m/s^2].
+        meeting_speed: Largest velocity relative to a frame that is met [m/s]: the default tolerance of a
+            position in a tenth of a second.
+        meeting_rate: Largest rate at which a frame may turn as seen from one that is met [rad/s]: likewise.
         sample_step: Longest time between samples where nothing can be proven, such as torques [s].
         sample_travel: Where no joint can move as far in that time, samples are this far apart instead, and
             at least eight in a piece of the trajectory [rad | m].
@@ -39,6 +42,8 @@ class VerifyOptions:
     start_error: float = 1e-6
     rest_speed: float = 1e-6
     start_acceleration_error: float = 1e-6
+    meeting_speed: float = 1e-3
+    meeting_rate: float = 1e-2
     sample_step: float = 0.01
     sample_travel: float = 1e-3
 

@@ -22,7 +22,13 @@ class TimedMotion(Motion):
     """
 
     def __init__(
-        self, timed: TimedModel, trajectory: Trajectory, *, kinematics: Kinematics, options: VerifyOptions
+        self,
+        timed: TimedModel,
+        trajectory: Trajectory,
+        *,
+        kinematics: Kinematics,
+        options: VerifyOptions,
+        staying: float = 0.0,
     ) -> None:
         """Join the polynomials of the robot's joints and of those that time drives.
 
@@ -31,21 +37,51 @@ class TimedMotion(Motion):
             trajectory: Of the group's joints.
             kinematics: Of the timed model.
             options: Numbers to judge with.
+            staying: How long the robot rests where the trajectory ends [s].
         """
         self.timed = timed
-        robot = Polynomials(trajectory.times, trajectory.coefficients)
+        robot = _stayed(trajectory, staying)
         driven = Polynomials(timed.driven.times, timed.driven.coefficients)
         self._take(timed.reduced, trajectory, beside(robot, driven), kinematics, options)
+        self.staying = staying
+
+    @property
+    def duration(self) -> float:
+        """Length of the trajectory, and of the rest after it [s]."""
+        return self.trajectory.duration + self.staying
 
     @property
     def differentiable(self) -> bool:
         """Whether the velocity has no jumps: that of a track may jump at its times."""
         return False
 
+    def between(self, begin: float, end: float) -> "TimedMotion":
+        """Return the part from one time to another [s], its own time starting at 0."""
+        driven = replace(self.timed.driven, times=readonly(self.timed.driven.times - begin))
+        return TimedMotion(
+            replace(self.timed, driven=driven),
+            self.trajectory.between(begin, end),
+            kinematics=self.kinematics,
+            options=self.options,
+        )
+
     def poses(self, times: Floats) -> Poses:
         """Compute where all joint frames are at times of shape (c,)."""
         positions = self.timed.positions(self.trajectory(times), times)
         return replace(self.kinematics.poses(positions), times=times)
+
+
+def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:
+    """Return a trajectory, with a rest where it ends."""
+    times, coefficients = trajectory.times, trajectory.coefficients
+    if staying <= 0.0:
+        return Polynomials(times, coefficients)
+    rest = np.zeros((len(coefficients), 1, coefficients.shape[2]))
+    rest[-1] = trajectory.positions[-1]
+    return Polynomials(
+        readonly(np.append(times, times[-1] + staying)),
+        readonly(np.concatenate((coefficients, rest), axis=1)),
+    )
 
 
 def beside(one: Polynomials, other: Polynomials) -> Polynomials:

@@ -22,7 +22,13 @@ class Windows:
     """
 
     def __init__(
-        self, pairs: BodyPairs, required: Floats, duration: float, present: Floats | None = None
+        self,
+        pairs: BodyPairs,
+        required: Floats,
+        duration: float,
+        present: Floats | None = None,
+        *,
+        staying: float = 0.0,
     ) -> None:
         """Collect the allowances.
 
@@ -31,6 +37,7 @@ class Windows:
             required: Clearance that they must keep outside of them, shape (p,) [m].
             duration: Of the motion [s].
             present: When both of each pair are there, from and to, shape (p, 2) [s]; always when None.
+            staying: How much of the duration is rest where the motion ends [s].
         """
         count = len(pairs.first)
         self.required = required
@@ -43,7 +50,7 @@ class Windows:
                 self._until[pair] = max(self._until[pair], allowance.first)
                 self._first_depth[pair] = min(self._first_depth[pair], allowance.depth)
             if allowance.last > 0.0:
-                self._from[pair] = min(self._from[pair], duration - allowance.last)
+                self._from[pair] = min(self._from[pair], duration - staying - allowance.last)
                 self._last_depth[pair] = min(self._last_depth[pair], allowance.depth)
         if present is not None:
             self._accept_absent(present[:, 0], present[:, 1], duration)
@@ -177,7 +184,8 @@ def search_clearance(
     """
     position, reduced, options = motion.group[0], motion.reduced, motion.options
     present = distances.present if present is None else present
-    windows = Windows(reduced.pairs, required_clearances(reduced), motion.duration, present)
+    required, staying = required_clearances(reduced), motion.staying
+    windows = Windows(reduced.pairs, required, motion.duration, present, staying=staying)
     windowed = np.flatnonzero(~distances.always_apart(present))
     free, accepted, contacts, gap, configurations = distances.core.search(
         position.times,

@@ -55,7 +55,7 @@ def prove_over_time(motion: Motion, excess: Callable[[Floats, Floats], Excess]) 
     """
     accepted = motion.options.excess
     even: Floats = np.linspace(0.0, motion.duration, _FIRST_INTERVALS + 1)
-    knots: Floats = np.zeros(0) if motion.differentiable else motion.trajectory.times
+    knots: Floats = np.zeros(0) if motion.differentiable else motion.group[0].times
     edges: Floats = np.unique(np.concatenate((even, knots)))
     begin, end = edges[:-1], edges[1:]
     worst, when, total = -np.inf, 0.0, 0

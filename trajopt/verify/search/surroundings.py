@@ -37,33 +37,48 @@ class Surroundings:
                 self._kinematics, error=options.distance_error, timings=self._timed.timings
             )
 
-    def among(self, motion: Motion) -> Motion:
-        """Return a motion together with what changes with time."""
+    def among(self, motion: Motion, staying: float = 0.0) -> Motion:
+        """Return a motion together with what changes with time.
+
+        Args:
+            motion: The motion.
+            staying: How long the robot stays where it ends [s]; where nothing changes, that changes nothing.
+        """
         if self._timed is None:
             return motion
         return TimedMotion(
-            self._timed, motion.trajectory, kinematics=self._kinematics, options=motion.options
+            self._timed,
+            motion.trajectory,
+            kinematics=self._kinematics,
+            options=motion.options,
+            staying=staying,
         )
 
-    def known_checks(self, motion: Motion) -> Iterator[Check]:
-        """State, for each prediction that ends, whether the motion ends before nothing is known any more."""
+    def known_checks(self, motion: Motion, staying: float = 0.0) -> Iterator[Check]:
+        """State, for each prediction that ends, whether the motion ends before nothing is known any more.
+
+        Args:
+            motion: The motion.
+            staying: How long the robot stays where it ends [s].
+        """
+        needed = motion.duration + staying
         for name, timing in self._timings.items():
             until = inf if timing.motion is None else timing.motion.until
             if until == inf:
                 continue
-            slack = until - min(motion.duration, timing.expires)
+            slack = until - min(needed, timing.expires)
             yield Check(
                 kind=CheckKind.PREDICTION,
                 name="prediction",
                 subject=name,
-                value=motion.duration,
+                value=needed,
                 bound=until,
                 unit="s",
                 time=None,
                 slack=slack,
                 evidence=Evidence.PROVEN if slack >= 0.0 else Evidence.UNPROVEN,
                 holds=slack >= 0.0,
-                detail=f"where {name} is, is known until {until:g} s, {motion.duration:.3f} s are needed",
+                detail=f"where {name} is, is known until {until:g} s, {needed:.3f} s are needed",
             )
 
     @property

@@ -1,0 +1,62 @@
+"""What is asked of a motion besides its limits: goals, constraints, waypoints, and what holds in between."""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from trajopt.errors import WaypointNotFound
+from trajopt.model.requirements import During, Requirement
+from trajopt.verify.certificate import Check
+from trajopt.verify.checks.parts import part_checks
+from trajopt.verify.checks.quantities import check_requirement
+from trajopt.verify.checks.requirement import When
+from trajopt.verify.checks.sampled import SampledCheck, sampled_check
+from trajopt.verify.checks.waypoints import passages
+from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.specification import Specification
+
+
+def specified_checks(
+    motion: Motion, specification: Specification, followed: Sequence[Requirement]
+) -> Iterator[Check]:
+    """Judge the goals that stand still, constraints and waypoints, one after the other.
+
+    Args:
+        motion: The motion.
+        specification: What is asked.
+        followed: The goals that time moves, which are judged among what changes with time.
+    """
+    still = [goal for goal in specification.goals if not any(goal is each for each in followed)]
+    for when, requirements in ((When.END, still), (When.ALWAYS, specification.constraints)):
+        for requirement in requirements:
+            yield from check_requirement(requirement, motion, when)
+    yield from _on_the_way(motion, specification.waypoints, specification.partial)
+    for check in specification.sampled:
+        yield sampled_check(check, motion)
+
+
+def _on_the_way(
+    motion: Motion,
+    waypoints: Mapping[str, Sequence[Requirement]],
+    partial: Sequence[During[Requirement] | During[SampledCheck]],
+) -> list[Check]:
+    """Judge waypoints, and what has to hold between them."""
+    proven: list[During[Requirement]] = []
+    sampled: list[During[SampledCheck]] = []
+    for part in partial:
+        for name in (part.after, part.until):
+            if name is not None and name not in waypoints:
+                raise WaypointNotFound("waypoint", name, waypoints)
+        if isinstance(part.required, Requirement):
+            proven.append(During(part.required, part.after, part.until))
+        else:
+            sampled.append(During(part.required, part.after, part.until))
+    passed = passages(motion, waypoints, proven)
+    checks = [passage.check for passage in passed.values() if passage.check is not None]
+    for part in proven:
+        checks += part_checks(part, motion, passed, _always)
+    for part in sampled:
+        checks += part_checks(part, motion, passed, lambda check, cut: (sampled_check(check, cut),))
+    return checks
+
+
+def _always(requirement: Requirement, motion: Motion) -> tuple[Check, ...]:
+    return check_requirement(requirement, motion, When.ALWAYS)
