@@ -68,8 +68,12 @@ class OrderSearch:
     def steps(self) -> list[Step]:
         """Return the steps that are over soonest; none if no timing is clear."""
         self._search()
-        over = (self._whole >> self.stays) & ~self._during(len(self.blocked) - 1, 0, self.stays)
-        ends = [(self._first(bits & over), -rate) for rate, bits in enumerate(self._reached[-1]) if bits & over]
+        over = self._whole >> self.stays
+        if self.stays:
+            over &= ~self._during(len(self.blocked) - 1, 0, self.stays)
+        ends = [
+            (self._first(bits & over), -rate) for rate, bits in enumerate(self._reached[-1]) if bits & over
+        ]
         if not ends:
             return []
         tick, rate = min(ends)
