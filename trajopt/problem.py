@@ -72,6 +72,8 @@ class Problem(Value):
         start_acceleration: The same for accelerations [rad/s^2 | m/s^2]; joints that are not named have none.
         dwell: How long the robot stays clear at the goal, at rest, after the end [s]. A goal that moves it
             follows for so long, and the motion includes that; it ends at rest as seen from the goal.
+        finish_by: When the motion must be over, by the clock that shows 0 when it starts [s]; any time when
+            None.
         name: For reports.
         degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and where
             joints are given by name in `goal` and `waypoints`.
@@ -91,6 +93,7 @@ class Problem(Value):
     start_velocity: Mapping[str, float] = field(default_factory=dict[str, float])
     start_acceleration: Mapping[str, float] = field(default_factory=dict[str, float])
     dwell: float = 0.0
+    finish_by: float | None = None
     name: str = "problem"
     degrees: InitVar[bool] = False
     _start: Floats = field(init=False, repr=False)
@@ -132,6 +135,8 @@ class Problem(Value):
         object.__setattr__(self, "dwell", stated_dwell(self.dwell))
         for goal in self._goals:
             check_names(self.scene, goal)
+        if self.finish_by is not None and number("finish_by", self.finish_by) <= 0.0:
+            raise ProblemError(f"finish_by must be after the start, at 0 s, is {self.finish_by:g} s")
         for item in required:
             self._check_names(item)
         for part in self.partial:
@@ -306,6 +311,7 @@ class Problem(Value):
             + " + ".join(f"{cost.weight:g} x {cost.residual.name}" for cost in self.costs or ()),
             *((f"  no faster    {slower}",) if slower else ()),
             *((f"  stays        {self.dwell:g} s at the goal",) if self.dwell else ()),
+            *(() if self.finish_by is None else (f"  finished by  {self.finish_by:g} s",)),
         ]
         return "\n".join(lines)
 

@@ -23,6 +23,7 @@ CODES = {
     Status.CONFLICTING_CONSTRAINTS: MoveItErrorCodes.GOAL_CONSTRAINTS_VIOLATED,
     Status.STUCK: MoveItErrorCodes.PLANNING_FAILED,
     Status.PROVEN_INFEASIBLE: MoveItErrorCodes.PLANNING_FAILED,
+    Status.TOO_LATE: MoveItErrorCodes.PLANNING_FAILED,
     Status.BLOCKED_IN_TIME: MoveItErrorCodes.PLANNING_FAILED,
     Status.NO_SEED: MoveItErrorCodes.PLANNING_FAILED,
     Status.OUT_OF_TIME: MoveItErrorCodes.TIMED_OUT,

@@ -68,6 +68,12 @@ def _too_fast(result: Result) -> Explanation:
     return _plain(result, "that joint's own limits alone bound how hard it can brake")
 
 
+def _too_late(result: Result) -> Explanation:
+    if result.certainty is Certainty.PROVEN:
+        return _plain(result, "the limits of the joints alone bound how soon any motion can be over")
+    return _plain(result, f"no sooner motion was found, from {len(result.attempts)} seeds")
+
+
 def _start(result: Result) -> Explanation:
     return _end(result, result.problem.reduced.start_positions, Moment.START)
 
@@ -270,6 +276,7 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.GOAL_CANNOT_BE_HELD: _goal,
     Status.NO_INVERSE_KINEMATICS: _goal,
     Status.CONFLICTING_CONSTRAINTS: _goal,
+    Status.TOO_LATE: _too_late,
     Status.METHOD_CANNOT: _cannot,
     Status.PROVEN_INFEASIBLE: _walled_in,
     Status.NO_TIMING: _timing,

@@ -10,3 +10,4 @@ from trajopt.infeasibility.never_apart import NeverApart as NeverApart
 from trajopt.infeasibility.never_apart import never_apart as never_apart
 from trajopt.infeasibility.reach import out_of_reach as out_of_reach
 from trajopt.infeasibility.too_fast import too_fast as too_fast
+from trajopt.infeasibility.too_late import too_late as too_late

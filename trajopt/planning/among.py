@@ -23,11 +23,13 @@ class Among:
         looks: Looks at configurations.
         waiting: Begins them later.
         timing: Times them anew on their paths.
+        latest: When they must be over, or nothing is known any more [s].
     """
 
     looks: Looks
     waiting: Waiting
     timing: PathTiming
+    latest: float
 
     @staticmethod
     def of(problem: Problem, query: Query) -> "Among | None":
@@ -43,7 +45,8 @@ class Among:
         looks = Looks(timed, Counts())
         torque = query.dynamics.torque if np.isfinite(problem.limits.effort).any() else None
         waiting = Waiting(looks, problem.dwell)
-        return Among(looks, waiting, PathTiming(looks, problem.limits, torque, problem.dwell))
+        latest = timed.until if problem.finish_by is None else min(timed.until, problem.finish_by)
+        return Among(looks, waiting, PathTiming(looks, problem.limits, torque, problem.dwell), latest)
 
     def timings(self, fastest: Trajectory) -> Iterator[TimedOnPath]:
         """Yield a motion as it is, if that seems clear; then what does and is over soonest, a few times.
@@ -58,7 +61,7 @@ class Among:
             begun = next(later, None)
         settled = min(self.looks.settled, LONGEST) + 2.0 * fastest.duration
         until = settled if begun is None else begun.duration - STEP
-        yield from self.timing.timings(fastest, min(until, self.looks.timed.until))
+        yield from self.timing.timings(fastest, min(until, self.latest))
         while begun is not None:
             wait = begun.duration - fastest.duration
             yield TimedOnPath(begun, (waits(wait),))

@@ -17,6 +17,7 @@ from trajopt.infeasibility import (
     out_of_reach,
     reasons,
     too_fast,
+    too_late,
 )
 from trajopt.infeasibility.exclusion import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
@@ -55,6 +56,9 @@ class EndpointChecks:
             return self.workspace.result(Status.START_TOO_FAST, fast, certainty=Certainty.PROVEN)
         if refusal is None and not self.workspace.problem.starts_moving:
             refusal = self._unheld(self._start, Status.START_CANNOT_BE_HELD, "at the start")
+        late = "" if refusal is not None else too_late(self.workspace.problem)
+        if late:
+            return self.workspace.result(Status.TOO_LATE, late, certainty=Certainty.PROVEN)
         broken = self._broken(self._start, 0)
         if refusal is None and broken:
             refusal = self.workspace.result(Status.START_BREAKS_CONSTRAINT, broken)

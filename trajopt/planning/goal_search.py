@@ -221,7 +221,9 @@ class GoalSearch:
 
 
 def _rank(result: Result) -> float:
-    """Order failures by how near they came: by what they violate."""
+    """Order failures by how near they came: by how late they are, then by what they violate."""
+    if result.status is Status.TOO_LATE and result.trajectory is not None:
+        return -1.0 / result.trajectory.duration
     return np.inf if result.solve is None else result.solve.at.violation
 
 

@@ -69,9 +69,9 @@ def in_time(
                 break
             found = run(other, most=most)
             stopped = found.stopped
-            if found.verified:
-                better = _judged(found, problem.scene, tracker)
-                best = better if _duration(better) < _duration(best) else best
+            if found.verified or found.status is Status.TOO_LATE:
+                better = _judged(found, problem.scene, tracker) if found.verified else found
+                best = min(best, better, key=_order)
             if stopped is not None:
                 break
     except Stopped as ended:
@@ -87,6 +87,13 @@ def _other_ways(problem: Problem, duration: float) -> Iterator[tuple[Problem, in
     for around in _with_places(problem, duration):
         yield around, AROUND
     yield problem, OTHERWISE
+
+
+def _order(result: Result) -> tuple[bool, bool, float]:
+    """Order results: by whether there is a motion, then one that is only late, then by how long it takes."""
+    late = result.status is Status.TOO_LATE and result.trajectory is not None
+    duration = inf if result.trajectory is None else result.trajectory.duration
+    return not result.verified, not late, duration
 
 
 def _duration(result: Result) -> float:
@@ -106,8 +113,10 @@ def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
             fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
             kept = {name: getattr(other, name) for name in fields}
             return replace(judged, remarks=(*other.remarks, *judged.remarks), **kept)
-        refused = refused or judged
+        refused = judged if refused is None else min(refused, judged, key=_order)
     assert refused is not None  # there is one motion at least
+    if refused.status is Status.TOO_LATE:
+        return refused
     return replace(
         refused,
         status=Status.BLOCKED_IN_TIME,

@@ -144,6 +144,7 @@ def _specification(problem: Problem) -> Specification:
         start_velocities=problem.start_velocities,
         start_accelerations=problem.start_accelerations,
         dwell=problem.dwell,
+        finish_by=problem.finish_by,
     )
 
 

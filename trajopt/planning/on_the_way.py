@@ -16,8 +16,8 @@ def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
 
     The start has the motion's position, velocity and acceleration at that time, so that what is planned goes
     on from it without a jump; joints outside the group are where the problem's own start has them. From the
-    end of the motion on it is at rest. The scene stays the problem's own: where things in it move, give that
-    of the time at which the motion from there on starts (`scene.at`).
+    end of the motion on it is at rest. A deadline comes sooner by that time. The scene stays the problem's
+    own: where things in it move, give that of the time at which the motion from there on starts (`scene.at`).
 
     Args:
         problem: What the motion from there on must achieve.
@@ -47,6 +47,7 @@ def on_the_way(problem: Problem, running: Trajectory, time: float) -> Problem:
     velocity, acceleration = (dict(zip(names, rate.tolist(), strict=True)) for rate in rates)
     return replace(
         problem,
+        finish_by=None if problem.finish_by is None else problem.finish_by - moment,
         start=robot.followed(positions),
         start_velocity=velocity,
         start_acceleration=acceleration,

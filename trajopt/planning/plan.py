@@ -15,6 +15,7 @@ from trajopt.planning.goal_search import attempt
 from trajopt.planning.in_time import in_time
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
+from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workers import attempted_in_threads
 from trajopt.problem import Problem
 
@@ -38,7 +39,8 @@ def plan(
     """Plan a motion and have it judged.
 
     Among things that move, appear and expire the motion may begin later, stop or slow down on its way, or go
-    around where they pass; the shortest of these in time, until the goal, is returned.
+    around where they pass; the shortest of these in time, until the goal, is returned. Where a deadline is
+    missed (`problem.finish_by`) and no method is named, shape and time are optimised together as well.
 
     Args:
         problem: What the motion must achieve.
@@ -75,7 +77,13 @@ def plan(
     run = _attempted_in_time if problem.scene.changing else _attempted
     if one_of("every_goal", every_goal, bool):
         return EveryGoal(problem, choice, given, tracker, on_incumbent).planned(run)
-    return run(Search(problem, choice, given or np.random.default_rng(0), tracker, on_incumbent))
+    rng = given or np.random.default_rng(0)
+    result = run(Search(problem, choice, rng, tracker, on_incumbent))
+    missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
+    if not missed or result.stopped is not None or method is not None or improve or problem.starts_moving:
+        return result
+    shorter = run(Search(problem, choose(problem, None, improve=True), rng, tracker, on_incumbent))
+    return shorter if shorter.verified else result
 
 
 def _attempted_in_time(search: Search) -> Result:

@@ -51,6 +51,7 @@ class Status(Enum):
     PROVEN_INFEASIBLE = (
         "every path from the start to the goal is blocked: move what is in the way, or the goal"
     )
+    TOO_LATE = "no motion is over by the deadline: allow more time, or start nearer to the goal"
     BLOCKED_IN_TIME = (
         "no later beginning and no way around was found that keeps clear of what moves, appears or expires: "
         "wait until it is gone, or move the goal"

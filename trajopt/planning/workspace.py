@@ -20,7 +20,7 @@ from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
 from trajopt.solvers import SolveResult
-from trajopt.verify import Judge
+from trajopt.verify import CheckKind, Judge
 
 PATH_TOLERANCES = (PATH_TOLERANCE, 1e-3)
 """How far the timed motion may leave the checked path, and again if the judge refuses it [m]."""
@@ -44,6 +44,17 @@ class TimedMotion(Printed):
     trajectory: Trajectory
     timed: Retimed | None
     remarks: tuple[str, ...] = ()
+
+
+def _verdict(found: Judged) -> tuple[Status, str]:
+    """Return how an attempt ended whose motion was judged, and the particulars."""
+    if found.known is None or found.verified:
+        return Status.SOLVED, ""
+    failed = found.known.failed
+    if failed and all(check.kind is CheckKind.DEADLINE for check in failed):
+        words = f"the soonest motion that was found takes {found.trajectory.duration:.3f} s"
+        return Status.TOO_LATE, f"{words}; the deadline is {found.problem.finish_by:g} s"
+    return Status.NOT_VERIFIED, reasons.not_verified(found.known)
 
 
 @dataclass(eq=False)
@@ -127,8 +138,7 @@ class Workspace(Printed):
             found, distances = decide(self.problem, motion.trajectory, self.judge)
         self.tracker.count(judge_distance_calls=distances)
         return self.result(
-            Status.SOLVED if found.verified else Status.NOT_VERIFIED,
-            "" if found.known is None else reasons.not_verified(found.known),
+            *_verdict(found),
             certainty=Certainty.PROVEN if found.verified else Certainty.EVIDENCE,
             path=motion.path,
             solve=solve,

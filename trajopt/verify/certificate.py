@@ -24,6 +24,7 @@ class CheckKind(Enum):
     """What a check is about, independent of the particulars in its name."""
 
     ENDS = "ends"
+    DEADLINE = "deadline"
     LIMIT = "limit"
     TORQUE = "torque"
     CLEARANCE = "clearance"

@@ -15,6 +15,7 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Certificate, Check, Counts
 from trajopt.verify.checks.at_fault import judge_at_fault
 from trajopt.verify.checks.clearance import judge_clearance
+from trajopt.verify.checks.deadline import deadline_checks
 from trajopt.verify.checks.ends import end_checks, ends_hold
 from trajopt.verify.checks.joint_limits import limit_checks, limits_hold
 from trajopt.verify.checks.joint_torques import Overload, overloads, torque_checks, torques_hold
@@ -226,7 +227,8 @@ class Judge:
 
 
 def _base_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
-    """Judge what a base's wheels and the speeds of tools allow."""
+    """Judge when the motion is over, and what a base's wheels and the speeds of tools allow."""
+    yield from deadline_checks(motion, specification.finish_by)
     yield from rolling_checks(motion)
     for tool in specification.tool_speeds:
         yield from tool_speed_checks(motion, tool)
