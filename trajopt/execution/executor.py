@@ -16,12 +16,15 @@ class RobotState(Value):
         positions: Of the executor's joints, shape (n,) [rad | m].
         velocities: Shape (n,) [rad/s | m/s].
         accelerations: Shape (n,) [rad/s^2 | m/s^2]; those that are commanded, where none are measured.
+        commanded: Where the joints had to be at that time, shape (n,) [rad | m]. What is spliced in begins
+            there: a robot stands a little off the place to which it is driven.
     """
 
     stamp: float
     positions: Floats
     velocities: Floats
     accelerations: Floats
+    commanded: Floats
 
 
 @runtime_checkable

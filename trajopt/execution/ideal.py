@@ -56,7 +56,7 @@ class IdealExecutor:
         """Return the state now."""
         now = self.now()
         positions, velocities, accelerations = self.committed(now)
-        return RobotState(now, positions + self._displaced, velocities, accelerations)
+        return RobotState(now, positions + self._displaced, velocities, accelerations, positions)
 
     @checked
     def displace(self, positions: Floats) -> None:

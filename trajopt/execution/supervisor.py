@@ -78,7 +78,7 @@ class Supervisor(Printed):
         state = self.executor.state()
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot moves: a supervisor takes it over where it stands")
-        self._committed = CommittedMotion(self.executor.joint_names, state.positions)
+        self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
         self._seen = Seen(self.problem.scene, self.executor.now())
         self._parting = self.executor.now()
 

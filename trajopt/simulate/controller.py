@@ -32,6 +32,10 @@ class Reference:
     velocities: Floats
     accelerations: Floats
 
+    def at(self, step: int) -> Floats:
+        """Return positions, velocities and accelerations at one step, shape (3, n)."""
+        return np.stack((self.positions[step], self.velocities[step], self.accelerations[step]))
+
 
 def reference(trajectory: Trajectory, dt: float, settling_time: float) -> Reference:
     """Sample a trajectory and the rest after it.
@@ -65,17 +69,15 @@ class ComputedTorque:
     Source: Siciliano et al., Robotics, 2009, section 8.5.2.
     """
 
-    def __init__(self, reduced: ReducedModel, followed: Reference, options: SimulationOptions) -> None:
+    def __init__(self, reduced: ReducedModel, options: SimulationOptions) -> None:
         """Prepare the controller.
 
         Args:
             reduced: The reduced model; its own dynamics are what the controller knows.
-            followed: The reference.
             options: Natural frequency and damping ratio.
         """
         self._reduced = reduced
         self._data = reduced.model.createData()
-        self._followed = followed
         self._stiffness = options.natural_frequency**2
         self._damping = 2.0 * options.damping_ratio * options.natural_frequency
         self._driven = [reduced.model.getJointId(name) - 1 for name in reduced.joint_names]
@@ -84,19 +86,19 @@ class ComputedTorque:
         """Take the group's joints from the model's."""
         return values[self._driven]
 
-    def __call__(self, step: int, positions: Floats, velocities: Floats) -> Floats:
+    def __call__(self, followed: Floats, positions: Floats, velocities: Floats) -> Floats:
         """Return the commanded torques, shape (n,) [Nm | N].
 
         Args:
-            step: Index of the instant in the reference.
+            followed: Positions, velocities and accelerations of the group to follow now, shape (3, n).
             positions: Of all joints of the model [rad | m].
             velocities: Of all joints of the model [rad/s | m/s].
         """
-        reduced, followed = self._reduced, self._followed
+        reduced = self._reduced
         wanted = (
-            followed.accelerations[step]
-            + self._damping * (followed.velocities[step] - velocities[self._driven])
-            + self._stiffness * (followed.positions[step] - positions[self._driven])
+            followed[2]
+            + self._damping * (followed[1] - velocities[self._driven])
+            + self._stiffness * (followed[0] - positions[self._driven])
         )
         q = configuration(reduced.model, positions)
         torques = pin.rnea(reduced.model, self._data, q, velocities, reduced.mimic_matrix @ wanted)

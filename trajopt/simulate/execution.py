@@ -7,18 +7,17 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from trajopt.arrays import Floats, readonly, unless_none
-from trajopt.errors import ModelError, shown
 from trajopt.errors.arguments import checked
-from trajopt.model.description.groups import Group
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory, reduce_model
+from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import ContactLog
 from trajopt.simulate.controller import ComputedTorque, Reference, in_group_order, reference
 from trajopt.simulate.options import Friction, SimulationOptions
 from trajopt.simulate.rollout import Phase, Rollout, SequenceLog, TrackingError
+from trajopt.simulate.whole import whole_robot
 
 if TYPE_CHECKING:
     from trajopt.io.engine import mujoco
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
 BLOWN_UP = 1e4
 """Joint speed [rad/s | m/s] beyond which a simulation has diverged."""
-WHOLE = "arm and fingers"
-"""Name of the group that is simulated: the joints of all phases."""
 FINGER_INERTIA = 0.1
 """Inertia of the fingers' drive, at each of their joints [kg | kg m^2]; without any, the fingers
 weigh so little that contact forces shake them."""
@@ -91,7 +88,7 @@ def simulate(
     trajectory = in_group_order(reduced, trajectory)
     plant = Plant(reduced, options.dt)
     followed = reference(trajectory, options.dt, options.settling_time)
-    controller = ComputedTorque(replace(reduced, model=loaded_model(reduced)), followed, options)
+    controller = ComputedTorque(replace(reduced, model=loaded_model(reduced)), options)
     plant.reset(followed.positions[0], followed.velocities[0])
     log = ContactLog(reduced.scene.allowances, trajectory.duration)
     last = len(followed.times) - 1
@@ -105,7 +102,7 @@ def simulate(
         if step > 0 and not (np.abs(velocities) < BLOWN_UP).all():
             diverged = t
             break
-        asked = controller(step, positions, velocities)
+        asked = controller(followed.at(step), positions, velocities)
         given = np.clip(asked, -reduced.limits.effort, reduced.limits.effort)
         if t <= trajectory.duration:
             errors.append(followed.positions[step] - controller.group(positions))
@@ -178,7 +175,7 @@ def simulate_phases(
     from trajopt.simulate.spec import describe
 
     joints = tuple(dict.fromkeys(name for phase in phases for name in phase.reduced.joint_names))
-    whole = _whole(scene.remove(loose), joints, start)
+    whole = whole_robot(scene.remove(loose), joints, start)
     bare = describe(whole)
     bare.spec.option.timestep = options.dt
     report = add_loose(
@@ -201,7 +198,7 @@ def simulate_phases(
         at = run.follow(index, phase, at, options.settling_time if last else 0.0)
         if run.diverged is not None:
             break
-    return run.log(_whole(scene, joints, start))
+    return run.log(whole_robot(scene, joints, start))
 
 
 class _Run:
@@ -236,14 +233,14 @@ class _Run:
         trajectory = in_group_order(phase.reduced, phase.trajectory)
         followed = reference(trajectory, options.dt, phase.rest + settling)
         aimed = _aimed(whole, followed, trajectory.joint_names, at)
-        controller = ComputedTorque(self._known(phase, at), aimed, options)
+        controller = ComputedTorque(self._known(phase, at), options)
         press = _Press(phase, whole.joint_names, options.dt)
         for step, t in enumerate(followed.times.tolist()[:-1]):
             if not (np.abs(plant.velocities) < BLOWN_UP).all():
                 self.diverged = self._steps * options.dt
                 break
             self._store(index)
-            asked = controller(step, plant.positions, plant.velocities)
+            asked = controller(aimed.at(step), plant.positions, plant.velocities)
             self._advance(press(t, asked))
         return phase.reduced.all_positions(trajectory(trajectory.duration))
 
@@ -291,7 +288,7 @@ class _Run:
 
     def _known(self, phase: Phase, at: Floats) -> ReducedModel:
         """Return the controller's model: with what is carried in the phase's scene."""
-        reduced = _whole(phase.reduced.scene, self._whole.joint_names, at)
+        reduced = whole_robot(phase.reduced.scene, self._whole.joint_names, at)
         model = loaded_model(reduced).copy()
         armature = np.array(model.armature)
         for joint in _with_followers(reduced, self._pressing):
@@ -313,16 +310,6 @@ class _Press:
         """Return the commands of the motors at a time of the phase, given those for following."""
         share = min(max((t - self._since) / self._rest, 0.0), 1.0) if self._grows else 1.0
         return np.where(self._pressing, (1.0 - share) * asked + share * self._forces, asked)
-
-
-def _whole(scene: Scene, joints: tuple[str, ...], start: Floats) -> ReducedModel:
-    """Return the reduced model of the joints of all phases."""
-    robot = scene.robot
-    if WHOLE in robot.groups:
-        raise ModelError(f"group {shown(WHOLE)} of robot {shown(robot.name)} stands in the way; rename it")
-    group = Group(WHOLE, joints, robot.links, None)
-    wider = replace(robot, groups={**robot.groups, WHOLE: group})
-    return reduce_model(replace(scene, robot=wider), WHOLE, start)
 
 
 def _aimed(whole: ReducedModel, followed: Reference, moved: tuple[str, ...], at: Floats) -> Reference:

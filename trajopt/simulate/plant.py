@@ -15,6 +15,8 @@ from trajopt.simulate.spec import SpecReport, describe
 
 SMALLEST_MOVED_INERTIA = 1e-9
 """A joint that moves less than this [kg m^2 | kg] cannot be simulated."""
+HELD = 1e6
+"""Damping that holds a joint: no motor moves it by a micrometre in a second [Nm s/rad | N s/m]."""
 TOUCH_DEPTH = 1e-6
 """Penetration below this [m] is the rounding of MuJoCo's single-precision meshes, no contact."""
 
@@ -90,6 +92,10 @@ class Plant:
         self._put(self.data.time)
         mujoco.mj_step(self.model, self.data)
         return self._touching()
+
+    def hold(self, joint: str, *, held: bool) -> None:
+        """Hold a joint where it is, as if it were stuck, or let it go."""
+        self.model.dof_damping[self.model.joint(joint).dofadr] = HELD if held else 0.0
 
     def _put(self, time: float) -> None:
         """Put what changes with time where it is, or away."""

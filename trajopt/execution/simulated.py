@@ -1,0 +1,216 @@
+"""Simulated executor: a robot in MuJoCo that is driven step by step, with sensors and faults as asked."""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from trajopt.arrays import Floats, Value
+from trajopt.errors import JointNotFound
+from trajopt.errors.arguments import checked
+from trajopt.execution.committed_motion import CommittedMotion
+from trajopt.execution.executor import RobotState
+from trajopt.execution.faults import Fault, FaultKind
+from trajopt.model.payload import loaded_model
+from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Trajectory
+from trajopt.simulate import Contact, SimulationOptions
+from trajopt.simulate.contacts import ContactLog
+from trajopt.simulate.controller import ComputedTorque
+from trajopt.simulate.execution import BLOWN_UP
+from trajopt.simulate.whole import whole_robot
+
+BRAKE = 0.9
+"""What a stop at once takes off the velocity to follow, each time step: the motors do what they can."""
+MOVING = 1e-3
+"""A robot no joint of which is faster is at rest: who touches it then is at fault himself [rad/s | m/s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensors(Value):
+    """What is measured of a robot.
+
+    Attributes:
+        delay: A state is known so long after it was so [s].
+        noise: Standard deviation of each measured position [rad | m].
+        seed: Draws the noise: the same every time.
+    """
+
+    delay: float = 0.0
+    noise: float = 0.0
+    seed: int = 0
+
+
+EXACT = Sensors()
+
+
+class SimulatedExecutor:
+    """Drives a robot in MuJoCo, in a world that may differ from what a planner is told of it.
+
+    Without a clock time passes when it is told to (`advance`), as fast as the machine goes. With one, the
+    physics catches up with it whenever the robot is asked for something.
+
+    Attributes:
+        joint_names: Joints that it drives: all that do not follow another.
+        period: Time step of the physics and of the controller [s].
+        latency: A motion given now can begin so much later [s].
+        tolerance: How far each joint may be from where it has to be, shape (n,) [rad | m].
+        committed: What it has to do.
+        contacts_at_fault: Contacts that were met while a link of the pair moved.
+    """
+
+    @checked
+    def __init__(
+        self,
+        world: Scene,
+        positions: Floats,
+        *,
+        latency: float = 5e-3,
+        tolerance: float = 5e-3,
+        sensors: Sensors = EXACT,
+        faults: Sequence[Fault] = (),
+        options: SimulationOptions | None = None,
+        clock: Callable[[], float] | None = None,
+    ) -> None:
+        """Put the robot somewhere.
+
+        Args:
+            world: What is really there; its clock is the executor's.
+            positions: Of all joints, shape (number of joints,) [rad | m].
+            latency: A motion given now can begin so much later [s].
+            tolerance: How far each joint may be from where it has to be [rad | m].
+            sensors: What is measured.
+            faults: What goes wrong, and when.
+            options: Time step and gains.
+            clock: Tells the time [s].
+
+        Raises:
+            ModelError: If the robot has no masses.
+            JointNotFound: If a fault names a joint that is not driven.
+        """
+        from trajopt.simulate.plant import Plant  # MuJoCo takes a second to import
+
+        robot, options = world.robot, options or SimulationOptions()
+        self.joint_names = tuple(name for name in robot.joint_names if name not in robot.mimics)
+        self.period, self.latency = options.dt, latency
+        self.tolerance: Floats = np.full(len(self.joint_names), tolerance)
+        for fault in faults:
+            if fault.joint and fault.joint not in self.joint_names:
+                raise JointNotFound("joint that is driven", fault.joint, self.joint_names)
+        whole = whole_robot(world, self.joint_names, robot.followed(positions))
+        begin = positions[robot.index(self.joint_names)]
+        self.committed = CommittedMotion(self.joint_names, begin)
+        self._plant = Plant(whole, options.dt)
+        self._controller = ComputedTorque(replace(whole, model=loaded_model(whole)), options)
+        self._plant.reset(begin, np.zeros(len(begin)))
+        self._sensors, self._rng = sensors, np.random.default_rng(sensors.seed)
+        self._faults = tuple(faults)
+        self._clock, self._origin = clock, 0.0 if clock is None else clock()
+        self._steps, self._fault = 0, ""
+        self._braked: Floats | None = None
+        self._log, self._at_fault = ContactLog(world.allowances, np.inf), ContactLog((), np.inf)
+        self._measured: deque[RobotState] = deque(maxlen=round(sensors.delay / options.dt) + 1)
+        self._measure()
+
+    def now(self) -> float:
+        """Return the time on its clock [s]."""
+        self._catch_up()
+        return self._steps * self.period if self._clock is None else self._clock() - self._origin
+
+    def advance(self, seconds: float) -> None:
+        """Let time pass: simulate so long [s]."""
+        for _ in range(round(seconds / self.period)):
+            self._step()
+
+    def state(self) -> RobotState:
+        """Return the state that is measured last."""
+        self._catch_up()
+        return self._measured[0]
+
+    @checked
+    def splice(self, trajectory: Trajectory, at: float) -> str:
+        """Drive a motion from a time on; say why not."""
+        now = self.now()
+        if self._fault:
+            return self._fault
+        refused = self.committed.refusal(trajectory, at, earliest=now + self.latency)
+        lost = any(fault.at(now) for fault in self._faults if fault.kind is FaultKind.LOST_COMMANDS)
+        if not refused and not lost:
+            self.committed.splice(trajectory, at, now=now)
+        return refused
+
+    def stop(self) -> None:
+        """Brake all motors as hard as they can."""
+        self._catch_up()
+        self._braked = self.committed(self._steps * self.period)[:2]
+        self._fault = self._fault or "it was stopped at once"
+
+    def fault(self) -> str:
+        """Say why the robot does not follow."""
+        self._catch_up()
+        return self._fault
+
+    def clear_fault(self) -> None:
+        """Go on where the robot stands now."""
+        self._catch_up()
+        self._braked, self._fault = None, ""
+        self.committed = CommittedMotion(self.joint_names, self._controller.group(self._plant.positions))
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """All contacts so far."""
+        return self._log.contacts()
+
+    @property
+    def contacts_at_fault(self) -> tuple[Contact, ...]:
+        """Contacts that were met while the robot moved."""
+        return self._at_fault.contacts()
+
+    def _catch_up(self) -> None:
+        if self._clock is not None:
+            behind = self._clock() - self._origin - self._steps * self.period
+            self.advance(max(behind, 0.0))
+
+    def _step(self) -> None:
+        """Simulate one time step."""
+        now, plant = self._steps * self.period, self._plant
+        if not (np.abs(plant.velocities) < BLOWN_UP).all():
+            self._fault = "the simulation has diverged"
+            self._steps += 1
+            return
+        followed = self._followed(now)
+        for fault in self._faults:
+            if fault.kind is FaultKind.STUCK:
+                plant.hold(fault.joint, held=fault.at(now))
+        torques = self._controller(followed, plant.positions, plant.velocities)
+        touching = plant.step(torques)
+        self._log.record(now, touching)
+        if np.abs(self._controller.group(plant.velocities)).max() > MOVING:
+            self._at_fault.record(now, touching)
+        self._steps += 1
+        self._measure()
+
+    def _followed(self, now: float) -> Floats:
+        """Return where the motors drive the joints to, shape (3, n)."""
+        if self._braked is not None:
+            places, rates = self._braked
+            rates = BRAKE * rates
+            self._braked = np.stack((places + self.period * rates, rates))
+            return np.stack((*self._braked, np.zeros(len(rates))))
+        followed = self.committed(now)
+        for fault in self._faults:
+            if fault.kind is FaultKind.DRIFT and fault.at(now):
+                followed[0, self.joint_names.index(fault.joint)] += fault.size
+        return followed
+
+    def _measure(self) -> None:
+        now = self._steps * self.period
+        positions, velocities = (
+            self._controller.group(each) for each in (self._plant.positions, self._plant.velocities)
+        )
+        noise = (
+            self._sensors.noise * self._rng.standard_normal(len(positions)) if self._sensors.noise else 0.0
+        )
+        commanded, _, accelerations = self.committed(now)
+        self._measured.append(RobotState(now, positions + noise, velocities, accelerations, commanded))
