@@ -10,7 +10,7 @@ import numpy as np
 
 import trajopt as to
 from trajopt.cartesian import follows_curve, line
-from trajopt.execution import CommittedMotion, IdealExecutor, Supervisor
+from trajopt.execution import CommittedMotion, Fault, FaultKind, IdealExecutor, Supervisor
 from trajopt.grasping import Grasp, Gripper, Place, Stage, gripper_of
 from trajopt.methods import Knots
 from trajopt.model.trajectory import Path as JointPath
@@ -29,7 +29,7 @@ RETURNED = frozenset(
     PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
     SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
-    Event RobotState StopTaken
+    Event RobotState Rule StopTaken
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -130,6 +130,8 @@ def by_call() -> Mapping[str, Any]:
         "Path.knots": np.zeros((3, 2)),
         "ReachMap.centres.axis": 0,
         "Track.constant_velocity.velocity": UP,
+        "Fault.begin": 0.0,
+        "Fault.end": 1.0,
         "Supervisor.executor": ideal(),
         "Track.of.motion": to.plan(problem()),
         "Track.through.placements": (AT, FARTHER),
@@ -279,6 +281,7 @@ def instances() -> Mapping[str, Any]:
         "Sqp": Sqp(),
         "CommittedMotion": CommittedMotion(("joint1", "joint2"), np.zeros(2)),
         "IdealExecutor": ideal(),
+        "Fault": Fault(kind=FaultKind.LOST_COMMANDS, begin=0.0, end=1.0),
         "Supervisor": Supervisor(ideal(), asked),
     }
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import trajopt as to
@@ -24,6 +24,7 @@ def test_stands_where_it_begins() -> None:
     assert committed.ahead(0.0, NAMES) is None
 
 
+@settings(deadline=None)
 @given(at=st.floats(0.05, 1.5), later=st.floats(0.0, 3.0))
 def test_what_is_ahead_is_what_will_be(at: float, later: float) -> None:
     """Whatever is spliced together, the one motion ahead is what is committed, by another clock."""

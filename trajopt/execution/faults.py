@@ -53,6 +53,7 @@ class Fault(Value):
                 else f"{self.kind.value} is of a joint: name it"
             )
 
+    @checked
     def at(self, time: float) -> bool:
         """Say whether it is there at a time [s]."""
         return self.begin <= time < self.end

@@ -27,6 +27,7 @@ MOVING = 1e-3
 """A robot no joint of which is faster is at rest: who touches it then is at fault himself [rad/s | m/s]."""
 
 
+@checked
 @dataclass(frozen=True, kw_only=True)
 class Sensors(Value):
     """What is measured of a robot.
@@ -118,6 +119,7 @@ class SimulatedExecutor:
         self._catch_up()
         return self._steps * self.period if self._clock is None else self._clock() - self._origin
 
+    @checked
     def advance(self, seconds: float) -> None:
         """Let time pass: simulate so long [s]."""
         for _ in range(round(seconds / self.period)):
