@@ -16,6 +16,8 @@ def too_fast(problem: Problem) -> str:
     Args:
         problem: The problem; its start may be in motion.
     """
+    if not problem.starts_moving:
+        return ""
     limits, start = problem.limits, problem.reduced.start_positions
     rows = zip(
         limits.joint_names,

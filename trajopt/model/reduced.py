@@ -103,10 +103,10 @@ class ReducedModel:
         loaded = None if self.model is robot.model else model_data(self.model)
         return _again, (self.scene, self.group, self.start, loaded)
 
-    @cached_property
+    @property
     def moving_joints(self) -> tuple[str, ...]:
         """Names of the group's joints and of those that mimic them, in the model's order."""
-        return tuple(self.model.names[1:])
+        return self.derived_of_robot(_moving_joints)
 
     @cached_property
     def start_positions(self) -> Floats:
@@ -157,6 +157,10 @@ def _kept_of_robot(model: pin.Model) -> dict[Callable[[ReducedModel], Any], Any]
     """Return what was derived of robots with these joints free, by the function that built it."""
     del model
     return {}
+
+
+def _moving_joints(reduced: ReducedModel) -> tuple[str, ...]:
+    return tuple(reduced.model.names[1:])
 
 
 def _again(scene: Scene, group: str, start: Floats, loaded: ModelData | None) -> ReducedModel:

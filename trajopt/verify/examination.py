@@ -15,6 +15,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
 from trajopt.model.trajectory import Trajectory
 from trajopt.verify.certificate import Check
+from trajopt.verify.checks.moving_limits import moving_limits
 from trajopt.verify.checks.quantities import check_requirement
 from trajopt.verify.checks.requirement import When
 from trajopt.verify.kernel.kinematics import Kinematics
@@ -141,21 +142,24 @@ def examine_with(
     measured = distances.nearest(kinematics.poses(place[None]))
     judged = np.isfinite(measured) & ~_excused(reduced, measured, moment)
     required = required_clearances(reduced)
-    proven = measured + distances.uncertainty(measured, options.distance_error) <= required
-    nearest: dict[tuple[str, str], PairDistance] = {}
-    for pair in np.flatnonzero(judged)[np.argsort(measured[judged])].tolist():
-        first, second = owners = distances.owners(pair)
+    broken = np.flatnonzero(judged & (measured <= required))
+    proven = measured[broken] + distances.uncertainty(broken, measured[broken], options.distance_error)
+    sure = dict(zip(broken.tolist(), (proven <= required[broken]).tolist(), strict=True))
+
+    def seen(pair: int) -> PairDistance:
+        first, second = distances.owners(pair)
         distance, least = float(measured[pair]), float(required[pair])
-        seen = PairDistance(
-            first=first, second=second, distance=distance, required=least, proven=bool(proven[pair])
+        return PairDistance(
+            first=first, second=second, distance=distance, required=least, proven=sure.get(pair, False)
         )
-        nearest.setdefault(owners, seen)
-    pairs = list(nearest.values())
-    broken = [pair for pair in pairs if pair.distance <= pair.required]
+
+    nearest: dict[tuple[str, str], PairDistance] = {}
+    for pair in broken[np.argsort(measured[broken])].tolist():
+        nearest.setdefault(distances.owners(pair), seen(pair))
     return Examination(
-        collisions=tuple(sorted(broken, key=lambda pair: pair.distance - pair.required)),
+        collisions=tuple(sorted(nearest.values(), key=lambda pair: pair.distance - pair.required)),
         out_of_limits=_out_of_limits(reduced, place, options.excess),
-        smallest=pairs[0] if pairs else None,
+        smallest=seen(int(np.where(judged, measured, np.inf).argmin())) if judged.any() else None,
     )
 
 
@@ -210,24 +214,23 @@ def _excused(reduced: ReducedModel, measured: Floats, moment: Moment) -> Bools:
 
 
 def _out_of_limits(reduced: ReducedModel, positions: Floats, excess: float) -> tuple[OutOfLimit, ...]:
-    robot, moving = reduced.scene.robot, reduced.moving_joints
-    limits = robot.limits.take(robot.index(moving))
-    lower, upper = limits.lower, limits.upper
+    robot, limits = reduced.scene.robot, moving_limits(reduced, None)
+    lower, upper, moving = limits.lower, limits.upper, limits.joint_names
     positions = reduced.mimic_matrix @ positions + reduced.mimic_offset
     beyond = np.maximum(positions - upper, lower - positions)
-    found: list[OutOfLimit] = []
-    for joint in (int(place) for place in np.argsort(-beyond)):
-        limit = upper[joint] if positions[joint] > upper[joint] else lower[joint]
-        if beyond[joint] > 0.0 and beyond[joint] > excess * max(abs(float(limit)), 1.0):
-            found.append(
-                OutOfLimit(
-                    joint=moving[joint],
-                    position=float(positions[joint]),
-                    lower=float(lower[joint]),
-                    upper=float(upper[joint]),
-                    excess=float(beyond[joint]),
-                    unit=joint_unit(robot.model, moving[joint]),
-                    follows=robot.mimics[moving[joint]].source if moving[joint] in robot.mimics else "",
-                )
-            )
-    return tuple(found)
+    outside = np.flatnonzero(beyond > 0.0)
+    limit = np.where(positions > upper, upper, lower)[outside]
+    outside = outside[beyond[outside] > excess * np.maximum(np.abs(limit), 1.0)]
+    farthest_first: list[int] = outside[np.argsort(-beyond[outside])].tolist()
+    return tuple(
+        OutOfLimit(
+            joint=moving[joint],
+            position=float(positions[joint]),
+            lower=float(lower[joint]),
+            upper=float(upper[joint]),
+            excess=float(beyond[joint]),
+            unit=joint_unit(robot.model, moving[joint]),
+            follows=robot.mimics[moving[joint]].source if moving[joint] in robot.mimics else "",
+        )
+        for joint in farthest_first
+    )

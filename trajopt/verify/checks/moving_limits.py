@@ -21,10 +21,10 @@ def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLim
     Raises:
         ProblemError: If they are of other joints.
     """
-    robot, moving = reduced.scene.robot, reduced.moving_joints
+    moving = reduced.moving_joints
     if limits is not None and limits.joint_names == moving:
         return limits
-    stated = robot.limits.take(robot.index(moving))
+    stated = reduced.derived_of_robot(_stated)
     if limits is None:
         return stated
     if limits.joint_names != reduced.joint_names:
@@ -43,6 +43,11 @@ def moving_limits(reduced: ReducedModel, limits: JointLimits | None) -> JointLim
     for column, values in zip(columns, given, strict=True):
         column[places] = values
     return JointLimits(moving, *(readonly(column) for column in columns), defaulted=limits.defaulted)
+
+
+def _stated(reduced: ReducedModel) -> JointLimits:
+    robot = reduced.scene.robot
+    return robot.limits.take(robot.index(reduced.moving_joints))
 
 
 def group_part(reduced: ReducedModel, limits: JointLimits) -> JointLimits:

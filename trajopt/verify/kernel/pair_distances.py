@@ -131,19 +131,20 @@ class PairDistances:
             return strict
         return strict & (present[:, 0] == -np.inf) & (present[:, 1] == np.inf)
 
-    def uncertainty(self, distance: Floats, error: float) -> Floats:
+    def uncertainty(self, pair: Ints, distance: Floats, error: float) -> Floats:
         """Return by how much true distances may exceed measured ones.
 
         Where an exact mesh is in contact, its hull was measured, which says nothing about the mesh.
 
         Args:
-            distance: As measured, of every pair, shape (p,) [m].
+            pair: Which pairs, shape (i,).
+            distance: As measured, shape (i,) [m].
             error: Taken off every distance [m].
 
         Returns:
-            Shape (p,) [m].
+            Shape (i,) [m].
         """
-        hulled = self._meshed & ~self.planar & (distance <= 0.0)
+        hulled = self._meshed[pair] & ~self.planar[pair] & (distance <= 0.0)
         return np.where(hulled, np.inf, 2.0 * error + DOUBTFUL)
 
     @cached_property
