@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -49,9 +50,12 @@ class DynamicsQuery:
     def __init__(self, reduced: ReducedModel) -> None:
         """Keep the model and its scratch memory."""
         self._reduced = reduced
-        self._data = reduced.model.createData()
         mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
         self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
+
+    @cached_property
+    def _data(self) -> pin.Data:
+        return self._reduced.model.createData()
 
     @staticmethod
     def loaded(reduced: ReducedModel) -> "DynamicsQuery":

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -139,8 +140,13 @@ class NativeDescent(Descent):
         """Return up to which work of the core none has to be told of steps; negative for any."""
         if self.progress is None:
             return -1
-        patience = self.progress.patience if isinstance(self.progress, Patient) else 0
+        patience = 0 if self._patient is None else self._patient.patience
         return -1 if patience is None else self.program.core.work[0] + patience
+
+    @cached_property
+    def _patient(self) -> Patient | None:
+        """Who is told of steps, if a little later will do."""
+        return self.progress if isinstance(self.progress, Patient) else None
 
     def _step(self, entry: "descent.Entry") -> SqpStep:
         cost, violation, merit, radius, accepted, rows, qp_iterations, _ = entry

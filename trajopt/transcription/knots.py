@@ -48,11 +48,11 @@ def swept_samples(
         least: Samples that every segment gets.
         sweep: No body moves farther than this between two samples [m].
     """
-    segments = len(corners) - 1
-    parts = max(1, int(np.ceil(np.abs(np.diff(corners, axis=0)).max(initial=0.0) / TURN)))
+    segments, steps = len(corners) - 1, corners[1:] - corners[:-1]
+    parts = max(1, int(np.ceil(np.abs(steps).max(initial=0.0) / TURN)))
     share = np.arange(parts * segments + 1) / parts
     first = np.minimum(share.astype(np.int64), segments - 1)
-    fine = corners[first] + (share - first)[:, None] * (corners[first + 1] - corners[first])
+    fine = corners[first] + (share - first)[:, None] * steps[first]
     swept = query.displacement(fine[:-1], fine[1:]).reshape(segments, parts).sum(axis=1)
     return np.clip(np.ceil(swept / sweep), least, MOST_SAMPLES).astype(np.int64)
 
