@@ -8,6 +8,7 @@ import pytest
 import trajopt as to
 from tests.verify.test_moving_things import sampled
 from trajopt.planning.budget import Budget, BudgetTracker
+from trajopt.planning.status import Certainty
 from trajopt.planning.waiting import begun_later
 from trajopt.planning.workspace import TimedMotion, Workspace
 
@@ -88,8 +89,8 @@ def test_what_appears_at_the_goal_leaves_no_motion_and_says_so(table: to.Scene) 
     there = table.placement_of("panda_hand", table.robot.positions(GOAL))
     block = table.add("block", to.Box(0.3, 0.3, 0.3), to.placement(there.translation), appears=0.1)
     result = to.plan(problem(block), budget=to.Budget(attempts=1))
-    assert result.status is to.Status.BLOCKED_IN_TIME
-    assert "no later beginning and no way around" in result.reason and "block" in result.reason
+    assert result.status is to.Status.GOAL_OCCUPIED and result.certainty is Certainty.PROVEN
+    assert "block (at panda_" in result.reason and "s on, and nothing gets there before" in result.reason
 
 
 @pytest.mark.parametrize("jerk", [False, True])

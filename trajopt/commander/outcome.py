@@ -25,6 +25,8 @@ CODES = {
     Status.PROVEN_INFEASIBLE: MoveItErrorCodes.PLANNING_FAILED,
     Status.TOO_LATE: MoveItErrorCodes.PLANNING_FAILED,
     Status.BLOCKED_IN_TIME: MoveItErrorCodes.PLANNING_FAILED,
+    Status.INEVITABLE: MoveItErrorCodes.START_STATE_IN_COLLISION,
+    Status.GOAL_OCCUPIED: MoveItErrorCodes.GOAL_IN_COLLISION,
     Status.NO_SEED: MoveItErrorCodes.PLANNING_FAILED,
     Status.OUT_OF_TIME: MoveItErrorCodes.TIMED_OUT,
     Status.OUT_OF_WORK: MoveItErrorCodes.TIMED_OUT,

@@ -228,6 +228,40 @@ def _timing(result: Result) -> Explanation:
     )
 
 
+def _swept(result: Result) -> Explanation:
+    """Explain a start that something sweeps."""
+    if result.certainty is Certainty.PROVEN:
+        grounds = (
+            "each joint's own limits bound where it can be by then, and boxes that cover all of that were "
+            "closed with depths that the judge measured"
+        )
+    else:
+        grounds = "configurations that may be reached by then were drawn at random; others may be clear"
+    return _with(
+        _plain(result, grounds), blocks=result.blocks, configuration=result.problem.reduced.start_positions
+    )
+
+
+def _occupied(result: Result) -> Explanation:
+    """Explain a goal that is never free."""
+    if result.certainty is Certainty.PROVEN:
+        grounds = (
+            "all of the goal was closed, at all times at which the arm could be there, by boxes that cover it"
+        )
+    else:
+        grounds = "the goal configurations that were found were looked at every 20 ms; others may be free"
+    at = None if result.trajectory is None else result.trajectory.positions[-1]
+    return _with(_plain(result, grounds), blocks=result.blocks, configuration=at)
+
+
+def _in_time(result: Result) -> Explanation:
+    """Explain that everything tried was blocked by what changes with time."""
+    grounds = (
+        "the motion planned without what changes was looked at every 20 ms, and other ways were tried in vain"
+    )
+    return _with(_plain(result, grounds), blocks=result.blocks)
+
+
 def _refused(result: Result) -> Explanation:
     """Explain a motion that the judge refused."""
     certificate = result.certificate
@@ -279,6 +313,9 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.TOO_LATE: _too_late,
     Status.METHOD_CANNOT: _cannot,
     Status.PROVEN_INFEASIBLE: _walled_in,
+    Status.INEVITABLE: _swept,
+    Status.GOAL_OCCUPIED: _occupied,
+    Status.BLOCKED_IN_TIME: _in_time,
     Status.NO_TIMING: _timing,
     Status.NOT_VERIFIED: _refused,
 }

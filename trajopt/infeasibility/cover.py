@@ -58,7 +58,7 @@ class Cover:
             counts: Takes the work done.
         """
         self._reduced, self._query = reduced, Query(reduced, counts)
-        self._levers = _pair_levers(reduced)
+        self._levers = pair_levers(reduced)
         self._required = reduced.pairs.required if apart is None else apart
         self._reach = np.where(np.isfinite(self._levers).all(axis=1), self._required, -np.inf)
         self.left = most
@@ -98,7 +98,7 @@ class Cover:
         return None
 
 
-def _pair_levers(reduced: ReducedModel) -> Floats:
+def pair_levers(reduced: ReducedModel) -> Floats:
     """Bound how far the bodies of each pair move towards each other by joint, (p, n); inf for no proof."""
     chain, pairs = Chain(reduced), reduced.pairs
     levers = np.array([chain.levers(body) for body in range(len(reduced.bodies))])

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from math import inf
 
 import numpy as np
 
@@ -48,6 +49,8 @@ class Block:
         place: Where on the way, from 0 (start) to 1 (goal); None where it is not on the way.
         words: All of it, as a phrase.
         residual: Class of the residual that is not satisfied; None where no program was solved.
+        begin: Of what changes with time: from then on it stands in the way [s].
+        end: Until then [s]; infinite where it stays.
     """
 
     kind: BlockKind
@@ -56,6 +59,8 @@ class Block:
     place: float | None
     words: str
     residual: type[object] | None = None
+    begin: float | None = None
+    end: float | None = None
 
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold."""
@@ -65,6 +70,8 @@ class Block:
             "amount": self.amount,
             "place": self.place,
             "words": self.words,
+            "begin": self.begin,
+            "end": None if self.end == inf else self.end,
         }
 
 

@@ -17,7 +17,8 @@ from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.space_time import in_space_time
-from trajopt.planning.status import Status
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.why_not import explained, impossible
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
 
@@ -62,10 +63,11 @@ def in_time(
     best, stopped = Workspace(there, tracker).result(Status.BLOCKED_IN_TIME), alone.stopped
     try:
         best = _judged(alone, problem.scene, tracker)
-        if not best.verified or _duration(best) > soonest:
+        best = impossible(best, alone, tracker) or best
+        if not _ended(best, soonest):
             best = in_space_time(there, alone, best, tracker)
         for other, most in _other_ways(problem, LONGER * soonest):
-            if best.verified:
+            if best.verified or _ended(best, soonest):
                 break
             found = run(other, most=most)
             stopped = found.stopped
@@ -74,6 +76,7 @@ def in_time(
                 best = min(best, better, key=_order)
             if stopped is not None:
                 break
+        best = explained(best, alone, tracker)
     except Stopped as ended:
         stopped = ended.stop
     if best.verified and on_incumbent is not None:
@@ -81,6 +84,11 @@ def in_time(
     if not best.verified and stopped is not None:
         best = replace(best, status=ENDED[stopped])
     return replace(best, stopped=stopped, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
+
+
+def _ended(best: Result, soonest: float) -> bool:
+    """Say whether nothing can be over sooner, or it is proven that nothing solves the problem."""
+    return _duration(best) <= soonest if best.verified else best.certainty is Certainty.PROVEN
 
 
 def _other_ways(problem: Problem, duration: float) -> Iterator[tuple[Problem, int]]:

@@ -172,6 +172,7 @@ class Result:
             first.
         remarks: What of the problem could not be taken as it was asked, or may be meant otherwise, in
             sentences.
+        blocks: Of a failure among what changes with time: what is in the way, from when to when.
     """
 
     problem: Problem
@@ -195,6 +196,7 @@ class Result:
     along_path: float | None = None
     of_each_goal: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
     remarks: tuple[str, ...] = ()
+    blocks: tuple[Block, ...] = ()
 
     def __repr__(self) -> str:
         """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""
@@ -289,6 +291,7 @@ class Result:
             "message": self.reason,
             "remarks": list(self.remarks),
             "certainty": self.certainty.name,
+            "blocks": [block.as_dict() for block in self.blocks],
             "name": self.problem.name,
             "goal_name": self.goal_name,
             **motion,

@@ -56,6 +56,14 @@ class Status(Enum):
         "no later beginning and no way around was found that keeps clear of what moves, appears or expires: "
         "wait until it is gone, or move the goal"
     )
+    INEVITABLE = (
+        "something sweeps the start, and no motion within the limits escapes it: keep it away, start "
+        "elsewhere, or let the arm be faster"
+    )
+    GOAL_OCCUPIED = (
+        "the goal is never free when the arm could be there: remove what occupies it, start later, or choose "
+        "another goal"
+    )
     NO_SEED = "no seed of that kind could be made: another kind may do"
     OUT_OF_TIME = "the time was used up before a motion was found: allow more, or try again"
     OUT_OF_WORK = "the counted work was used up before a motion was found: allow more"

@@ -1,0 +1,255 @@
+"""Why nothing can be done in time: something sweeps the start, or the goal is occupied at all times."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf
+
+import numpy as np
+
+from trajopt.arrays import Floats, Ints
+from trajopt.infeasibility.by_then import by_then
+from trajopt.infeasibility.goal_box import box_breaks
+from trajopt.infeasibility.occupied import Meeting, Occupancy, Span
+from trajopt.model.limits import EXCESS
+from trajopt.model.printed import in_length
+from trajopt.model.timed import TimedModel
+from trajopt.problem import Problem
+from trajopt.query import Counts
+from trajopt.terms.joint_positions import joint_box
+
+LOOK = 0.02
+"""Time between two looks at a configuration that stands still [s]: at 1 m/s things move by 2 cm."""
+LONGEST = 60.0
+"""Nothing is looked at later [s]: whoever has so much time asks again."""
+MOMENTS = 6
+"""At so many moments it is tried to prove that nothing escapes, those at which least is missing first."""
+SAMPLES = 256
+"""So many configurations that may be reached by a moment are looked at where there is no proof."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """Something that no motion within the limits escapes.
+
+    Attributes:
+        thing: What it is.
+        link: What of the robot, or carried by it, it meets.
+        begin: When it first comes too near to the robot if that stands still at the start [s].
+        time: When nothing has escaped [s].
+        depth: By how much it is nearer then, if the robot stands still, than must be kept [m].
+        travel: By how much the two can be apart from there by then, at most [m]; None without proof.
+        boxes: Boxes that cover all that can be reached by then; 0 without proof.
+    """
+
+    thing: str
+    link: str
+    begin: float
+    time: float
+    depth: float
+    travel: float | None
+    boxes: int
+
+    @property
+    def proven(self) -> bool:
+        """Whether it is proven."""
+        return self.boxes > 0
+
+    @property
+    def words(self) -> str:
+        """Say what sweeps the start, when, and why nothing escapes."""
+        at = f"at {self.time:.3f} s"
+        said = f"{self.thing} sweeps {self.link} at the start from {self.begin:.3f} s on"
+        if self.boxes == 1 and self.travel is not None:
+            return (
+                f"{said}; {at} it is {in_length(self.depth)} nearer than it may be to {self.link} that "
+                f"stands still, and within the limits no point of that gets farther than "
+                f"{in_length(self.travel)} by then"
+            )
+        if self.boxes:
+            return (
+                f"{said}; {at} it meets everything that can be reached by then within the limits of "
+                f"velocity, acceleration and jerk: boxes that cover it were closed one by one"
+            )
+        return f"{said}; {at} none of {SAMPLES} configurations that may be reached by then is clear of it"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Occupied:
+    """A goal that is never free.
+
+    Attributes:
+        things: What occupies it, in order of time.
+        begin: Before no motion can be there [s].
+        until: Until then it was looked at [s]; infinite where nothing changes any more.
+        proven: Whether it is proven of all of the goal, at all times.
+        configurations: So many configurations at the goal were looked at.
+    """
+
+    things: tuple[Span, ...]
+    begin: float
+    until: float
+    proven: bool
+    configurations: int
+
+    @property
+    def words(self) -> str:
+        """Say what occupies the goal, from when to when."""
+        each = ", ".join(f"{span.thing} (at {span.link}) {span.when}" for span in self.things)
+        which = f"all {self.configurations} goal configurations found are"
+        which = "the goal is" if self.configurations == 1 else which
+        till = "at all times" if self.until == inf else f"until {self.until:.2f} s"
+        earliest = f", and nothing gets there before {self.begin:.2f} s" if self.begin > LOOK else ""
+        return f"{which} occupied {till}: {each}{earliest}"
+
+
+@dataclass(eq=False)
+class InTime:
+    """Looks for reasons why a problem has no motion in time; one for each thread.
+
+    Attributes:
+        problem: The problem, with one goal.
+        timed: Its model among what changes.
+        counts: The work done so far.
+    """
+
+    problem: Problem
+    timed: TimedModel
+    counts: Counts
+
+    def inevitable(self, *, proven: bool) -> Sweep | None:
+        """Find something that sweeps the start and that no motion escapes.
+
+        Args:
+            proven: Whether only a proof counts.
+        """
+        start, times = self.problem.reduced.start_positions, self._looks
+        sample, pair, depth = self.occupancy.too_near(np.tile(start, (len(times), 1)), times)
+        rows = np.argsort(-self._spare(times[sample], pair, depth), kind="stable")
+        first = np.sort(np.unique(sample[rows], return_index=True)[1])[:MOMENTS]
+        likely = [row for row in rows[first].tolist() if self._under_way(float(times[sample[row]]))]
+        begin = float(times[sample].min(initial=inf))
+        for row in likely:
+            time = float(times[sample[row]])
+            met = self.occupancy.throughout(*by_then(self.problem, time), time, time)
+            if met:
+                return _sweep(met, begin, time)
+        for row in () if proven else likely:
+            time, names = float(times[sample[row]]), self.occupancy.names(int(pair[row]))
+            if self._none_clear(time):
+                return Sweep(
+                    thing=names[0], link=names[1], begin=begin, time=time, depth=float(depth[row]),
+                    travel=None, boxes=0,
+                )  # fmt: skip
+        return None
+
+    def goal_occupied(self, goals: Sequence[Floats], *, proven: bool) -> Occupied | None:
+        """Find out whether all of the goal is occupied at all times.
+
+        Args:
+            goals: Configurations at the goal, each of shape (n,) [rad | m].
+            proven: Whether only a proof counts.
+        """
+        times = self._looks[self._looks >= self._earliest]
+        spans: list[Span] = []
+        for goal in goals:
+            there = np.tile(goal, (len(times), 1))
+            if self.occupancy.free(there, times).any():
+                return None
+            spans += self.occupancy.met(there, times)
+        holds = bool(goals) and self._never_free(times)
+        if not goals or (proven and not holds):
+            return None
+        last = float(times[-1])
+        settled = self._settled <= last
+        return Occupied(
+            things=_joined(spans, last if settled else inf),
+            begin=self._earliest,
+            until=inf if settled else last,
+            proven=holds,
+            configurations=len(goals),
+        )
+
+    def _never_free(self, times: Floats) -> bool:
+        """Prove that the goal is never free at or after the first of some times."""
+        if self._settled > times[-1] and self.timed.until > times[-1]:
+            return False
+        lower, upper = joint_box(self.problem.goals, self.problem.reduced)
+        lower, upper = lower - EXCESS, upper + EXCESS  # what the judge accepts
+        cuts: Floats = np.unique(np.concatenate((times, self._moments[self._moments > times[0]])))
+        spans = [*zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True), (float(cuts[-1]), float(cuts[-1]))]
+        return all(self.occupancy.throughout(lower, upper, *span) for span in spans)
+
+    def _spare(self, times: Floats, pairs: Ints, depths: Floats) -> Floats:
+        """Return by how much more pairs are too near, with the robot at rest, than it may travel by then."""
+        boxes = [by_then(self.problem, time) for time in times.tolist()]
+        half = [(upper - lower) / 2.0 for lower, upper in boxes]
+        return depths - self.occupancy.travel(pairs, np.array(half)) if half else depths
+
+    def _none_clear(self, time: float) -> bool:
+        """Say whether none of some configurations that may be reached by a time is clear then."""
+        lower, upper = by_then(self.problem, time)
+        share = np.random.default_rng(0).random((SAMPLES, len(lower)))
+        share[: SAMPLES // 2] = np.round(share[: SAMPLES // 2])  # half of them are corners
+        return not self.occupancy.free(lower + share * (upper - lower), np.full(SAMPLES, time)).any()
+
+    def _under_way(self, time: float) -> bool:
+        """Say whether no motion within the limits can be at the goal by a time."""
+        box = by_then(self.problem, time)
+        if not all(np.isfinite(side).all() for side in box):
+            return False
+        return any(box_breaks(goal, self.problem.reduced, *box) for goal in self.problem.goals)
+
+    @cached_property
+    def _earliest(self) -> float:
+        """The last look by which no motion within the limits can be at the goal [s]."""
+        looks = self._looks
+        early, late = 0, len(looks)  # the goal can be reached by none of the looks before
+        while early < late:
+            middle = (early + late) // 2
+            early, late = (middle + 1, late) if self._under_way(float(looks[middle])) else (early, middle)
+        return float(looks[early - 1]) if early else 0.0
+
+    @cached_property
+    def _looks(self) -> Floats:
+        """Times to look at, until nothing changes any more or nothing is known [s]."""
+        last = min(self._settled, LONGEST, self.timed.until)
+        return np.append(np.arange(0.0, last, LOOK), last)
+
+    @cached_property
+    def _settled(self) -> float:
+        """When everything has come to rest, appeared and expired [s]."""
+        ends = [
+            timing.motion.track.end for timing in self.timed.timings.values() if timing.motion is not None
+        ]
+        return max([0.0, *ends, *self._moments.tolist()]) + LOOK
+
+    @cached_property
+    def _moments(self) -> Floats:
+        """When things appear and expire [s]."""
+        both = [time for timing in self.timed.timings.values() for time in (timing.appears, timing.expires)]
+        return np.array([time for time in both if 0.0 < time < inf])
+
+    @cached_property
+    def occupancy(self) -> Occupancy:
+        """What finds out what is occupied."""
+        return Occupancy(self.timed, self.counts)
+
+
+def _sweep(met: tuple[Meeting, ...], begin: float, time: float) -> Sweep:
+    first = met[0]
+    return Sweep(
+        thing=first.thing, link=first.link, begin=begin, time=time, depth=first.depth, travel=first.travel,
+        boxes=len(met),
+    )  # fmt: skip
+
+
+def _joined(spans: Sequence[Span], last: float) -> tuple[Span, ...]:
+    """Return spans of all goal configurations, those of each thing as one; what is there at the end stays."""
+    found: list[Span] = []
+    for thing in dict.fromkeys(span.thing for span in sorted(spans, key=lambda span: span.begin)):
+        mine = [span for span in spans if span.thing == thing]
+        end = max(span.end for span in mine)
+        worst = max(mine, key=lambda span: span.depth)
+        found.append(replace(worst, begin=min(span.begin for span in mine), end=inf if end == last else end))
+    return tuple(found)

@@ -1,0 +1,201 @@
+"""Why there is no motion among what changes with time: what is in the way, and from when to when."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.infeasibility.in_time import LOOK, InTime, Occupied, Sweep
+from trajopt.infeasibility.occupied import Span
+from trajopt.infeasibility.reasons import Block, BlockKind
+from trajopt.kinematics.goal_candidates import STARTS, goal_candidates
+from trajopt.model.printed import in_length
+from trajopt.model.timed import timed_model
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.budget import BudgetTracker
+from trajopt.planning.result import Result
+from trajopt.planning.status import Certainty, Status
+from trajopt.planning.workspace import Workspace
+from trajopt.problem import Problem
+from trajopt.query import Counts
+from trajopt.terms.joint_positions import fixed_positions
+from trajopt.verify.certificate import Check, CheckKind
+
+NAMED = 3
+"""Things in the way that a sentence names."""
+
+
+def impossible(refused: Result, alone: Result, tracker: BudgetTracker) -> Result | None:
+    """Return the proof that no motion within the limits solves a problem in time; None if there is none.
+
+    Args:
+        refused: What became of the motion that is planned without what changes; nothing to prove if verified.
+        alone: That motion.
+        tracker: Counts the work.
+
+    Raises:
+        Stopped: If the budget ends before.
+    """
+    if refused.verified:
+        return None
+    found = _WhyNot(refused.problem, alone.require().trajectory, tracker).refused(proven=True)
+    return None if found is None else _instead_of(refused, found)
+
+
+def explained(refused: Result, alone: Result, tracker: BudgetTracker) -> Result:
+    """Return a failure with what is in the way; as inevitable or occupied where all that was tried says so.
+
+    Args:
+        refused: The failure, among what changes; returned as it is if verified, or proven already.
+        alone: The motion that is planned without it.
+        tracker: Counts the work.
+
+    Raises:
+        Stopped: If the budget ends before.
+    """
+    if refused.verified or refused.certainty is Certainty.PROVEN:
+        return refused
+    why = _WhyNot(refused.problem, alone.require().trajectory, tracker)
+    found = why.refused(proven=False)
+    if found is not None:
+        return _instead_of(refused, found)
+    blocks = why.on_the_way()
+    said = [block.words for block in blocks[:NAMED]]
+    said += [f"{len(blocks) - NAMED} more"] * (len(blocks) > NAMED)
+    said += [check.detail for check in _unknown(refused)]
+    return replace(refused, blocks=blocks, message="; ".join(said) or refused.message)
+
+
+def _instead_of(refused: Result, found: Result) -> Result:
+    """Return what was found out about a failure, with the motion that was refused."""
+    fields = ("attempts", "method", "because", "goal_name", "remarks", "path", "trajectory", "judged")
+    return replace(found, **{name: getattr(refused, name) for name in fields})
+
+
+def _unknown(refused: Result) -> Sequence[Check]:
+    certificate = refused.certificate
+    failed = () if certificate is None else certificate.failed
+    return [check for check in failed if check.kind is CheckKind.PREDICTION]
+
+
+@dataclass(eq=False)
+class _WhyNot:
+    """Looks for what is in the way of one problem.
+
+    Attributes:
+        problem: The problem, with one goal, among what changes.
+        alone: The motion that is planned without what changes.
+        tracker: Counts the work.
+    """
+
+    problem: Problem
+    alone: Trajectory
+    tracker: BudgetTracker
+    _counts: Counts = field(default_factory=Counts)
+    _counted: Counts = field(default_factory=Counts)
+
+    def refused(self, *, proven: bool) -> Result | None:
+        """Return a refusal, only a proven one or one that much speaks for; None if there is none."""
+        with self.tracker.stage("proof"):
+            sweep = self._in_time.inevitable(proven=proven)
+            occupied = None
+            if sweep is None:
+                goals = self._goals(several=not proven)
+                occupied = self._in_time.goal_occupied(goals, proven=proven)
+        self._count()
+        if sweep is not None:
+            return self._result(Status.INEVITABLE, sweep, (_swept(sweep),))
+        return (
+            None if occupied is None else self._result(Status.GOAL_OCCUPIED, occupied, _occupying(occupied))
+        )
+
+    def on_the_way(self) -> tuple[Block, ...]:
+        """Return what is in the way of the motion without what changes, begun at once, in order of time."""
+        motion = self.alone
+        times: Floats = np.append(np.arange(0.0, motion.duration, LOOK), motion.duration)
+        with self.tracker.stage("proof"):
+            met = self._in_time.occupancy.met(motion(times), times)
+        self._count()
+        return tuple(
+            Block(
+                kind=BlockKind.CONTACT,
+                subjects=(span.link, span.thing),
+                amount=span.depth,
+                place=span.worst / motion.duration,
+                words=(
+                    f"{span.thing} is in the way of the motion without what changes {span.when}: "
+                    f"{_how(span)} at {span.worst:.2f} s"
+                ),
+                begin=span.begin,
+                end=span.end,
+            )
+            for span in met
+        )
+
+    def _goals(self, *, several: bool) -> list[Floats]:
+        """Return goal configurations: the one asked for, or what is found, that planned to first."""
+        problem = self.problem
+        fixed = fixed_positions(problem.goals, problem.reduced)
+        if fixed is not None:
+            return [fixed]
+        goals = [self.alone.positions[-1]]
+        if several:
+            found = goal_candidates(
+                problem.reduced,
+                (*problem.goals, *problem.requirements_at(problem.last_stop)),
+                rng=np.random.default_rng(0),
+                counts=self._counts,
+                starts=STARTS,
+                effort=problem.limits.effort,
+            )
+            goals += found.free
+        return goals
+
+    def _result(self, status: Status, found: Sweep | Occupied, blocks: tuple[Block, ...]) -> Result:
+        certainty = Certainty.PROVEN if found.proven else Certainty.EVIDENCE
+        refused = Workspace(self.problem, self.tracker).result(status, found.words, certainty=certainty)
+        return replace(refused, blocks=blocks)
+
+    def _count(self) -> None:
+        """Report the work since this was called last."""
+        self.tracker.count_work(self._counts.since(self._counted))
+        self._counted = replace(self._counts)
+
+    @cached_property
+    def _in_time(self) -> InTime:
+        timed = timed_model(self.problem.reduced)
+        assert timed is not None  # nothing is in the way in time where nothing changes
+        return InTime(self.problem, timed, self._counts)
+
+
+def _how(span: Span) -> str:
+    return f"it is {in_length(span.depth)} nearer to {span.link} than it may be"
+
+
+def _swept(sweep: Sweep) -> Block:
+    return Block(
+        kind=BlockKind.CONTACT,
+        subjects=(sweep.link, sweep.thing),
+        amount=sweep.depth,
+        place=0.0,
+        words=sweep.words,
+        begin=sweep.begin,
+        end=sweep.time,
+    )
+
+
+def _occupying(occupied: Occupied) -> tuple[Block, ...]:
+    return tuple(
+        Block(
+            kind=BlockKind.CONTACT,
+            subjects=(span.link, span.thing),
+            amount=span.depth,
+            place=1.0,
+            words=(f"{span.thing} is at the goal {span.when}: {_how(span)}"),
+            begin=span.begin,
+            end=span.end,
+        )
+        for span in occupied.things
+    )
