@@ -117,26 +117,26 @@ def beside_another_arm() -> to.Problem:
     )
 
 
-@to.expected_status(to.Status.BLOCKED_IN_TIME)
+@to.expected_status(to.Status.INEVITABLE)
 def swept_start_panda() -> to.Problem:
     """Return the problem: a wall sweeps the whole room of a Panda, faster than the arm can leave.
 
     What is hard: there is no motion to look for, and a planner that looks for one anyway never ends.
 
-    Expected outcome: refused, blocked in time.
+    Expected outcome: refused, inevitable.
     """
     arm = panda()
     sweeps = to.Track.through((0.0, 0.4), [to.placement((x, 0.0, 1.0)) for x in (2.0, -2.0)])
     return _swing(arm, _around(arm).add("wall", to.Box(0.05, 4.0, 2.0), motion=sweeps), "swept start")
 
 
-@to.expected_status(to.Status.BLOCKED_IN_TIME)
+@to.expected_status(to.Status.GOAL_OCCUPIED)
 def occupied_goal_ur5() -> to.Problem:
     """Return the problem: a ball circles where a UR5's tool is to be, and never leaves.
 
     What is hard: every place on the ball's way is free again and again, and the goal is so at no time.
 
-    Expected outcome: refused, blocked in time.
+    Expected outcome: refused, goal occupied.
     """
     arm = ur5()
     times: np.ndarray = np.linspace(0.0, 60.0, 121)
@@ -145,13 +145,13 @@ def occupied_goal_ur5() -> to.Problem:
     return _swing(arm, _around(arm).add("ball", to.Sphere(0.15), motion=circles), "occupied goal")
 
 
-@to.expected_status(to.Status.BLOCKED_IN_TIME)
+@to.expected_status(to.Status.INEVITABLE)
 def closing_walls_xarm7() -> to.Problem:
     """Return the problem: two walls close the room of an xArm7 from both sides, faster than its joints turn.
 
     What is hard: for a tenth of a second everything is free, and the arm is on its way in vain.
 
-    Expected outcome: refused, blocked in time.
+    Expected outcome: refused, inevitable.
     """
     arm, scene = xarm7(), to.Scene(xarm7().robot)
     for name, side in (("left wall", 1.0), ("right wall", -1.0)):

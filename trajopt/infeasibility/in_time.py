@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from math import inf
 
 import numpy as np
@@ -22,6 +23,10 @@ LOOK = 0.02
 """Time between two looks at a configuration that stands still [s]: at 1 m/s things move by 2 cm."""
 LONGEST = 60.0
 """Nothing is looked at later [s]: whoever has so much time asks again."""
+FEW_BOXES, MOST_BOXES = 8, 400
+"""Boxes that are looked at for an interval, which is halved else; and for a single time or a short one."""
+LONG = 1.0
+"""Longer intervals are not looked at whole [s]: things come too far in them."""
 MOMENTS = 6
 """At so many moments it is tried to prove that nothing escapes, those at which least is missing first."""
 SAMPLES = 256
@@ -131,7 +136,7 @@ class InTime:
         begin = float(times[sample].min(initial=inf))
         for row in likely:
             time = float(times[sample[row]])
-            met = self.occupancy.throughout(*by_then(self.problem, time), time, time)
+            met = self.occupancy.throughout(*by_then(self.problem, time), time, time, most=MOST_BOXES)
             if met:
                 return _sweep(met, begin, time)
         for row in () if proven else likely:
@@ -176,9 +181,18 @@ class InTime:
             return False
         lower, upper = joint_box(self.problem.goals, self.problem.reduced)
         lower, upper = lower - EXCESS, upper + EXCESS  # what the judge accepts
-        cuts: Floats = np.unique(np.concatenate((times, self._moments[self._moments > times[0]])))
-        spans = [*zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True), (float(cuts[-1]), float(cuts[-1]))]
-        return all(self.occupancy.throughout(lower, upper, *span) for span in spans)
+        inside = self._moments[(self._moments > times[0]) & (self._moments < times[-1])]
+        cuts: list[float] = np.unique(np.concatenate((times[:1], inside, times[-1:]))).tolist()
+        return all(self._closed(lower, upper, *span) for span in pairwise((*cuts, cuts[-1])))
+
+    def _closed(self, lower: Floats, upper: Floats, begin: float, end: float) -> bool:
+        """Prove that a box is occupied throughout an interval, in halves of it where that is not enough."""
+        if begin + LONG > end and self.occupancy.throughout(lower, upper, begin, end, most=FEW_BOXES):
+            return True
+        if end - begin < LOOK:
+            return bool(self.occupancy.throughout(lower, upper, begin, end, most=MOST_BOXES))
+        middle = (begin + end) / 2.0
+        return self._closed(lower, upper, begin, middle) and self._closed(lower, upper, middle, end)
 
     def _spare(self, times: Floats, pairs: Ints, depths: Floats) -> Floats:
         """Return by how much more pairs are too near, with the robot at rest, than it may travel by then."""
@@ -219,10 +233,9 @@ class InTime:
     @cached_property
     def _settled(self) -> float:
         """When everything has come to rest, appeared and expired [s]."""
-        ends = [
-            timing.motion.track.end for timing in self.timed.timings.values() if timing.motion is not None
-        ]
-        return max([0.0, *ends, *self._moments.tolist()]) + LOOK
+        motions = (timing.motion for timing in self.timed.timings.values())
+        ends = [motion.track.end for motion in motions if motion is not None]
+        return max([0.0, *ends, *(self._moments + LOOK).tolist()])
 
     @cached_property
     def _moments(self) -> Floats:

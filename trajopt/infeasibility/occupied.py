@@ -79,12 +79,10 @@ class Occupancy:
     Attributes:
         timed: The model among what changes.
         counts: The work done so far.
-        left: Boxes that may still be looked at.
     """
 
     timed: TimedModel
     counts: Counts
-    left: int = 1000
     _query: Query = field(init=False)
 
     def __post_init__(self) -> None:
@@ -140,7 +138,9 @@ class Occupancy:
         near = (when >= known.appears[pair]) & (when <= known.expires[pair]) & (depth > 0.0)
         return sample[near], pair[near], depth[near]
 
-    def throughout(self, lower: Floats, upper: Floats, begin: float, end: float) -> tuple[Meeting, ...]:
+    def throughout(
+        self, lower: Floats, upper: Floats, begin: float, end: float, *, most: int
+    ) -> tuple[Meeting, ...]:
         """Prove that things are in the way of every configuration of a box, at all times of an interval.
 
         Args:
@@ -148,6 +148,7 @@ class Occupancy:
             upper: The same.
             begin: Start of the interval [s].
             end: Its end, may be the same [s].
+            most: Boxes that are looked at before it is left undecided.
 
         Returns:
             What is met, in the middle of the whole box first; empty where nothing is proven.
@@ -159,9 +160,9 @@ class Occupancy:
         middle, half = ((low + high) / 2.0)[None], (np.maximum(high - low, 0.0) / 2.0)[None]
         met: list[Meeting] = []
         while len(middle):
-            if len(middle) > self.left:
+            most -= len(middle)
+            if most < 0:
                 return ()
-            self.left -= len(middle)
             closed, axis = np.zeros(len(middle), dtype=np.bool_), np.zeros(len(middle), dtype=np.int64)
             for box, meeting, along in self._closing(middle, half, begin, end):
                 axis[box] = along

@@ -27,55 +27,55 @@ NAMED = 3
 """Things in the way that a sentence names."""
 
 
-def impossible(refused: Result, alone: Result, tracker: BudgetTracker) -> Result | None:
+def impossible(failure: Result, alone: Result, tracker: BudgetTracker) -> Result | None:
     """Return the proof that no motion within the limits solves a problem in time; None if there is none.
 
     Args:
-        refused: What became of the motion that is planned without what changes; nothing to prove if verified.
+        failure: What became of the motion that is planned without what changes; nothing to prove if verified.
         alone: That motion.
         tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends before.
     """
-    if refused.verified:
+    if failure.verified:
         return None
-    found = _WhyNot(refused.problem, alone.require().trajectory, tracker).refused(proven=True)
-    return None if found is None else _instead_of(refused, found)
+    found = _WhyNot(failure.problem, alone.require().trajectory, tracker).refusal(proven=True)
+    return None if found is None else _instead_of(failure, found)
 
 
-def explained(refused: Result, alone: Result, tracker: BudgetTracker) -> Result:
+def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
     """Return a failure with what is in the way; as inevitable or occupied where all that was tried says so.
 
     Args:
-        refused: The failure, among what changes; returned as it is if verified, or proven already.
+        failure: The failure, among what changes; returned as it is if verified, or proven already.
         alone: The motion that is planned without it.
         tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends before.
     """
-    if refused.verified or refused.certainty is Certainty.PROVEN:
-        return refused
-    why = _WhyNot(refused.problem, alone.require().trajectory, tracker)
-    found = why.refused(proven=False)
+    if failure.verified or failure.certainty is Certainty.PROVEN:
+        return failure
+    why = _WhyNot(failure.problem, alone.require().trajectory, tracker)
+    found = why.refusal(proven=False)
     if found is not None:
-        return _instead_of(refused, found)
+        return _instead_of(failure, found)
     blocks = why.on_the_way()
     said = [block.words for block in blocks[:NAMED]]
     said += [f"{len(blocks) - NAMED} more"] * (len(blocks) > NAMED)
-    said += [check.detail for check in _unknown(refused)]
-    return replace(refused, blocks=blocks, message="; ".join(said) or refused.message)
+    said += [check.detail for check in _unknown(failure)]
+    return replace(failure, blocks=blocks, message="; ".join(said) or failure.message)
 
 
-def _instead_of(refused: Result, found: Result) -> Result:
+def _instead_of(failure: Result, found: Result) -> Result:
     """Return what was found out about a failure, with the motion that was refused."""
     fields = ("attempts", "method", "because", "goal_name", "remarks", "path", "trajectory", "judged")
-    return replace(found, **{name: getattr(refused, name) for name in fields})
+    return replace(found, **{name: getattr(failure, name) for name in fields})
 
 
-def _unknown(refused: Result) -> Sequence[Check]:
-    certificate = refused.certificate
+def _unknown(failure: Result) -> Sequence[Check]:
+    certificate = failure.certificate
     failed = () if certificate is None else certificate.failed
     return [check for check in failed if check.kind is CheckKind.PREDICTION]
 
@@ -96,7 +96,7 @@ class _WhyNot:
     _counts: Counts = field(default_factory=Counts)
     _counted: Counts = field(default_factory=Counts)
 
-    def refused(self, *, proven: bool) -> Result | None:
+    def refusal(self, *, proven: bool) -> Result | None:
         """Return a refusal, only a proven one or one that much speaks for; None if there is none."""
         with self.tracker.stage("proof"):
             sweep = self._in_time.inevitable(proven=proven)
@@ -155,8 +155,8 @@ class _WhyNot:
 
     def _result(self, status: Status, found: Sweep | Occupied, blocks: tuple[Block, ...]) -> Result:
         certainty = Certainty.PROVEN if found.proven else Certainty.EVIDENCE
-        refused = Workspace(self.problem, self.tracker).result(status, found.words, certainty=certainty)
-        return replace(refused, blocks=blocks)
+        failure = Workspace(self.problem, self.tracker).result(status, found.words, certainty=certainty)
+        return replace(failure, blocks=blocks)
 
     def _count(self) -> None:
         """Report the work since this was called last."""
