@@ -160,6 +160,28 @@ def closing_walls_xarm7() -> to.Problem:
     return _swing(arm, scene, "closing walls")
 
 
+@to.expected_status(to.Status.BLOCKED_IN_TIME)
+def goal_free_for_a_moment() -> to.Problem:
+    """Return the problem: an arm of two joints is to stay a second where it is free for a third of one.
+
+    What is hard: there is a motion that is clear all the way to its end, and it is of no use.
+
+    Expected outcome: refused, blocked in time.
+    """
+    robot, post = to.load("planar2"), to.Cylinder(0.05, 0.4)
+    there = to.placement(
+        (0.4 * np.cos(0.9) + 0.35 * np.cos(1.3), 0.4 * np.sin(0.9) + 0.35 * np.sin(1.3), 0.15)
+    )
+    scene = to.Scene(robot).add("first", post, there, expires=2.0).add("second", post, there, appears=2.3)
+    return to.Problem(
+        scene=scene,
+        start={"joint1": -1.1, "joint2": 0.3},
+        goal=to.joint_positions({"joint1": 0.9, "joint2": 0.4}),
+        dwell=1.0,
+        name="goal free for a moment",
+    )
+
+
 def _around(arm: Arm) -> to.Scene:
     return to.Scene(arm.robot).add("table", *TABLE)
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 TRANSLUCENT = 0.35
 """Opacity of objects that are seen through."""
-HALO = 0.2
+HALO = 0.3
 """Opacity of the halos around what may be off its track."""
 FLOOR_EDGE = 4.0
 """Edge of the floor grid [m]."""
