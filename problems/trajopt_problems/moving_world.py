@@ -1,5 +1,7 @@
 """An arm among what moves, appears and expires: it waits, hurries, goes around, or comes in phase."""
 
+from dataclasses import replace
+
 import numpy as np
 
 import trajopt as to
@@ -126,7 +128,7 @@ def swept_start_panda() -> to.Problem:
     Expected outcome: refused, inevitable.
     """
     arm = panda()
-    sweeps = to.Track.through((0.0, 0.4), [to.placement((x, 0.0, 1.0)) for x in (2.0, -2.0)])
+    sweeps = to.Track.through((0.0, 0.4), [to.placement((x, 0.0, 1.25)) for x in (2.0, -2.0)])
     return _swing(arm, _around(arm).add("wall", to.Box(0.05, 4.0, 2.0), motion=sweeps), "swept start")
 
 
@@ -155,14 +157,14 @@ def closing_walls_xarm7() -> to.Problem:
     """
     arm, scene = xarm7(), to.Scene(xarm7().robot)
     for name, side in (("left wall", 1.0), ("right wall", -1.0)):
-        ends = [to.placement((0.0, side * away, 1.0)) for away in (2.0, 0.05)]
+        ends = [to.placement((0.0, side * away, 1.25)) for away in (2.0, 0.05)]
         scene = scene.add(name, to.Box(4.0, 0.05, 2.0), motion=to.Track.through((0.0, 0.3), ends))
     return _swing(arm, scene, "closing walls")
 
 
 @to.expected_status(to.Status.BLOCKED_IN_TIME)
 def goal_free_for_a_moment() -> to.Problem:
-    """Return the problem: an arm of two joints is to stay a second where it is free for a third of one.
+    """Return the problem: an arm of two joints is to stay for a second where it is free for a third of one.
 
     What is hard: there is a motion that is clear all the way to its end, and it is of no use.
 
@@ -180,6 +182,20 @@ def goal_free_for_a_moment() -> to.Problem:
         dwell=1.0,
         name="goal free for a moment",
     )
+
+
+@to.expected_status(to.Status.TOO_LATE)
+def too_late_xarm7() -> to.Problem:
+    """Return the problem: an xArm7 is to be at its goal before a press closes, too soon for its joints.
+
+    What is hard: the way is free until then, and only the limits of the joints say that it is too long.
+
+    Expected outcome: refused, too late.
+    """
+    arm = xarm7()
+    closes = to.Track.through((0.2, 0.4), [to.placement((0.35, 0.36, z)) for z in (1.0, 0.45)])
+    scene = _around(arm).add("press", to.Box(0.3, 0.3, 0.05), motion=closes)
+    return replace(_swing(arm, scene, "too late"), finish_by=0.3)
 
 
 def _around(arm: Arm) -> to.Scene:
