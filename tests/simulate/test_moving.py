@@ -93,8 +93,13 @@ def test_a_moving_half_space_is_felt(pendulum: Pendulum) -> None:
 
 def test_an_error_of_a_track_is_noted(pendulum: Pendulum) -> None:
     known = to.Prediction(past(0.3), (0.02, 0.0, 0.0))
-    notes = held(to.Scene(pendulum()).add("ball", BALL, motion=known)).notes
-    assert notes == ("ball: simulated exactly on its track, from which it may be 20 mm away",)
+    scene = to.Scene(pendulum()).add("sure", BALL, motion=past(0.4))
+    for name in ("ball", "other/rod", "other/tip"):
+        scene = scene.add(name, BALL, motion=known)
+    assert held(scene).notes == (
+        "ball: simulated exactly on its track, from which it may be 20 mm away",
+        "other: simulated exactly on its track, from which it may be 20 mm away",
+    )
 
 
 def test_a_still_scene_has_nothing_of_it(pendulum: Pendulum) -> None:

@@ -109,12 +109,20 @@ class Changing:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """A sentence for every track from which a thing may be off: what is simulated is exactly on it."""
+        """A sentence for everything that may be off its track: what is simulated is exactly on it.
+
+        Links of another robot, "other/link1" and "other/link2", are told of as one.
+        """
+        errors: dict[str, tuple[float, bool]] = {}
+        for name, motion in self.tracks.items():
+            thing = name.split("/")[0]
+            first, grows = errors.get(thing, (0.0, False))
+            errors[thing] = max(first, motion.error[0]), grows or any(motion.error[1:])
         return tuple(
-            f"{name}: simulated exactly on its track, from which it may be {in_length(motion.error[0])} away"
-            f"{' at first, and more with time' if any(motion.error[1:]) else ''}"
-            for name, motion in self.tracks.items()
-            if any(motion.error)
+            f"{thing}: simulated exactly on its track, from which it may be {in_length(first)} away"
+            f"{' at first, and more with time' if grows else ''}"
+            for thing, (first, grows) in errors.items()
+            if first > 0.0 or grows
         )
 
     @property
