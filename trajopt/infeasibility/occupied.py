@@ -209,9 +209,7 @@ class Occupancy:
         """Return upper bounds of the distances of pairs in the middle of a box [m]."""
         error = VerifyOptions().distance_error
         measured = self._distances.measure(poses, np.full(len(pairs), box, dtype=np.int64), pairs)
-        every = np.full(len(self._pairs.required), inf)
-        every[pairs] = measured
-        return measured + self._distances.uncertainty(every, error)[pairs]
+        return measured + self._distances.uncertainty(pairs, measured, error)
 
     def _meeting(self, pair: int, depth: float, travel: float) -> Meeting:
         thing, link = self.names(pair)
