@@ -1,5 +1,7 @@
 """Proofs among things that move: nothing escapes, or the goal is never free; what is proven is so."""
 
+from dataclasses import replace
+
 import coal
 import numpy as np
 import pinocchio as pin
@@ -217,3 +219,23 @@ def test_past_what_is_known_nothing_has_to_be_occupied(planar_arm: to.Robot) -> 
     known = to.Prediction(track, until=0.8)
     found = occupied(to.Scene(planar_arm).add("ball", to.Sphere(0.4), motion=known))
     assert found is not None and found.proven and found.until == 0.8
+
+
+def test_a_goal_that_is_free_for_less_than_the_dwell_is_occupied(planar_arm: to.Robot) -> None:
+    scene = to.Scene(planar_arm).add("first", to.Sphere(0.1), AT_GOAL, expires=2.0)
+    scene = scene.add("second", to.Sphere(0.1), AT_GOAL, appears=2.5)
+    for dwell, holds in ((0.0, False), (0.4, False), (0.6, True), (3.0, True)):
+        asked = replace(problem(scene), dwell=dwell)
+        found = in_time(asked).goal_occupied([np.array((1.5, 0.0))], proven=True)
+        assert (found is not None) is holds
+        if found is not None:
+            assert 0.5 <= found.longest < 0.56 and f"never free for {dwell:g} s" in found.words
+
+
+def test_by_a_deadline_the_goal_may_never_be_free(planar_arm: to.Robot) -> None:
+    scene = to.Scene(planar_arm).add("ball", to.Sphere(0.1), AT_GOAL, expires=2.0)
+    for deadline, holds in ((1.9, True), (2.5, False)):
+        asked = replace(problem(scene), finish_by=deadline)
+        found = in_time(asked).goal_occupied([np.array((1.5, 0.0))], proven=True)
+        assert (found is not None) is holds
+        assert found is None or found.until == deadline

@@ -8,12 +8,13 @@ from math import inf
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Bools, Floats, Ints
 from trajopt.infeasibility.by_then import by_then
 from trajopt.infeasibility.goal_box import box_breaks
 from trajopt.infeasibility.occupied import Meeting, Occupancy, Span
 from trajopt.model.limits import EXCESS
 from trajopt.model.printed import in_length
+from trajopt.model.requirements import Requirement
 from trajopt.model.timed import TimedModel
 from trajopt.problem import Problem
 from trajopt.query import Counts
@@ -87,6 +88,8 @@ class Occupied:
         things: What occupies it, in order of time.
         begin: Before no motion can be there [s].
         until: Until then it was looked at [s]; infinite where nothing changes any more.
+        dwell: It is never free for so long [s]; 0 where it is never free at all.
+        longest: The longest time for which it was seen to be free [s].
         proven: Whether it is proven of all of the goal, at all times.
         configurations: So many configurations at the goal were looked at.
     """
@@ -94,6 +97,8 @@ class Occupied:
     things: tuple[Span, ...]
     begin: float
     until: float
+    dwell: float
+    longest: float
     proven: bool
     configurations: int
 
@@ -105,7 +110,10 @@ class Occupied:
         which = "the goal is" if self.configurations == 1 else which
         till = "at all times" if self.until == inf else f"until {self.until:.2f} s"
         earliest = f", and nothing gets there before {self.begin:.2f} s" if self.begin > LOOK else ""
-        return f"{which} occupied {till}: {each}{earliest}"
+        how = f"occupied {till}"
+        if self.dwell > 0.0:
+            how = f"never free for {self.dwell:g} s ({self.longest:.2f} s at the most, {till})"
+        return f"{which} {how}: {each}{earliest}"
 
 
 @dataclass(eq=False)
@@ -156,14 +164,18 @@ class InTime:
             proven: Whether only a proof counts.
         """
         times = self._looks[self._looks >= self._earliest]
+        if not goals or not len(times) or self.goal_moves:
+            return None
         spans: list[Span] = []
+        longest = 0.0
         for goal in goals:
             there = np.tile(goal, (len(times), 1))
-            if self.occupancy.free(there, times).any():
+            longest = max(longest, _longest(times, self.occupancy.free(there, times)))
+            if longest > 0.0 and longest >= self.problem.dwell:
                 return None
             spans += self.occupancy.met(there, times)
-        holds = bool(goals) and self._never_free(times)
-        if not goals or (proven and not holds):
+        holds = self._never_free(times)
+        if proven and not holds:
             return None
         last = float(times[-1])
         settled = self._settled <= last
@@ -171,19 +183,48 @@ class InTime:
             things=_joined(spans, last if settled else inf),
             begin=self._earliest,
             until=inf if settled else last,
+            dwell=self.problem.dwell if longest > 0.0 else 0.0,
+            longest=longest,
             proven=holds,
             configurations=len(goals),
         )
 
+    @cached_property
+    def goal_moves(self) -> bool:
+        """Whether time moves a frame that the goal names."""
+        return any(self._moves(goal) for goal in self.problem.goals)
+
+    def _moves(self, goal: Requirement) -> bool:
+        return any(self.problem.scene.carrier(frame) is not None for frame in goal.frames)
+
     def _never_free(self, times: Floats) -> bool:
-        """Prove that the goal is never free at or after the first of some times."""
-        if self._settled > times[-1] and self.timed.until > times[-1]:
+        """Prove that the goal is not free for as long as is asked, at or after the first of some times."""
+        if self._settled > times[-1] and self._deadline > times[-1]:
             return False
         lower, upper = joint_box(self.problem.goals, self.problem.reduced)
         lower, upper = lower - EXCESS, upper + EXCESS  # what the judge accepts
+        if self.problem.dwell > 2.0 * LOOK:
+            return self._never_long_free(lower, upper, times)
         inside = self._moments[(self._moments > times[0]) & (self._moments < times[-1])]
         cuts: list[float] = np.unique(np.concatenate((times[:1], inside, times[-1:]))).tolist()
         return all(self._closed(lower, upper, *span) for span in pairwise((*cuts, cuts[-1])))
+
+    def _never_long_free(self, lower: Floats, upper: Floats, times: Floats) -> bool:
+        """Prove that a box is occupied at moments so near to each other that nothing can dwell in between."""
+
+        def closed(time: float) -> bool:
+            return bool(self.occupancy.throughout(lower, upper, time, time, most=MOST_BOXES))
+
+        reached, last = float(times[0]), float(times[-1])
+        if not closed(last):
+            return False
+        while reached + self.problem.dwell < last:
+            ahead = times[(times > reached) & (times <= reached + self.problem.dwell)]
+            further = next((time for time in ahead[::-1].tolist() if closed(time)), None)
+            if further is None:
+                return False
+            reached = further
+        return True
 
     def _closed(self, lower: Floats, upper: Floats, begin: float, end: float) -> bool:
         """Prove that a box is occupied throughout an interval, in halves of it where that is not enough."""
@@ -212,7 +253,8 @@ class InTime:
         box = by_then(self.problem, time)
         if not all(np.isfinite(side).all() for side in box):
             return False
-        return any(box_breaks(goal, self.problem.reduced, *box) for goal in self.problem.goals)
+        still = (goal for goal in self.problem.goals if not self._moves(goal))
+        return any(box_breaks(goal, self.problem.reduced, *box) for goal in still)
 
     @cached_property
     def _earliest(self) -> float:
@@ -227,8 +269,14 @@ class InTime:
     @cached_property
     def _looks(self) -> Floats:
         """Times to look at, until nothing changes any more or nothing is known [s]."""
-        last = min(self._settled, LONGEST, self.timed.until)
+        last = min(self._settled, LONGEST, self._deadline)
         return np.append(np.arange(0.0, last, LOOK), last)
+
+    @property
+    def _deadline(self) -> float:
+        """No motion may end later: nothing is known then, or the deadline is over [s]."""
+        asked = self.problem.finish_by
+        return self.timed.until if asked is None else min(self.timed.until, asked)
 
     @cached_property
     def _settled(self) -> float:
@@ -255,6 +303,14 @@ def _sweep(met: tuple[Meeting, ...], begin: float, time: float) -> Sweep:
         thing=first.thing, link=first.link, begin=begin, time=time, depth=first.depth, travel=first.travel,
         boxes=len(met),
     )  # fmt: skip
+
+
+def _longest(times: Floats, free: Bools) -> float:
+    """Return the longest unbroken time that is free, infinite if it does not end [s]."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], free, [False])).astype(np.int8))).reshape(-1, 2)
+    ends = np.append(times, inf)
+    # From the last look that was not free to the next that is not.
+    return max((float(ends[end] - times[max(begin - 1, 0)]) for begin, end in edges.tolist()), default=0.0)
 
 
 def _joined(spans: Sequence[Span], last: float) -> tuple[Span, ...]:

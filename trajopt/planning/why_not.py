@@ -48,14 +48,14 @@ def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
     """Return a failure with what is in the way; as inevitable or occupied where all that was tried says so.
 
     Args:
-        failure: The failure, among what changes; returned as it is if verified, or proven already.
+        failure: The failure, among what changes; returned as it is if why it failed is known already.
         alone: The motion that is planned without it.
         tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends before.
     """
-    if failure.verified or failure.certainty is Certainty.PROVEN:
+    if failure.status is not Status.BLOCKED_IN_TIME:
         return failure
     why = _WhyNot(failure.problem, alone.require().trajectory, tracker)
     found = why.refusal(proven=False)
@@ -137,6 +137,8 @@ class _WhyNot:
     def _goals(self, *, several: bool) -> list[Floats]:
         """Return goal configurations: the one asked for, or what is found, that planned to first."""
         problem = self.problem
+        if self._in_time.goal_moves:
+            return []
         fixed = fixed_positions(problem.goals, problem.reduced)
         if fixed is not None:
             return [fixed]
