@@ -7,7 +7,7 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-STARTING = 300.0
+STARTING = 900.0
 """Seconds in which a process has to be ready, robots loaded."""
 
 Key = tuple[str, int]

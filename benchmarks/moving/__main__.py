@@ -7,8 +7,8 @@ known      the baseline on those for which neither ours nor waiting has a motion
 cubes      the first N tests of `cubes.py` at each density: ours, then the baseline with ten times our CPU
 best       the baseline, ever shorter, on each 20th of the problems that cross (of those asked in `crossing`)
 
-Rows are kept in --out; what has one there is not asked again, unless its part is named in --anew. What
-`known` and `best` ask does not depend on ours, and is worth keeping.
+Rows are kept in --out; what has one there is not asked again, unless its process died (ompl's
+sometimes does) or its part is named in --anew. What `known` and `best` ask does not depend on ours.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from benchmarks.moving.cubes import DENSITIES
 from benchmarks.moving.report import Report
 from benchmarks.page import write_section
 from benchmarks.rows import Rows
-from benchmarks.workers import Key
+from benchmarks.workers import Key, Row
 from benchmarks.workers import run as run_all
 
 OF_BEST = 20
@@ -60,7 +60,7 @@ def main() -> None:
     rooms = [(f"{CUBES}/{count}", test) for test in range(given.tests) for count in _counts(given.densities)]
 
     def asked(keys: Sequence[Key], seconds: float, names: Sequence[str]) -> None:
-        missing = [key for key in keys if _name(key) not in rows.done]
+        missing = [key for key in keys if not finished(rows.done.get(_name(key)))]
         print(f"{len(keys)} problems, {len(keys) - len(missing)} of them done before", flush=True)
         run_all(
             missing, ask=partial(ask, given.data.resolve(), seconds), workers=given.workers,
@@ -86,6 +86,11 @@ def main() -> None:
         given.results.write_text("".join(f"{json.dumps(row)}\n" for row in report.rows))
     if given.page is not None:
         write_section(given.page, "moving", text)
+
+
+def finished(row: Row | None) -> bool:
+    """Say whether a problem need not be asked again; one whose process died is."""
+    return row is not None and row["outcome"] == "done"
 
 
 def drop(file: Path, parts: Sequence[str]) -> None:

@@ -1,8 +1,11 @@
 """Asks one problem among what moves, of any part of the benchmark, and returns its row."""
 
+import os
 import time
 import traceback
 from functools import cache
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import trajopt as to
@@ -19,6 +22,7 @@ CRASHED = "CRASHED"
 LATEST = 60.0
 """No motion of the baseline past a box that crosses takes longer [s]."""
 
+_CONTEXT = get_context("fork")
 _of_robot = cache(instances)
 _boxes = cache(crossings)
 
@@ -111,12 +115,27 @@ def _planned(problem: to.Problem) -> Row:
 
 
 def _baseline(problem: to.Problem, latest: float, seconds: float, *, improve: bool) -> Row:
+    """Ask the baseline in a process of its own: after some searches in one, ompl's objects crash it."""
+    mine, theirs = _CONTEXT.Pipe(duplex=False)
+    process = _CONTEXT.Process(target=_search, args=(theirs, problem, latest, seconds, improve))
+    process.start()
+    theirs.close()
+    try:
+        return mine.recv()
+    except EOFError:
+        process.join()
+        raise RuntimeError(f"the baseline's process died, exit code {process.exitcode}") from None
+    finally:
+        process.join()
+        mine.close()
+
+
+def _search(pipe: Connection, problem: to.Problem, latest: float, seconds: float, improve: bool) -> None:
     # Imported where it is needed: ompl is no dependency.
     from benchmarks.moving.space_time_rrt import SpaceTimeRrt
 
     found = SpaceTimeRrt(problem, latest).solve(seconds, improve=improve)
     duration = None if found.trajectory is None else found.trajectory.duration
-    return {
-        "duration": duration, "cpu": found.cpu, "first": found.first, "refused": found.refused,
-        "reasons": [reason[:120] for reason in found.reasons[:3]],
-    }  # fmt: skip
+    row: Row = {"duration": duration, "cpu": found.cpu, "first": found.first, "refused": found.refused}
+    pipe.send(row | {"reasons": [reason[:120] for reason in found.reasons[:3]]})
+    os._exit(0)  # nothing of ompl's is taken down

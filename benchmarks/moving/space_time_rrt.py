@@ -217,7 +217,8 @@ class SpaceTimeRrt:
         planner.solve(base.PlannerTerminationCondition(lambda: time.process_time() >= until))
         if not definition.hasExactSolution():
             return None
-        states = [self.read(state) for state in definition.getSolutionPath().getStates()]
+        solution = definition.getSolutionPath()  # held while its states are read
+        states = [self.read(state) for state in solution.getStates()]
         kept = [states[0], *(later for earlier, later in pairwise(states) if later[1] > earlier[1])]
         points = np.array([x for x, _ in kept]) * self._speed
         return to.Trajectory(self._names, np.array([moment for _, moment in kept]), points)
