@@ -29,7 +29,7 @@ RETURNED = frozenset(
     PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
     SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
-    Event RobotState Rule StopTaken
+    Event RobotState Rule Run StopTaken
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""

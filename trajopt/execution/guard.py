@@ -1,15 +1,17 @@
 """Guard: proves what is to be driven next, in the world as it is known at that time."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from trajopt.arrays import Floats, Value
+from trajopt.model.deviation import largest_deviation
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
-from trajopt.verify import Certificate, Judge, Specification
+from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +48,16 @@ class Seen(Value):
 class Guard(Value):
     """Proves motions that end at rest somewhere on the way.
 
-    What a problem requires all the way must hold for them as well, and the limits; its goal need not.
+    What a problem requires all the way must hold for them as well, and the limits; its goal need not. Every
+    distance must be larger than is required by as much as the robot can be off where it has to be.
 
     Attributes:
         problem: What is required, and of which group.
+        tolerance: How far each joint of the group can be off where it has to be, shape (n,) [rad | m].
     """
 
     problem: Problem
+    tolerance: Floats
 
     def proven(self, motion: Trajectory, world: Seen, begin: float, *, requirements: bool = True) -> bool:
         """Say whether a motion that begins at a time is proven.
@@ -67,12 +72,22 @@ class Guard(Value):
             ShapeError: If nothing is known of an object's motion any more when it begins.
         """
         reduced = self._reduced(motion, world.at(begin))
-        return Judge(reduced).decide(motion, self._specification(motion, requirements=requirements)).verified
+        return (
+            Judge(reduced, self._options)
+            .decide(motion, self._specification(motion, requirements=requirements))
+            .verified
+        )
 
     def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
         """Measure by how much a motion is proven, or is not; arguments as of `proven`."""
         reduced = self._reduced(motion, world.at(begin))
-        return Judge(reduced).certify(motion, self._specification(motion, requirements=True))
+        return Judge(reduced, self._options).certify(motion, self._specification(motion, requirements=True))
+
+    @cached_property
+    def _options(self) -> VerifyOptions:
+        """The judge's own, and how far the robot can be off taken off every distance."""
+        off = largest_deviation(self.problem.reduced, self.tolerance)
+        return VerifyOptions(distance_error=VerifyOptions.distance_error + off)
 
     def _reduced(self, motion: Trajectory, scene: Scene) -> ReducedModel:
         problem = self.problem

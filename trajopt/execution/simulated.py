@@ -68,7 +68,7 @@ class SimulatedExecutor:
         positions: Floats,
         *,
         latency: float = 5e-3,
-        tolerance: float = 5e-3,
+        tolerance: float = 1e-3,
         sensors: Sensors = EXACT,
         faults: Sequence[Fault] = (),
         options: SimulationOptions | None = None,
@@ -129,6 +129,13 @@ class SimulatedExecutor:
         """Return the state that is measured last."""
         self._catch_up()
         return self._measured[0]
+
+    def truth(self) -> RobotState:
+        """Return the state as it really is, now and without noise."""
+        now, plant = self._steps * self.period, self._plant
+        commanded, _, accelerations = self.committed(now)
+        places, rates = (self._controller.group(each) for each in (plant.positions, plant.velocities))
+        return RobotState(now, places.copy(), rates.copy(), accelerations, commanded)
 
     @checked
     def splice(self, trajectory: Trajectory, at: float) -> str:
@@ -207,12 +214,6 @@ class SimulatedExecutor:
         return followed
 
     def _measure(self) -> None:
-        now = self._steps * self.period
-        positions, velocities = (
-            self._controller.group(each) for each in (self._plant.positions, self._plant.velocities)
-        )
-        noise = (
-            self._sensors.noise * self._rng.standard_normal(len(positions)) if self._sensors.noise else 0.0
-        )
-        commanded, _, accelerations = self.committed(now)
-        self._measured.append(RobotState(now, positions + noise, velocities, accelerations, commanded))
+        true = self.truth()
+        noise = self._sensors.noise * self._rng.standard_normal(len(true.positions))
+        self._measured.append(replace(true, positions=true.positions + noise))

@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from trajopt.arrays import Printed, Value
-from trajopt.errors import ProblemError
+from trajopt.errors import JointNotFound, ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.execution.committed_motion import REST, CommittedMotion
 from trajopt.execution.events import Event, Kind
@@ -65,6 +65,7 @@ class Supervisor(Printed):
     options: SupervisorOptions = DEFAULT
     events: list[Event] = field(default_factory=list[Event])
     seconds: dict[str, list[float]] = field(default_factory=dict[str, list[float]])
+    _guard: Guard = field(init=False)
     _seen: Seen = field(init=False)
     _committed: CommittedMotion = field(init=False)
     _intended: _Intention | None = field(default=None, init=False)
@@ -79,6 +80,7 @@ class Supervisor(Printed):
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot moves: a supervisor takes it over where it stands")
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
+        self._guard = self._guard_of(self.problem)
         self._seen = Seen(self.problem.scene, self.executor.now())
         self._parting = self.executor.now()
 
@@ -91,6 +93,11 @@ class Supervisor(Printed):
     def busy(self) -> bool:
         """Whether there is a goal that is not reached."""
         return self._wanted is not None or self._intended is not None or self.moving
+
+    @property
+    def blocked(self) -> bool:
+        """Whether the robot stands, and there is no plan to the goal in the world as it is known."""
+        return self._wanted is not None and self._again == inf and not self.moving
 
     @checked
     def go(self, problem: Problem) -> None:
@@ -108,6 +115,7 @@ class Supervisor(Printed):
         if self._intended is not None:
             self._note(Kind.GOAL_CHANGED)
         self.problem = self._wanted = problem
+        self._guard = self._guard_of(problem)
         self._again = 0.0
 
     @checked
@@ -259,7 +267,7 @@ class Supervisor(Printed):
         self._parting = begin
         self._note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
         if not taken.proven:
-            certificate = Guard(self.problem).certificate(motion, self._seen, begin)
+            certificate = self._guard.certificate(motion, self._seen, begin)
             failed = next((check for check in certificate.checks if not check.holds), None)
             self._note(Kind.UNPROVEN_STOP, "" if failed is None else failed.detail)
         self._spent("stop", begun)
@@ -281,12 +289,19 @@ class Supervisor(Printed):
         self._intended = self._wanted = None
         return True
 
+    def _guard_of(self, problem: Problem) -> Guard:
+        names, tolerance = self.executor.joint_names, self.executor.tolerance
+        for name in problem.reduced.joint_names:
+            if name not in names:
+                raise JointNotFound("joint that is driven", name, names)
+        return Guard(problem, tolerance[[names.index(name) for name in problem.reduced.joint_names]])
+
     def _proven(self, motion: Trajectory, begin: float) -> bool:
         stale = self._seen.stale(begin)
         if stale:
             self._note(Kind.STALE, stale)
             return False
-        return Guard(self.problem).proven(motion, self._seen, begin)
+        return self._guard.proven(motion, self._seen, begin)
 
     def _splice(self, motion: Trajectory, at: float) -> bool:
         refused = self.executor.splice(motion, at)

@@ -1,0 +1,157 @@
+"""Runs in the simulated world: among surprises the robot touches nothing while it moves, as was proven."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from trajopt.errors import FileFormatError, ObjectNotFound
+from trajopt.execution import (
+    Fault,
+    FaultKind,
+    Kind,
+    Surprise,
+    Surprises,
+    random_surprise,
+    read_surprises,
+    run,
+)
+
+PROBLEMS = ("cup_past_pillar", "bookshelf_ur5", "past_pillar_xarm7")
+RUNS = 500
+"""Random surprises in the slow test, shared among the problems."""
+
+
+def named(name: str) -> to.Problem:
+    try:
+        return to.named_problem(name)
+    except to.MissingExtra as error:
+        pytest.skip(str(error))
+
+
+def check(problem: to.Problem, seed: int, motion: to.Trajectory) -> None:
+    done = run(problem, surprises=random_surprise(problem, motion, seed))
+    assert done.contacts_at_fault == (), f"{problem.name} {seed}"
+    assert done.count(Kind.UNPROVEN_STOP) == 0, f"{problem.name} {seed}"
+    assert done.clearance_proven is not None
+    assert done.clearance_measured >= done.clearance_proven - 1e-4, f"{problem.name} {seed}"
+    assert done.clearance_proven > 0.0
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_random_surprises(name: str) -> None:
+    problem = named(name)
+    motion = to.plan(problem).require().trajectory
+    for seed in range(4):
+        check(problem, seed, motion)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_many_random_surprises(name: str) -> None:
+    problem = named(name)
+    motion = to.plan(problem).require().trajectory
+    for seed in range(100, 100 + RUNS // len(PROBLEMS)):
+        check(problem, seed, motion)
+
+
+def test_a_run_without_surprises_is_the_plan() -> None:
+    problem = named("cup_past_pillar")
+    done = run(problem)
+    assert [event.kind for event in done.events if event.kind is not Kind.WORLD_CHANGED] == [
+        Kind.STARTED, Kind.REACHED,
+    ]  # fmt: skip
+    assert done.reached and done.contacts == ()
+    told = done.as_dict()
+    assert set(told) == {
+        "reached", "duration", "contacts", "contacts_at_fault", "clearance_measured", "clearance_proven",
+        "stops", "replans", "latencies", "missed_deadlines", "events",
+    }  # fmt: skip
+    assert told["latencies"]["prove"].keys() == {"p50", "p99", "p99.9", "max"}  # pyright: ignore
+
+
+def test_the_same_run_every_time() -> None:
+    problem = named("cup_past_pillar")
+    surprises = random_surprise(problem, to.plan(problem).require().trajectory, 3)
+    first, second = (run(problem, surprises=surprises) for _ in range(2))
+    assert first.events == second.events
+    assert np.array_equal(first.measured.positions, second.measured.positions)
+
+
+def test_an_object_that_is_moved_away_lets_the_robot_pass() -> None:
+    """The gap is closed by a slab; it is moved away while the robot waits."""
+    problem = named("cup_past_pillar")
+    closed = problem.scene.add("slab", to.Box(0.5, 0.04, 1.2), to.placement((0.5, 0.12, 0.6)))
+    away = Surprises(objects=(Surprise(name="slab", at=1.0, placement=to.placement((0.5, 2.0, 0.6))),))
+    done = run(to.Problem(**{**fields(problem), "scene": closed}), surprises=away)
+    assert done.reached and done.duration > 1.0
+    assert done.contacts == ()
+
+
+def fields(problem: to.Problem) -> dict[str, object]:
+    names = ("start", "goal", "group", "constraints", "name")
+    return {name: getattr(problem, name) for name in names}
+
+
+def test_a_stuck_joint_ends_a_run() -> None:
+    problem = named("cup_past_pillar")
+    stuck = Fault(kind=FaultKind.STUCK, begin=0.2, end=9.0, joint="panda_joint1")
+    done = run(problem, surprises=Surprises(faults=(stuck,)))
+    assert not done.reached and done.clearance_proven is None
+    assert done.count(Kind.OFF_TRACK) == 1
+
+
+FILE = """
+objects:
+  - object: crate
+    at: 0.4
+    position: [0.4, 0.1, 0.2]
+    shape: {type: box, dimensions: [0.1, 0.2, 0.3]}
+    leaves: 2.5
+  - {object: pillar, at: 1.0, position: [0.9, 0.0, 0.4], orientation: [0, 0, 1, 0]}
+sensors: {delay: 0.01, noise: 0.0002}
+faults:
+  - {kind: stuck, joint: panda_joint4, begin: 0.3, end: 9.0}
+"""
+
+
+def test_surprises_are_read_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "surprises.yaml"
+    path.write_text(FILE)
+    found = read_surprises(path)
+    crate, pillar = found.objects
+    assert (crate.name, crate.at, crate.leaves) == ("crate", 0.4, 2.5)
+    assert crate.shape == to.Box(0.1, 0.2, 0.3)
+    assert pillar.shape is None and pillar.placement.translation.tolist() == [0.9, 0.0, 0.4]
+    assert (found.sensors.delay, found.sensors.noise) == (0.01, 0.0002)
+    assert found.faults[0].kind is FaultKind.STUCK and found.times == (0.4, 1.0, 2.5)
+    scene = named("cup_past_pillar").scene
+    assert {"crate", "pillar moved"} <= set(found.world(scene).objects)
+    assert "crate" in found.seen(scene, 1.5).objects and "crate" not in found.seen(scene, 3.0).objects
+    assert found.seen(scene, 1.5).object("pillar").placement.translation[0] == 0.9
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("objects: [{object: a, at: x, position: [0, 0, 0]}]", "at: must be a number"),
+        ("objects: [{object: a, at: 1, position: [0, 0]}]", "objects\\[0\\]"),
+        ("objects: [{object: a, leavs: 1}]", "did you mean 'leaves'"),
+        ("faults: [{kind: stuk, begin: 0, end: 1}]", "must be one of drift, stuck, lost commands"),
+        ("faults: [{kind: stuck, begin: 0, end: 1}]", "stuck is of a joint: name it"),
+        ("sensors: {lag: 1}", "unknown key 'lag'"),
+    ],
+)
+def test_what_a_file_does_not_say_right_is_named(tmp_path: Path, wrong: str, said: str) -> None:
+    path = tmp_path / "surprises.yaml"
+    path.write_text(wrong)
+    with pytest.raises(FileFormatError, match=said):
+        read_surprises(path)
+
+
+def test_what_moves_must_be_there() -> None:
+    moved = Surprises(objects=(Surprise(name="pilar", at=1.0, placement=to.placement((1.0, 0.0, 0.0))),))
+    with pytest.raises(ObjectNotFound, match="did you mean 'pillar'"):
+        run(named("cup_past_pillar"), surprises=moved)

@@ -1,0 +1,83 @@
+"""A random surprise: a box that appears on the way that a robot still has before it.
+
+The rule, the same for every robot: the motion to the goal is planned in the world as it is known. A time is
+drawn evenly from the first nine tenths of it, and a later time of the motion, at least `NOTICE` after the
+robot could have come to rest. The box appears at the first time, where the tip of the group is at the second:
+its edges are drawn from 4 to 12 cm, it is turned about the vertical by any angle, and off the tip by up to
+half an edge along each axis. It is drawn anew while it is within `ROOM` of the robot as it is then or
+anywhere on the way on which it would come to rest, or of the robot at the start or the goal: no robot could
+avoid the first, and none would get there with the others.
+"""
+
+from math import pi
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
+from trajopt.execution.surprises import Surprise, Surprises
+from trajopt.model.placement import placement
+from trajopt.model.reduced import reduce_model
+from trajopt.model.scene import Scene
+from trajopt.model.shapes import Box
+from trajopt.model.stated import tool_of
+from trajopt.model.trajectory import Trajectory
+from trajopt.problem import Problem
+from trajopt.retime.stops import StopsAlong
+from trajopt.verify import Judge
+
+NOTICE = 0.15
+"""Between rest, if the robot stopped at once, and where the box is in its way [s]: what is seen is late, and
+so is what is commanded."""
+ROOM = 0.02
+"""Between the box and the robot where it cannot be elsewhere any more [m]."""
+EDGES = (0.04, 0.12)
+"""Least and largest edge of the box [m]."""
+DRAWS = 200
+"""So many boxes are drawn at most."""
+LOOKS = 12
+"""Places on the way to rest at which the box must be clear of the robot."""
+
+
+@checked
+def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprises:
+    """Draw a surprise on the way of a motion; the module says how.
+
+    Args:
+        problem: The problem that the motion solves.
+        motion: The motion, from the clock's 0.
+        seed: The same surprise every time.
+
+    Raises:
+        ProblemError: If no box of all that are drawn leaves the robot a way to rest.
+    """
+    rng, stops = np.random.default_rng(seed), StopsAlong(motion, problem.limits)
+    scene, reduced = problem.scene, problem.reduced
+    tip = tool_of(scene, problem.group)
+    for _ in range(DRAWS):
+        at = float(rng.uniform(0.0, 0.9 * motion.duration))
+        rest = stops.earliest(at).trajectory
+        first = at + rest.duration + NOTICE
+        edges, turn = rng.uniform(*EDGES, 3), float(rng.uniform(-pi, pi))
+        off, share = rng.uniform(-0.5, 0.5, 3) * edges, float(rng.uniform())
+        if first >= motion.duration:
+            continue
+        later = first + share * (motion.duration - first)
+        centre = scene.placement_of(tip, reduced.all_positions(motion(later))).translation + off
+        box = Surprise(
+            name="surprise", at=at, placement=placement(centre, rpy=(0.0, 0.0, turn)), shape=Box(*edges)
+        )
+        kept = [rest(np.linspace(0.0, rest.duration, LOOKS)), motion(np.array((0.0, motion.duration)))]
+        if _clear(problem, box, np.concatenate(kept)):
+            return Surprises(objects=(box,))
+    raise ProblemError(
+        f"none of {DRAWS} random boxes leaves the robot a way to rest: the motion is too short"
+    )
+
+
+def _clear(problem: Problem, box: Surprise, configurations: Floats) -> bool:
+    """Say whether the robot has room around a box at some configurations."""
+    scene = Surprises(objects=(box,)).seen(Scene(problem.scene.robot), box.at).with_clearance(world=ROOM)
+    judge = Judge(reduce_model(scene, problem.group, problem.start_positions))
+    return all(judge.examine(each).clear for each in configurations)

@@ -1,0 +1,162 @@
+"""run(problem): a problem planned, driven in the simulated world among surprises, and measured."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+
+from trajopt.arrays import Floats, Value
+from trajopt.errors.arguments import checked
+from trajopt.execution.committed_motion import CommittedMotion
+from trajopt.execution.events import Event, Kind
+from trajopt.execution.guard import Guard, Seen
+from trajopt.execution.options import SupervisorOptions
+from trajopt.execution.simulated import SimulatedExecutor
+from trajopt.execution.supervisor import Supervisor
+from trajopt.execution.surprises import NONE, Surprises
+from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Trajectory
+from trajopt.problem import Problem
+from trajopt.simulate import Contact
+
+LONGEST = 60.0
+"""A run ends after so much simulated time, whatever happens [s]."""
+SETTLING = 0.3
+"""How long the robot is watched after it has nothing to do any more [s]."""
+DEFAULT = SupervisorOptions()
+PERCENTILES = (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Run(Value):
+    """What happened in a run.
+
+    Attributes:
+        reached: Whether the goal was.
+        duration: Simulated time until the robot had nothing to do any more [s].
+        contacts: What was touched that may not be.
+        contacts_at_fault: What of that was touched while the robot moved.
+        clearance_measured: Smallest distance that the simulated robot had to what was really there [m].
+        clearance_proven: The same that is proven for what was commanded [m]; None where the robot did not
+        follow it. events: What happened, in order. seconds: CPU time that each stage took, each time [s].
+        measured: How the robot moved, of the group's joints.
+    """
+
+    reached: bool
+    duration: float
+    contacts: tuple[Contact, ...]
+    contacts_at_fault: tuple[Contact, ...]
+    clearance_measured: float
+    clearance_proven: float | None
+    events: tuple[Event, ...]
+    seconds: Mapping[str, tuple[float, ...]]
+    measured: Trajectory
+
+    def count(self, *kinds: Kind) -> int:
+        """Return how many events there are of some kinds."""
+        return sum(event.kind in kinds for event in self.events)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return it as plain data; latencies are CPU time of each stage [s]."""
+        return {
+            "reached": self.reached,
+            "duration": self.duration,
+            "contacts": [str(contact) for contact in self.contacts],
+            "contacts_at_fault": [str(contact) for contact in self.contacts_at_fault],
+            "clearance_measured": _finite(self.clearance_measured),
+            "clearance_proven": None if self.clearance_proven is None else _finite(self.clearance_proven),
+            "stops": self.count(Kind.STOPPING),
+            "replans": self.count(Kind.REPLANNED),
+            "latencies": {
+                stage: {name: float(np.percentile(times, share)) for name, share in PERCENTILES}
+                for stage, times in self.seconds.items()
+            },
+            "missed_deadlines": self.count(Kind.MISSED_DEADLINE),
+            "events": [
+                {"time": event.time, "kind": event.kind.value, "words": event.words} for event in self.events
+            ],
+        }
+
+
+class _Remembering(SimulatedExecutor):
+    """A simulated executor that remembers everything it was given to do, from the begin."""
+
+    given: CommittedMotion | None = None
+
+    def splice(self, trajectory: Trajectory, at: float) -> str:
+        self.given = self.given or CommittedMotion(self.joint_names, self.state().commanded)
+        refused = super().splice(trajectory, at)
+        if not refused:
+            self.given.splice(trajectory, at, now=-np.inf)
+        return refused
+
+
+@checked
+def run(
+    problem: Problem,
+    *,
+    surprises: Surprises = NONE,
+    options: SupervisorOptions = DEFAULT,
+    longest: float = LONGEST,
+) -> Run:
+    """Plan a problem and drive it in the simulated world, as fast as the machine goes.
+
+    What happens is the same every time, but for the CPU time that it takes.
+
+    Args:
+        problem: The problem; its scene is what is known of the world before.
+        surprises: What nobody said before; the supervisor sees it as late as the sensors are.
+        options: Of the supervisor.
+        longest: Most simulated time [s].
+    """
+    world = surprises.world(problem.scene)
+    arm = _Remembering(world, problem.start_positions, sensors=surprises.sensors, faults=surprises.faults)
+    supervisor = Supervisor(arm, problem, options)
+    supervisor.see(problem.scene, 0.0)
+    supervisor.go(problem)
+    names, samples = problem.reduced.joint_names, list[tuple[float, Floats, Floats]]()
+    columns = [arm.joint_names.index(name) for name in names]
+    changes = [time + surprises.sensors.delay for time in surprises.times]
+    steps = max(1, round(options.cycle / arm.period))
+
+    def advance(count: int) -> None:
+        for _ in range(count):
+            truth = arm.truth()
+            samples.append((truth.stamp, truth.positions[columns], truth.velocities[columns]))
+            arm.advance(arm.period)
+
+    while supervisor.busy and arm.now() < longest and (changes or not supervisor.blocked):
+        while changes and changes[0] <= arm.now():
+            supervisor.see(surprises.seen(problem.scene, changes.pop(0) - surprises.sensors.delay), 0.0)
+        supervisor.cycle()
+        advance(steps)
+    duration = arm.now()
+    advance(round(SETTLING / arm.period))
+    measured, guard = _trajectory(names, samples), Guard(problem, arm.tolerance[columns])
+    given = None if arm.given is None or arm.fault() else arm.given.ahead(0.0, names)
+    return Run(
+        reached=bool(supervisor.events) and supervisor.events[-1].kind is Kind.REACHED,
+        duration=duration,
+        contacts=tuple(contact for contact in arm.contacts if contact.allowance is None),
+        contacts_at_fault=arm.contacts_at_fault,
+        clearance_measured=_clearance(Guard(problem, np.zeros(len(names))), world, measured),
+        clearance_proven=None if given is None else _clearance(guard, world, given),
+        events=tuple(supervisor.events),
+        seconds={stage: tuple(times) for stage, times in supervisor.seconds.items()},
+        measured=measured,
+    )
+
+
+def _clearance(guard: Guard, world: Scene, motion: Trajectory) -> float:
+    return guard.certificate(motion, Seen(world, 0.0), 0.0).clearance
+
+
+def _trajectory(names: tuple[str, ...], samples: list[tuple[float, Floats, Floats]]) -> Trajectory:
+    times, positions, velocities = zip(*samples, strict=True)
+    return Trajectory(names, np.array(times), np.array(positions), np.array(velocities))
+
+
+def _finite(number: float) -> float | None:
+    """Return what JSON can say: nothing for no limit."""
+    return number if isfinite(number) else None
