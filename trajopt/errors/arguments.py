@@ -82,9 +82,6 @@ def _anything(value: object) -> bool:
     return True
 
 
-_OPEN: tuple[Test, Any] = (_anything, Any)
-
-
 class Kinds(dict[str, tuple[Test, Any]]):
     """For each parameter of a function a test of its kind, and its annotation; made when first asked for.
 
@@ -99,12 +96,10 @@ class Kinds(dict[str, tuple[Test, Any]]):
 
     def __missing__(self, name: str) -> tuple[Test, Any]:
         """Read the annotation of a parameter; anything goes where it has none."""
-        if name not in self._annotations:
-            return _OPEN
-        hint = annotation = self._annotations[name]
-        if isinstance(annotation, str):
+        hint = self._annotations.get(name, Any)
+        if isinstance(hint, str):
             try:
-                only = types.SimpleNamespace(__annotations__={name: annotation})
+                only = types.SimpleNamespace(__annotations__={name: hint})
                 hint = typing.get_type_hints(only, globalns=self._seen)[name]
             except NameError:  # only type checkers import what it names
                 pass
