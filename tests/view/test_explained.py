@@ -10,6 +10,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.simulate import RenderingUnavailable
 from trajopt.view import draw_explanation
+from trajopt.view.explained import _clock, _with_goals
 
 START = {"pan": -1.0, "reach": 0.1, "elbow": 0.3, "wrist": 0.0}
 
@@ -50,3 +51,22 @@ def test_a_goal_out_of_reach_is_drawn_as_a_ball(tmp_path: Path) -> None:
         pytest.skip(str(reason))
     assert 0.0 < red_share(path) < 0.05
     assert not found.problem.scene.objects, "the problem itself has no such thing"
+
+
+def test_what_changes_with_time_is_drawn_where_it_is_in_the_way(tmp_path: Path) -> None:
+    robot = odd_arm(tmp_path)
+    goal = {**START, "pan": 1.0}
+    there = to.Scene(robot).placement_of("tip", robot.positions(goal)).translation
+    comes = to.Track.through(
+        (0.0, 0.2), [to.placement(there + np.array((9.0, 0.0, 0.0))), to.placement(there)]
+    )
+    scene = to.Scene(robot).add("ball", to.Sphere(0.08), motion=comes)
+    found = to.plan(to.Problem(scene=scene, start=START, goal=to.joint_positions(goal))).explain()
+    assert found.status is not to.Status.SOLVED and "ball" in str(found)
+    try:
+        path = draw_explanation(found, tmp_path / "why.png", width=320, height=240)
+    except RenderingUnavailable as reason:
+        pytest.skip(str(reason))
+    seen = _with_goals(found.problem, _clock(found)).scene.objects["ball"].placement.translation
+    assert np.linalg.norm(seen - there) < 0.2
+    assert red_share(path) > 0.005

@@ -1,6 +1,7 @@
 """An explanation as a picture: the robot where it is not free, and what is in the way in red."""
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from textwrap import wrap
 
@@ -28,7 +29,7 @@ GHOSTS = (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0)
 
 
 MOMENT = 1e-3
-"""Between two configurations [s]: a picture without times shows what changes as it is at the start."""
+"""Between two configurations [s]: what changes with time is shown at one time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,8 @@ def draw_explanation(
     """Draw what stands in the way: the configuration that shows it, the pair in contact in red.
 
     Translucent beside it: the nearest configuration that is free, or else the path that came nearest, or
-    the start. For a plan it is the motion. The text is above the picture.
+    the start. For a plan it is the motion. What changes with time is where it is in the middle of the time
+    during which it stands in the way. The text is above the picture.
 
     Args:
         explanation: What `Result.explain` returned.
@@ -64,7 +66,7 @@ def draw_explanation(
     """
     from trajopt.simulate import Layout, render
 
-    reduced, shown = _with_goals(explanation.problem), _shown(explanation)
+    reduced, shown = _with_goals(explanation.problem, _clock(explanation)), _shown(explanation)
     goals = set(reduced.scene.objects) - set(explanation.problem.scene.objects)
     times = MOMENT * np.arange(len(shown.configurations), dtype=np.float64)
     last = float(times[-1])
@@ -82,9 +84,12 @@ def draw_explanation(
     return file
 
 
-def _with_goals(problem: Problem) -> ReducedModel:
-    """Return the reduced model with a ball at every position in the world that the goals require."""
-    scene = problem.scene
+def _with_goals(problem: Problem, clock: float) -> ReducedModel:
+    """Return the reduced model with a ball at every position in the world that the goals require.
+
+    The scene is that of a time of its clock [s].
+    """
+    scene = problem.scene.at(clock) if problem.scene.changing else problem.scene
     for goal in problem.goals:
         if isinstance(goal, FramePlacement) and problem.scene.holder(goal.reference).link == WORLD:
             name = f"goal of {goal.frame}"
@@ -92,6 +97,15 @@ def _with_goals(problem: Problem) -> ReducedModel:
                 at = placement(problem.scene.holder(goal.reference).placement * goal.placement.translation)
                 scene = scene.add(name, Sphere(GOAL_SIZE), at)
     return reduce_model(scene, problem.group, problem.start_positions)
+
+
+def _clock(explanation: Explanation) -> float:
+    """Return when the first thing stands in the way, in the middle of the time if that ends [s]."""
+    for block in explanation.blocks:
+        if block.begin is not None:
+            end = block.begin if block.end is None or block.end == inf else block.end
+            return max((block.begin + end) / 2.0, 0.0)
+    return 0.0
 
 
 def _shown(explanation: Explanation) -> _Shown:
