@@ -162,13 +162,13 @@ def closing_walls_xarm7() -> to.Problem:
     return _swing(arm, scene, "closing walls")
 
 
-@to.expected_status(to.Status.BLOCKED_IN_TIME)
+@to.expected_status(to.Status.GOAL_OCCUPIED)
 def goal_free_for_a_moment() -> to.Problem:
     """Return the problem: an arm of two joints is to stay for a second where it is free for a third of one.
 
     What is hard: there is a motion that is clear all the way to its end, and it is of no use.
 
-    Expected outcome: refused, blocked in time.
+    Expected outcome: refused, goal occupied.
     """
     robot, post = to.load("planar2"), to.Cylinder(0.05, 0.4)
     there = to.placement(
