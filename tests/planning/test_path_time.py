@@ -59,6 +59,11 @@ def test_blocked_cells_are_what_is_seen_every_millisecond(arm: to.Robot, seed: i
     always, never = blocked.all(axis=2), ~blocked.any(axis=2)
     assert always.any() and never.sum() > 1000
     assert (found[always] != FREE).all() and (found[never] == FREE).all()
+    soon = blocked_cells(looks, motion, edges, times[:71], hurried=True)
+    reached = (times[1:71] > edges[:-1, None]) & (1.4 - times[:70] > 1.0 - edges[1:, None])
+    assert (soon[reached] == found[:, :70][reached]).all() and (soon == FREE).sum() >= (
+        found[:, :70] == FREE
+    ).sum()
     for pair in np.unique(found[found != FREE]).tolist():
         assert looks.mover(pair).startswith("ball")
 

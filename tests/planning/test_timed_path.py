@@ -10,7 +10,7 @@ import trajopt as to
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path
-from trajopt.planning.order_search import HELD, OrderSearch, Step
+from trajopt.planning.order_search import HELD, OrderSearch, Step, ever_over
 from trajopt.planning.speed_changes import (
     FULL,
     RATES,
@@ -165,7 +165,7 @@ class SingleStates:
 
 @pytest.mark.parametrize("at_rest", [True, False])
 def test_the_search_finds_what_a_search_over_single_states_finds(*, at_rest: bool) -> None:
-    rng, found = np.random.default_rng(5), 0
+    rng, found, never = np.random.default_rng(5), 0, 0
     cells, ticks = 12, 160
     spans = [change(a, b, span) for a, b in PAIRS for span in (1, 2, 3, 4)]
     for _ in range(25):
@@ -181,6 +181,10 @@ def test_the_search_finds_what_a_search_over_single_states_finds(*, at_rest: boo
         steps = OrderSearch(blocked, changes, ticks, at_rest).steps()
         expected = SingleStates(blocked, changes, ticks).soonest(at_rest=at_rest)
         assert (steps[-1].tick + steps[-1].ticks if steps else None) == expected
+        # Stopping and going at once is no less than what a motion can do.
+        over = ever_over(blocked, ticks, 0)
+        assert over or expected is None
+        never += not over
         if not steps:
             continue
         found += any(step.rate == 0 and step.begin for step in steps)
@@ -190,7 +194,7 @@ def test_the_search_finds_what_a_search_over_single_states_finds(*, at_rest: boo
             assert other.tick == one.tick + one.ticks if one.cells else other.tick > one.tick
             after = one.rate if one.change is None else one.change.after
             assert other.rate == after or (other.begin == 0 and one.rate == 0)
-    assert found > 0, "some stop on the way"
+    assert found > 0 and never > 0, "some stop on the way, and some are never over"
 
 
 def test_a_free_path_is_run_at_once_and_at_full_rate() -> None:

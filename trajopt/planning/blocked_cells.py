@@ -23,7 +23,7 @@ Along: TypeAlias = Callable[[Floats], Floats]
 """The configurations (s, n) at parameters (s,) of a path."""
 
 
-def blocked_cells(looks: Looks, along: Along, edges: Floats, times: Floats) -> Ints:
+def blocked_cells(looks: Looks, along: Along, edges: Floats, times: Floats, *, hurried: bool = False) -> Ints:
     """Find what is in the way where along a path, and when.
 
     Args:
@@ -31,6 +31,8 @@ def blocked_cells(looks: Looks, along: Along, edges: Floats, times: Floats) -> I
         along: The path.
         edges: Parameters of the path at which its m cells begin and end, increasing, shape (m + 1,).
         times: When the k intervals begin and end, increasing, shape (k + 1,) [s].
+        hurried: Whether the parameter is the time of the fastest motion along the path, and all is over by
+            the end of the times: then cells that no motion can be in so soon or so late are not looked at.
 
     Returns:
         The pair that is too near in each cell, or FREE, shape (m, k).
@@ -44,6 +46,10 @@ def blocked_cells(looks: Looks, along: Along, edges: Floats, times: Floats) -> I
     )
     while len(begin):
         end = np.minimum(begin + size, (parts, moments))
+        if hurried:
+            met = times[end[:, 1]] > edges[begin[:, 0]]
+            met &= times[-1] - times[begin[:, 1]] > edges[-1] - edges[end[:, 0]]
+            begin, end = begin[met], end[met]
         place, late = _middles(edges, begin[:, 0], end[:, 0]), _middles(times, begin[:, 1], end[:, 1])
         travel = _away(robot, edges, place, begin[:, 0], end[:, 0])
         travel += _away(others, times, late, begin[:, 1], end[:, 1])

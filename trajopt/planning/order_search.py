@@ -178,6 +178,25 @@ class OrderSearch:
         return (bits & -bits).bit_length() - 1
 
 
+def ever_over(blocked: Sequence[int], ticks: int, stays: int) -> bool:
+    """Say whether a motion that could stop and go at once might be over in time; if not, no motion is.
+
+    Args:
+        blocked: Of each cell, the ticks at which it is, as bits.
+        ticks: How many there are.
+        stays: Ticks for which the last cell must not be blocked after the end.
+    """
+    whole, before, reached = (1 << ticks) - 1, blocked[0], 1
+    for cell in blocked:
+        reached = reached | _carried(reached, whole & ~(cell & before))
+        passing = cell
+        for tick in range(1, TICKS):
+            passing |= cell >> tick
+        reached = (reached & ~passing) << TICKS & whole
+        before = cell
+    return bool(reached & whole >> stays)
+
+
 def _carried(begins: int, free: int) -> int:
     """Return all bits of the runs in `free` from a bit in `begins` on, which is in `free`, upward."""
     begins &= free

@@ -5,7 +5,7 @@ Cells of that clock and of time are looked at, the search finds the order in whi
 and the steps that it took become a trajectory: the points of the other, at other times.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor
 
@@ -16,8 +16,8 @@ from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Interpolation, Trajectory
 from trajopt.planning.blocked_cells import FREE, blocked_cells
 from trajopt.planning.looks import LOOK, Looks
-from trajopt.planning.order_search import OrderSearch, Step
-from trajopt.planning.speed_changes import RATES, TICKS, Limited, possible_changes
+from trajopt.planning.order_search import OrderSearch, Step, ever_over
+from trajopt.planning.speed_changes import RATES, TICKS, Change, Limited, possible_changes
 from trajopt.planning.timing_words import remarks_of
 from trajopt.planning.waiting import begun_later
 from trajopt.retime import InverseDynamics
@@ -84,13 +84,20 @@ class PathTiming:
         self.looks.leave_room(clock(np.zeros(1)))
         edges: Floats = np.linspace(0.0, clock.duration, cells + 1)
         times: Floats = np.linspace(0.0, moments * cell, moments + 1)
-        pairs = blocked_cells(self.looks, clock, edges, times)
-        changes = possible_changes(Limited.of(clock, cells, self.limits, self.inverse_dynamics))
+        pairs = blocked_cells(self.looks, clock, edges, times, hurried=True)
+        changes: Mapping[int, Sequence[Change]] = {}
         last: list[Step] = []
         for grown in GROWN:
             blocked = [_bits(row) for row in _grown(pairs != FREE, grown)]
+            if not ever_over(blocked, moments * TICKS, stays * TICKS):
+                return
+            changes = changes or possible_changes(
+                Limited.of(clock, cells, self.limits, self.inverse_dynamics)
+            )
             steps = OrderSearch(blocked, changes, moments * TICKS, at_rest, stays * TICKS).steps()
-            if steps and steps != last:
+            if not steps:
+                return
+            if steps != last:
                 remarks = tuple(remarks_of(steps, pairs, self.looks, clock(edges), cell / TICKS))
                 yield TimedOnPath(followed(clock, steps, cell), remarks)
             last = steps
