@@ -85,6 +85,11 @@ class Supervisor(Printed):
         self._parting = self.executor.now()
 
     @property
+    def scene(self) -> Scene:
+        """The world as it was last told."""
+        return self._seen.scene
+
+    @property
     def moving(self) -> bool:
         """Whether the robot has to move now, or will have to."""
         return self.executor.now() < self._committed.end
