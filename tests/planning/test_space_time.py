@@ -80,3 +80,21 @@ def test_a_budget_ends_it(table: to.Scene) -> None:
     scene = table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)
     result = to.plan(problem(scene), budget=to.Budget(work=1500))
     assert result.status is to.Status.OUT_OF_WORK and result.stopped is not None
+
+
+def test_a_deadline_and_a_stay_at_the_goal_are_held(table: to.Scene) -> None:
+    goal = table.placement_of("panda_hand", table.robot.positions(GOAL))
+    above = goal.translation + np.array((0.0, 0.0, 1.2))
+    leaves = to.Track.through(
+        [1.5, 1.9, 2.4, 2.8], [to.placement(p) for p in (above, goal.translation, goal.translation, above)]
+    )
+    scene = table.add("ball", to.Sphere(0.1), motion=leaves)
+    crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
+    scene = scene.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)
+    first = proven(to.plan(problem(scene)))
+    assert first.duration < 1.5
+    stays = proven(to.plan(replace(problem(scene), dwell=1.0)))
+    assert stays.duration > 2.4
+    late = to.plan(replace(problem(scene), dwell=1.0, finish_by=2.0))
+    assert not late.verified
+    assert proven(to.plan(replace(problem(scene), finish_by=1.3))).duration <= 1.3

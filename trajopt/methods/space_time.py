@@ -1,7 +1,7 @@
 """Space-time: shape and time of a motion planned together, in absolute time, among what moves."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import ceil, inf, sqrt
 
 import numpy as np
@@ -26,12 +26,12 @@ PIECES = 2
 """Pieces for each knot of a path: a motion that lets something pass bends in time as well as in space."""
 MOST_PIECES = 4
 """The same where it takes long: time and memory grow with them."""
-STRETCHES = (1.0, 1.25, 1.5)
-"""Parts of a seed's duration that are tried in turn: a seed may leave no room to accelerate."""
+STRETCHES = (1.0, 1.25, 1.6, 2.5)
+"""Parts of a seed's duration that are tried in turn: room to accelerate, and for slower things to pass."""
 SHRINK = 0.8
-"""Part of a duration that is tried next, once there is a motion; where there is none, its root."""
-PRECISION = 0.98
-"""A motion is within a fiftieth of the shortest of its kind: limits leave no less for tolerances."""
+"""Part of a duration that is tried next, once there is a motion; once there was none, the geometric mean."""
+PRECISION = 0.97
+"""A motion is within so much of the shortest of its kind: about what pieces of equal length cost."""
 UNHURRIED = 1.25
 """A seed without time takes so many times the least that its joints' limits allow: room for bends."""
 
@@ -106,8 +106,9 @@ class SpaceTimeProgram(Printed):
 
     @property
     def until(self) -> float:
-        """Until when it is known how things move [s]."""
-        return inf if self.world is None else self.world.timed.until
+        """When a motion has to be over: by its deadline, while it is known how things move [s]."""
+        known = inf if self.world is None else self.world.timed.until - self.problem.dwell
+        return known if self.problem.finish_by is None else min(known, self.problem.finish_by)
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed; see `Program.solve`."""
@@ -119,61 +120,65 @@ class SpaceTimeProgram(Printed):
         return (solved.decoded,)
 
     def solve_from(
-        self, motion: Trajectory, *, longest: float = inf, progress: Progress | None = None
+        self,
+        motion: Trajectory,
+        *,
+        longest: float = inf,
+        enough: float = SHORTEST,
+        progress: Progress | None = None,
     ) -> MovingResult:
         """Solve from a motion: in as much time, or more if need be, then in ever less.
 
         Args:
             motion: Of the group's joints, to where the result is to end; it need not hold any limit.
             longest: Longer motions are not looked for [s].
+            enough: Nor shorter ones [s].
             progress: Called after every step.
         """
         family = self.family(motion)
         # Schoenberg's approximation: its velocities are slopes of chords, no larger than the motion's.
         positions, log = motion(family.basis.averages * motion.duration), list[Iteration]()
         most = min(longest, self.until)
-        tried = sorted({min(stretch * max(motion.duration, SHORTEST), most) for stretch in STRETCHES})
+        tried = sorted({min(max(stretch * motion.duration, enough), most) for stretch in STRETCHES})
         possible = [duration for duration in tried if family.ends_clear(duration)]
         first, *others = possible or tried[:1]
         nlp = family.lasting(first)
-        solved = self._solved(nlp, positions, log, progress)
+        solved = self.method.solver.solve(nlp, positions, progress=progress)
+        log += solved.log
         for duration in others:
             if solved.feasible:
                 break
             nlp = family.lasting(duration)
-            solved = self._solved(nlp, positions, log, progress)
+            solved = self.method.solver.solve(nlp, positions, progress=progress)
+            log += solved.log
         if solved.feasible:
-            nlp, solved = self._shrunk(family, nlp, solved, log, progress)
+            nlp, solved = self._shrunk(family, (nlp, solved), enough, log, progress)
         decoded = Decoded(nlp.decode(solved.x), nlp.trajectory(solved.x) if solved.feasible else None)
         return MovingResult(solved.status, solved.x, solved.at, tuple(log), decoded)
-
-    def _solved(
-        self, nlp: SpaceTimeNlp, x: Floats, log: list[Iteration], progress: Progress | None
-    ) -> SolveResult:
-        """Solve the program of one duration from control points, and add the steps to a log."""
-        solved = self.method.solver.solve(nlp, x, progress=progress)
-        log += solved.log
-        return solved
 
     def _shrunk(
         self,
         family: SpaceTimeFamily,
-        nlp: SpaceTimeNlp,
-        solved: SolveResult,
+        found: tuple[SpaceTimeNlp, SolveResult],
+        enough: float,
         log: list[Iteration],
         progress: Progress | None,
     ) -> tuple[SpaceTimeNlp, SolveResult]:
         """Return the shortest motion that is found from one, and its program."""
-        part, least = SHRINK, max(family.least_duration, SHORTEST)
-        while part < PRECISION and least < PRECISION * nlp.duration:
-            duration = max(part * nlp.duration, least)
-            if family.ends_clear(duration):
-                shorter = family.lasting(duration)
-                begun = self._solved(shorter, solved.x, log, progress)
-                if begun.feasible:
-                    nlp, solved = shorter, begun
-                    continue
-            part = sqrt(part)
+        nlp, solved = found
+        solver = replace(self.method.solver, max_iterations=ceil(self.method.solver.max_iterations / 2))
+        low, refused = max(family.least_duration, enough), False
+        while low < PRECISION * nlp.duration:
+            duration = sqrt(low * nlp.duration) if refused else max(SHRINK * nlp.duration, low)
+            shorter = family.lasting(duration)
+            begun = (
+                solver.solve(shorter, solved.x, progress=progress) if family.ends_clear(duration) else None
+            )
+            log += () if begun is None else begun.log
+            if begun is None or not begun.feasible:
+                low, refused = duration, True
+            else:
+                nlp, solved = shorter, begun
         return nlp, solved
 
     def family(self, motion: Trajectory) -> SpaceTimeFamily:

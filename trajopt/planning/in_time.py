@@ -40,7 +40,11 @@ class Run(Protocol):
 
 
 def in_time(
-    problem: Problem, run: Run, tracker: BudgetTracker, on_incumbent: Callable[[Result], None] | None
+    problem: Problem,
+    run: Run,
+    tracker: BudgetTracker,
+    rng: np.random.Generator,
+    on_incumbent: Callable[[Result], None] | None,
 ) -> Result:
     """Return the motion that is over soonest, by four ways of planning it, each timed among what changes.
 
@@ -53,6 +57,7 @@ def in_time(
         problem: What is asked.
         run: Plans a problem.
         tracker: Counts what is used, and stops planning.
+        rng: Draws what is random.
         on_incumbent: Called with every verified motion that is shorter than the one before.
     """
     alone = run(replace(problem, scene=_still(problem.scene)))
@@ -65,7 +70,7 @@ def in_time(
         best = _judged(alone, problem.scene, tracker)
         best = impossible(best, alone, tracker) or best
         if not _ended(best, soonest):
-            best = in_space_time(there, alone, best, tracker)
+            best = in_space_time(there, alone, best, tracker, rng)
         for other, most in _other_ways(problem, LONGER * soonest):
             if best.verified or _ended(best, soonest):
                 break

@@ -92,7 +92,7 @@ def _attempted_in_time(search: Search) -> Result:
     def run(each: Problem, /, *, most: int | None = None) -> Result:
         return _attempted(Search(each, search.choice, search.rng, search.tracker, most=most))
 
-    return in_time(search.problem, run, search.tracker, search.on_incumbent)
+    return in_time(search.problem, run, search.tracker, search.rng, search.on_incumbent)
 
 
 def _attempted(search: Search) -> Result:

@@ -1,11 +1,11 @@
 """In space and time: the shape of a motion and its timing planned together, among what changes with time.
 
-Seeds are motions that need not be possible: the one without what changes as it is, begun later, slower, and
-those that were found already. Each is made into the shortest motion near to it.
+Seeds are motions that need not be possible: the one without what changes as it is, the best found already,
+and the first begun later; where none of these leads to one, paths of a sampling planner. Each is made into
+the shortest motion near to it.
 """
 
-from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import ceil, inf
 
 import numpy as np
@@ -15,14 +15,16 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import with_knots
+from trajopt.planning.seeds.in_time import Stage, searched
 from trajopt.planning.waiting import LONGEST
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
 
-SLOWER = (1.5, 2.5)
-"""Parts of its duration that the motion without what changes is slowed to: things pass before it."""
 ENOUGH = 1.05
-"""A motion this much longer than without what changes is short enough: pieces and precision cost as much."""
+"""A motion this much longer than without what changes is short enough: even pieces and the precision of the
+duration cost about half of it."""
+FAR = 1.25
+"""A motion this much longer than without what changes is worth another seed: it may go the long way."""
 LEFT = 1e-3
 """A motion has left its start where a joint is so far from it [rad | m]."""
 SOON = 0.1
@@ -31,11 +33,17 @@ PACES = 200
 """Moments of a seed."""
 STEPS = 10
 """Steps of a seed's beginning in each duration of the motion."""
+HORIZONS = (2.0, 4.0, 8.0)
+"""Durations of the motion without what changes in which paths are sampled in turn."""
+CHECKED = 20_000
+"""Configurations that are checked for each of these paths: as many as for a path among what rests."""
 BECAUSE = "things move, appear or expire, and no timing of the path without them is better"
 """Why planning takes the method."""
 
 
-def in_space_time(problem: Problem, still: Result, best: Result, tracker: BudgetTracker) -> Result:
+def in_space_time(
+    problem: Problem, still: Result, best: Result, tracker: BudgetTracker, rng: np.random.Generator
+) -> Result:
     """Return the shortest motion that is found with shape and time planned together; else the one given.
 
     Args:
@@ -43,6 +51,7 @@ def in_space_time(problem: Problem, still: Result, best: Result, tracker: Budget
         still: The verified motion without what changes.
         best: The shortest that was found already; it may be none that is verified.
         tracker: Counts what is used, and stops planning.
+        rng: Draws what is random.
 
     Raises:
         Stopped: If the budget runs out and nothing is verified.
@@ -51,67 +60,115 @@ def in_space_time(problem: Problem, still: Result, best: Result, tracker: Budget
     if problem.waypoints or method.objection(problem):
         return best
     knots = with_knots(alone.path.knots, problem.knots)
-    program, work = method.program(problem, knots), Workspace(problem, tracker)
+    each = _Attempts(method.program(problem, knots), Workspace(problem, tracker), still, best)
     try:
-        for seed in _seeds(alone.trajectory, best, program, tracker):
-            longest = best.require().trajectory.duration if best.verified else inf
-            if longest <= ENOUGH * alone.trajectory.duration:
-                break
-            found = _attempted(program, seed, PRECISION * longest, work)
-            if found is not None:
-                remarks = (*still.remarks, _described(found.require().trajectory, alone.trajectory))
-                kept = {name: getattr(still, name) for name in ("attempts", "won", "goal_name")}
-                best = replace(found, remarks=remarks, method=method.name, because=BECAUSE, **kept)
+        each.add(alone.trajectory)
+        if best.verified:
+            each.add(best.require().trajectory)
+        if each.longest > FAR * alone.trajectory.duration:
+            each.add(_clear_later(alone.trajectory, each.program, tracker))
+        for horizon in HORIZONS:
+            if not each.best.verified:
+                each.add(_sampled(alone.trajectory, horizon, each.program, tracker, rng))
     except Stopped as ended:
-        if not best.verified:
+        if not each.best.verified:
             raise
-        best = replace(best, stopped=ended.stop)
-    return best
+        return replace(each.best, stopped=ended.stop)
+    return each.best
 
 
-def _attempted(program: SpaceTimeProgram, seed: Trajectory, longest: float, work: Workspace) -> Result | None:
-    """Return the verified motion that a seed becomes; None where it becomes none."""
-    with work.tracker.optimising(program.counts) as step:
-        solved = program.solve_from(seed, longest=longest, progress=step)
-    work.tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
-    motion = solved.decoded.trajectory
-    if motion is None:
-        return None
-    judged = work.judged(TimedMotion(solved.decoded.path, motion, None), solved)
-    return judged if judged.verified else None
+@dataclass(eq=False)
+class _Attempts:
+    """Attempts at one problem, each from a seed.
+
+    Attributes:
+        program: Makes motions of seeds.
+        work: Judges them.
+        still: The verified motion without what changes.
+        best: The shortest motion so far.
+    """
+
+    program: SpaceTimeProgram
+    work: Workspace
+    still: Result
+    best: Result
+
+    @property
+    def longest(self) -> float:
+        """Duration of the best so far [s]; infinite where there is none."""
+        return self.best.require().trajectory.duration if self.best.verified else inf
+
+    def add(self, seed: Trajectory | None) -> None:
+        """Make a motion of a seed, if it may be the shortest, and note it if it is verified."""
+        alone, program, tracker = self.still.require().trajectory, self.program, self.work.tracker
+        enough, longest = ENOUGH * alone.duration, PRECISION * self.longest
+        if seed is None or longest <= enough or PRECISION * seed.duration > self.longest:
+            return
+        with tracker.optimising(program.counts) as step:
+            solved = program.solve_from(seed, longest=longest, enough=enough, progress=step)
+        tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
+        motion = solved.decoded.trajectory
+        if motion is None:
+            return
+        judged = self.work.judged(TimedMotion(solved.decoded.path, motion, None), solved)
+        if judged.verified:
+            kept = {name: getattr(self.still, name) for name in ("attempts", "won", "goal_name")}
+            remarks = (*self.still.remarks, _described(motion, alone))
+            name = program.method.name
+            self.best = replace(judged, remarks=remarks, method=name, because=BECAUSE, **kept)
 
 
-def _seeds(
-    alone: Trajectory, best: Result, program: SpaceTimeProgram, tracker: BudgetTracker
-) -> Iterator[Trajectory]:
-    """Yield motions to begin with: hurried, the best so far, later, slower."""
-    yield alone
-    if best.verified:
-        yield best.require().trajectory
+def _clear_later(motion: Trajectory, program: SpaceTimeProgram, tracker: BudgetTracker) -> Trajectory | None:
+    """Return a motion begun when it is clear, wherever the robot is until then; None if that is never."""
     with tracker.stage("wait"):
-        wait = _first_clear(alone, program)
-    if wait > 0.0:
-        yield _paced(alone, wait, 1.0)
-    yield from (_paced(alone, 0.0, slower) for slower in SLOWER)
+        wait = _first_clear(motion, program)
+    return None if wait <= 0.0 else _begun_later(motion, wait)
 
 
 def _first_clear(motion: Trajectory, program: SpaceTimeProgram) -> float:
     """Return when a motion can begin if the robot may be anywhere until then; 0 if never, or at once [s]."""
     assert program.world is not None
+    world, dwell = program.world, program.problem.dwell
     times = np.linspace(0.0, motion.duration, PACES)
     positions, step = motion(times), motion.duration / STEPS
-    last = min(program.world.settled, program.world.timed.until - motion.duration, LONGEST)
+    last = min(world.settled, program.until - motion.duration, LONGEST)
     for wait in (step * np.arange(ceil(max(last, 0.0) / step) + 1)).tolist():
-        if (program.world.spare(positions, times + wait) >= 0.0).all():
-            return wait
+        if (world.spare(positions, times + wait) >= 0.0).all():
+            stays = world.spare_staying(positions[-1], motion.duration + wait, dwell)
+            if (stays >= 0.0).all():
+                return wait
     return 0.0
 
 
-def _paced(motion: Trajectory, wait: float, slower: float) -> Trajectory:
-    """Return a motion begun later and slowed; it need not be possible."""
-    times = np.linspace(0.0, wait + slower * motion.duration, PACES)
-    at = np.clip((times - wait) / slower, 0.0, motion.duration)
-    return Trajectory(motion.joint_names, times, motion(at))
+def _sampled(
+    alone: Trajectory,
+    horizon: float,
+    program: SpaceTimeProgram,
+    tracker: BudgetTracker,
+    rng: np.random.Generator,
+) -> Trajectory | None:
+    """Return a path through space and time, if there is one that is over in so many durations."""
+    assert program.world is not None
+    counts, latest = program.counts, min(horizon * alone.duration, program.until)
+    before = replace(counts)
+    ends = alone.positions[0], alone.positions[-1]
+
+    def check() -> None:
+        tracker.check(counts.since(before))
+
+    dwell = program.problem.dwell
+    stage = Stage(program.world, program.problem.limits, *ends, latest, dwell, CHECKED, check)
+    with tracker.stage("seed"):
+        try:
+            return searched(stage, alone.joint_names, rng)
+        finally:
+            tracker.count_work(counts.since(before))
+
+
+def _begun_later(motion: Trajectory, wait: float) -> Trajectory:
+    """Return a motion begun later, from wherever it begins; it need not be possible."""
+    times = np.linspace(0.0, wait + motion.duration, PACES)
+    return Trajectory(motion.joint_names, times, motion(np.maximum(times - wait, 0.0)))
 
 
 def _described(motion: Trajectory, alone: Trajectory) -> str:

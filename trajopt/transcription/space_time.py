@@ -9,6 +9,7 @@ where things are at the time of each sample. The spline is the motion: nothing i
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil
 
 import numpy as np
 
@@ -42,6 +43,8 @@ ROOM = SWEEP**2 / (8.0 * 0.025) + CLEARANCE_TOLERANCE
 two samples, that turns about a point 2.5 cm away, and the program may miss a margin by its tolerance."""
 LISTED = 0.5
 """A torque gets a row from so far below its limit on, as a share of it: a step changes it by less."""
+LOOK = 0.02
+"""Time between two looks while the robot stays somewhere [s]: at 1 m/s things move by 2 cm."""
 NAMES = ("velocity limit", "acceleration limit", "jerk limit")
 
 
@@ -101,6 +104,17 @@ class World(Printed):
         np.minimum.at(spare, pair[there], left[there])
         return spare
 
+    def spare_staying(self, positions: Floats, begin: float, dwell: float) -> Floats:
+        """Return what each pair has above what is required while the robot stays somewhere, (p,).
+
+        Args:
+            positions: Where, shape (n,) [rad | m].
+            begin: From when on [s].
+            dwell: How long [s].
+        """
+        times = begin + np.linspace(0.0, dwell, 1 + ceil(dwell / LOOK))
+        return self.spare(np.tile(positions, (len(times), 1)), times)
+
 
 @dataclass(frozen=True, eq=False)
 class SpaceTimeFamily(Printed):
@@ -132,7 +146,11 @@ class SpaceTimeFamily(Printed):
 
     def ends_clear(self, duration: float) -> bool:
         """Say whether nothing that changes is in the way at the end of a motion of a duration [s]."""
-        return self.world is None or not (self.world.spare(self.end[None], np.array((duration,))) < 0.0).any()
+        return self.world is None or bool((self._spare_after(self.world, duration) >= 0.0).all())
+
+    def _spare_after(self, world: World, duration: float) -> Floats:
+        """Return what pairs have above what is required while the robot stays at the end, (p,) [m]."""
+        return world.spare_staying(self.end, duration, self.base.problem.dwell)
 
     def lasting(self, duration: float) -> "SpaceTimeNlp":
         """Return the program of motions of a duration [s]."""
@@ -205,8 +223,8 @@ class SpaceTimeFamily(Printed):
 
         Above what is required it is no more than half of what they have at the start and at the end.
         """
-        ends = (self.base.lower[:1], np.zeros(1)), (self.end[None], np.array((duration,)))
-        spare = np.minimum(*(world.spare(*end) for end in ends))
+        start = world.spare(self.base.lower[:1], np.zeros(1))
+        spare = np.minimum(start, self._spare_after(world, duration))
         least = np.minimum(world.room, np.maximum(spare, 0.0) / 2.0)
         return world.pairs.required + np.where(spare < world.room, least, world.room)
 
@@ -224,12 +242,13 @@ class SpaceTimeNlp(BsplineNlp):
     world: World | None
 
     def sampling(self, x: Floats, *, fine: bool) -> Ints:
-        """Return samples per piece: few, or as many as the sweep of bodies demands, that of things too."""
+        """Return samples per piece: few, or as many as the sweep of bodies and things demands."""
         if self.world is None or not fine:
             return super().sampling(x, fine=fine)
         breaks = self.basis.breaks
         corners = self.world.timed.positions(self.basis.at(breaks)(x), breaks * self.duration)
-        return swept_samples(self.world.query, corners, COARSE_SAMPLES)
+        # They may go opposite ways.
+        return swept_samples(self.world.query, corners, COARSE_SAMPLES, sweep=SWEEP / 2.0)
 
     def motion(self, x: Floats, sampling: Ints) -> MotionInTime:
         """Sample the spline as its base does, each sample at its time."""

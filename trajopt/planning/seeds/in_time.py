@@ -1,0 +1,266 @@
+"""Paths through space and time: RRT-Connect over configurations and times, among what moves.
+
+A branch is straight in configuration and time, and no joint moves faster along it than it may. One tree grows
+from the start forward in time, the other backward from the goal, at times at which it is free.
+Sources: Kuffner and LaValle, ICRA 2000; Grothe, Hartmann, Orthey and Toussaint, ICRA 2022 (space-time).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import ceil
+
+import numpy as np
+
+from trajopt.arrays import Floats, Printed
+from trajopt.model.limits import JointLimits
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.seeds.sampled import STEP, SURE, TURN
+from trajopt.transcription.space_time import World
+
+SPEED = 0.7
+"""Part of the joints' speeds that branches use: the rest is for accelerations, which they do not know."""
+LOOK = 0.02
+"""Time between two moments of a branch that are checked [s]: at 1 m/s things move by 2 cm."""
+BRANCH = 10 * LOOK
+"""Branches last so long, ten checks [s]."""
+ROOTS = 8
+"""Times of the goal that the second tree begins with; one is added after each so many branches."""
+SHORTCUTS = 40
+"""Pairs of moments of a path that are tried to be joined."""
+
+
+class Exhausted(Exception):
+    """All configurations that may be checked are."""
+
+
+@dataclass(eq=False)
+class Stage(Printed):
+    """Where and when a path is searched.
+
+    Attributes:
+        world: What changes, and the query that sees it.
+        limits: Of the joints.
+        start: Where it begins, at time 0, shape (n,) [rad | m].
+        goal: Where it ends, shape (n,).
+        latest: When it ends at the latest [s].
+        dwell: How long the robot stays at the end [s].
+        checks: Configurations that may still be checked.
+        check: Called between pieces of work; may raise to stop.
+    """
+
+    world: World
+    limits: JointLimits
+    start: Floats
+    goal: Floats
+    latest: float
+    dwell: float
+    checks: int
+    check: Callable[[], None]
+
+    def least(self, change: Floats) -> Floats:
+        """Return the least times of changes of position, shape (..., n) -> (...) [s]."""
+        return (np.abs(change) / (SPEED * self.limits.velocity)).max(axis=-1)
+
+    @cached_property
+    def box(self) -> tuple[Floats, Floats]:
+        """Lowest and highest positions that are sampled, each of shape (n,)."""
+        low, high = np.minimum(self.start, self.goal), np.maximum(self.start, self.goal)
+        lowest, highest = (
+            np.maximum(low - TURN, self.limits.lower),
+            np.minimum(high + TURN, self.limits.upper),
+        )
+        return np.minimum(lowest, low), np.maximum(highest, high)
+
+    @cached_property
+    def kept(self) -> Floats:
+        """Distance that each pair keeps, no more than at the ends, but for errors, shape (p,) [m]."""
+        pairs, known = self.world.timed.reduced.pairs, self.world.pairs
+        kept = np.where(known.changes, known.required, (pairs.required + pairs.margin) / 2.0)
+        ends = self.world.timed.positions(np.stack((self.start, self.goal)), np.zeros(2))
+        found = self.world.query.close_pairs(ends, kept)
+        touching = (found.sample == 0) | ~known.changes[found.pair]
+        np.minimum.at(kept, found.pair[touching], found.distance[touching] - SURE)
+        return kept
+
+    @cached_property
+    def reach(self) -> Floats:
+        """Distance of interest of each pair, shape (p,) [m]."""
+        return self.kept + self.world.pairs.error_at(self.latest, slice(None))
+
+    def spend(self, count: int) -> None:
+        """Count configurations as checked.
+
+        Raises:
+            Exhausted: If no more may be checked.
+        """
+        self.check()
+        self.checks -= count
+        if self.checks < 0:
+            raise Exhausted
+
+    def free(self, states: Floats) -> bool:
+        """Say whether all of some states are free, shape (s, n + 1): positions, and time [s].
+
+        Raises:
+            Exhausted: If no more may be checked.
+        """
+        self.spend(len(states))
+        known, times = self.world.pairs, states[:, -1]
+        found = self.world.query.close_pairs(self.world.timed.positions(states[:, :-1], times), self.reach)
+        when, pair = times[found.sample], found.pair
+        there = (when >= known.appears[pair]) & (when <= known.expires[pair])
+        return not (there & (found.distance < self.kept[pair] + known.error_at(when, pair))).any()
+
+    def joined(self, first: Floats, last: Floats) -> bool:
+        """Say whether a straight branch from one state to another is free, shape (n + 1,) each."""
+        change = np.abs(last - first)
+        swept = float(change[:-1] @ self._rates) / STEP
+        count = max(ceil(float(change[-1]) / LOOK), ceil(swept), 1)
+        return self.free(first + (last - first) * (np.arange(count + 1) / count)[:, None])
+
+    @cached_property
+    def _rates(self) -> Floats:
+        """How far each joint moves bodies, about, at the start, shape (n,) [m/rad | 1]."""
+        nudge = 0.1 * np.eye(len(self.start))
+        first = self.world.timed.positions(np.tile(self.start, (len(nudge), 1)), np.zeros(len(nudge)))
+        after = self.world.timed.positions(self.start + nudge, np.zeros(len(nudge)))
+        return self.world.query.displacement(first, after) / 0.1
+
+
+@dataclass(eq=False)
+class _Tree:
+    """States that can be reached from its roots, or reach them.
+
+    Attributes:
+        stage: Where it grows.
+        side: 1 where time goes on from the roots, -1 where it goes back.
+        states: Positions and time of each, shape (k, n + 1).
+        parents: The state before each; -1 of a root.
+    """
+
+    stage: Stage
+    side: float
+    states: Floats
+    parents: list[int] = field(default_factory=list[int])
+
+    def add(self, state: Floats, parent: int) -> int:
+        """Add a state; return its number."""
+        self.states = np.vstack((self.states, state))
+        self.parents.append(parent)
+        return len(self.parents) - 1
+
+    def nearest(self, state: Floats) -> int:
+        """Return the state from which another is reached soonest and straightest; -1 if from none."""
+        change = state - self.states
+        ahead, least = self.side * change[:, -1], self.stage.least(change[:, :-1])
+        costs = np.where((ahead > 0.0) & (least <= ahead), ahead + least, np.inf)
+        best = int(np.argmin(costs))
+        return best if np.isfinite(costs[best]) else -1
+
+    def extended(self, parent: int, towards: Floats) -> int:
+        """Grow a branch from a state towards another; return the new state, or -1 where it is blocked."""
+        change = towards - self.states[parent]
+        share = BRANCH / abs(float(change[-1]))
+        state = towards if share >= 1.0 else self.states[parent] + share * change
+        ends = (self.states[parent], state) if self.side > 0.0 else (state, self.states[parent])
+        return self.add(state, parent) if self.stage.joined(*ends) else -1
+
+    def way(self, number: int) -> Floats:
+        """Return the states from a root to one of them, shape (k, n + 1)."""
+        found: list[int] = []
+        while number >= 0:
+            found.append(number)
+            number = self.parents[number]
+        return self.states[found[::-1]]
+
+
+def searched(stage: Stage, names: tuple[str, ...], rng: np.random.Generator) -> Trajectory | None:
+    """Search a path through space and time.
+
+    Args:
+        stage: Where and when.
+        names: Of the joints.
+        rng: Draws what is random.
+
+    Returns:
+        A motion of constant speeds between its points; None if none was found.
+    """
+    first = np.append(stage.start, 0.0)
+    forward = _Tree(stage, 1.0, np.empty((0, len(first))))
+    backward = _Tree(stage, -1.0, np.empty((0, len(first))))
+    forward.add(first, -1)
+    soonest = float(stage.least(stage.goal - stage.start))
+    if stage.latest < soonest:
+        return None
+    try:
+        for time in np.linspace(soonest, stage.latest, ROOTS).tolist():
+            _rooted(backward, time)
+        states = _connected(forward, backward, soonest, rng)
+        states = _shortened(states, stage, rng)
+    except Exhausted:
+        return None
+    return Trajectory(names, states[:, -1], states[:, :-1])
+
+
+def _rooted(tree: _Tree, time: float) -> None:
+    """Add the goal at a time to a tree, if it is free then."""
+    stage, root = tree.stage, np.append(tree.stage.goal, time)
+    stays = stage.world.spare_staying(stage.goal, time, stage.dwell)
+    if (stays >= 0.0).all() and stage.free(root[None]):
+        tree.add(root, -1)
+
+
+def _connected(forward: _Tree, backward: _Tree, soonest: float, rng: np.random.Generator) -> Floats:
+    """Grow the trees in turn until they meet, and return the states of the way."""
+    stage, turn = forward.stage, 0
+    while True:
+        turn += 1
+        stage.spend(1)
+        if turn % ROOTS == 0 or not len(backward.states):
+            _rooted(backward, float(rng.uniform(soonest, stage.latest)))
+            continue
+        grown, other = (forward, backward) if turn % 2 else (backward, forward)
+        target = _sample(stage, rng)
+        near = -1 if target is None else grown.nearest(target)
+        new = -1 if target is None or near < 0 else grown.extended(near, target)
+        met = -1 if new < 0 else _met(other, grown.states[new])
+        if met >= 0:
+            there, back = (new, met) if grown is forward else (met, new)
+            return np.vstack((forward.way(there), backward.way(back)[-2::-1]))
+
+
+def _sample(stage: Stage, rng: np.random.Generator) -> Floats | None:
+    """Return a random state that can be reached in time, and from which the goal can; None if it cannot."""
+    positions = rng.uniform(*stage.box)
+    sooner, later = stage.least(positions - stage.start), stage.latest - stage.least(stage.goal - positions)
+    return None if later < sooner else np.append(positions, rng.uniform(sooner, later))
+
+
+def _met(tree: _Tree, state: Floats) -> int:
+    """Grow a tree towards a state as far as it goes; return the state if it is reached, else -1."""
+    near = tree.nearest(state)
+    while near >= 0:
+        near = tree.extended(near, state)
+        if near >= 0 and tree.states[near, -1] == state[-1]:
+            return near
+    return -1
+
+
+def _shortened(states: Floats, stage: Stage, rng: np.random.Generator) -> Floats:
+    """Return a path with straight branches between pairs of its moments where these are free."""
+    for _ in range(SHORTCUTS):
+        begin, end = np.sort(rng.uniform(0.0, states[-1, -1], 2))
+        ends = _between(states, np.array((begin, end)))
+        if stage.least(ends[1, :-1] - ends[0, :-1]) <= end - begin and stage.joined(*ends):
+            outside = (states[:, -1] < begin), (states[:, -1] > end)
+            states = np.vstack((states[outside[0]], ends, states[outside[1]]))
+    return states
+
+
+def _between(states: Floats, times: Floats) -> Floats:
+    """Return the states of a path at times (s,), shape (s, n + 1)."""
+    found = np.empty((len(times), states.shape[1]))
+    for column in range(states.shape[1]):
+        found[:, column] = np.interp(times, states[:, -1], states[:, column])
+    return found
