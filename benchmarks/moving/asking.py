@@ -58,9 +58,7 @@ def ask(data: Path, seconds: float, family: str, number: int) -> Row:
                 return row | {"outcome": "done"} | _cubes(int(rest), number)
             case _:
                 problem, box = _asked(data, f"{rest}/{number}")
-                among = box.add_to(problem)
-                found = _baseline(among, LATEST, seconds, improve=part == BEST)
-                return row | {"outcome": "done", "rrt": found}
+                return row | {"outcome": "done"} | _others(box.add_to(problem), part, seconds)
     except Exception as error:
         return row | {"outcome": "crash", "detail": _words(error)}
 
@@ -80,12 +78,24 @@ def _crossing(data: Path, key: str) -> Row:
     return {"still": still, "ours": ours, "wait": wait}
 
 
+def _others(among: to.Problem, part: str, seconds: float) -> Row:
+    """Ask the baseline: for ever shorter motions, or for any, first one that keeps all limits."""
+    if part == BEST:
+        return {"rrt": _baseline(among, LATEST, seconds, improve=True)}
+    resting = _baseline(among, LATEST, seconds, resting=True)
+    plain = resting if resting["duration"] else _baseline(among, LATEST, seconds)
+    return {"resting": resting, "rrt": plain}
+
+
 def _cubes(density: int, number: int) -> Row:
     problem = room(number).problem(density)
     ours = _planned(problem)
     ours.pop("motion")
     seconds = TIMES_OURS * float(str(ours["cpu"]))
-    return {"ours": ours, "rrt": _baseline(problem, LASTS, seconds, improve=False)}
+    plain = _baseline(problem, LASTS, seconds)
+    if ours["verified"] or not plain["duration"]:
+        return {"ours": ours, "rrt": plain}
+    return {"ours": ours, "rrt": plain, "resting": _baseline(problem, LASTS, seconds, resting=True)}
 
 
 def _asked(data: Path, key: str) -> tuple[to.Problem, Crossing]:
@@ -105,6 +115,7 @@ def _planned(problem: to.Problem) -> Row:
         return row | {"said": _words(error)[:300], "stages": {}}
     used = time.process_time() - begin
     row = {"cpu": used, "status": result.status.name, "verified": result.verified, "motion": None}
+    row["certainty"] = result.certainty.name
     row["stages"] = {name: round(seconds, 4) for name, seconds in result.cpu_seconds.items()}
     if not result.verified:
         return row | {"said": result.message[:300], "duration": None}
@@ -114,10 +125,12 @@ def _planned(problem: to.Problem) -> Row:
     return row | {"said": "; ".join(result.remarks)[:300], "duration": motion.duration, "motion": motion}
 
 
-def _baseline(problem: to.Problem, latest: float, seconds: float, *, improve: bool) -> Row:
+def _baseline(
+    problem: to.Problem, latest: float, seconds: float, *, improve: bool = False, resting: bool = False
+) -> Row:
     """Ask the baseline in a process of its own: after some searches in one, ompl's objects crash it."""
     mine, theirs = _CONTEXT.Pipe(duplex=False)
-    process = _CONTEXT.Process(target=_search, args=(theirs, problem, latest, seconds, improve))
+    process = _CONTEXT.Process(target=_search, args=(theirs, problem, latest, seconds, improve, resting))
     process.start()
     theirs.close()
     try:
@@ -130,11 +143,13 @@ def _baseline(problem: to.Problem, latest: float, seconds: float, *, improve: bo
         mine.close()
 
 
-def _search(pipe: Connection, problem: to.Problem, latest: float, seconds: float, improve: bool) -> None:
+def _search(
+    pipe: Connection, problem: to.Problem, latest: float, seconds: float, improve: bool, resting: bool
+) -> None:
     # Imported where it is needed: ompl is no dependency.
     from benchmarks.moving.space_time_rrt import SpaceTimeRrt
 
-    found = SpaceTimeRrt(problem, latest).solve(seconds, improve=improve)
+    found = SpaceTimeRrt(problem, latest, resting=resting).solve(seconds, improve=improve)
     duration = None if found.trajectory is None else found.trajectory.duration
     row: Row = {"duration": duration, "cpu": found.cpu, "first": found.first, "refused": found.refused}
     pipe.send(row | {"reasons": [reason[:120] for reason in found.reasons[:3]]})

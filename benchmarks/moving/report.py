@@ -63,6 +63,7 @@ class Report:
     def _crossing(self) -> str:
         head = (
             "boxes that cross", "problems", "with a known motion", "proven of these", "share", "crashed",
+            "known without acceleration limits only", "of the others, proven to have none",
             "CPU ms still median / p90", "among what moves", "median / median", "median of ratios",
             "CPU ms of those proven", "duration / still, mean",
         )  # fmt: skip
@@ -76,6 +77,9 @@ class Report:
             whole = [(key, row) for key, row in rows if row["outcome"] == "done"]
             known = [(key, row) for key, row in whole if self._known(key, row)]
             proven = [(key, row) for key, row in known if row["ours"]["verified"]]
+            others = [(key, row) for key, row in whole if not self._known(key, row)]
+            jumping = [key for key, _ in others if self._found(key, "rrt")]
+            hopeless = [key for key, row in others if _hopeless(row)]
             if len(robots) == 1:
                 missed += [_problem(key) for key, row in known if not row["ours"]["verified"]]
             still, moving = (_cpu([row for _, row in known], name) for name in ("still", "ours"))
@@ -83,7 +87,7 @@ class Report:
             longer = [row["ours"]["duration"] / row["still"]["duration"] for _, row in proven]
             lines.append([
                 title, str(len(rows)), str(len(known)), str(len(proven)), _share(len(proven), len(known)),
-                str(_crashed(rows)), _two(still), _two(moving),
+                str(_crashed(rows)), str(len(jumping)), str(len(hopeless)), _two(still), _two(moving),
                 f"{np.median(moving) / np.median(still):.1f}" if known else "",
                 f"{np.median(moving / still):.1f}" if known else "", _two(ours),
                 f"{np.mean(longer):.2f}" if longer else "",
@@ -94,11 +98,15 @@ class Report:
         return text + (f"\n\nKnown but not proven: {_listed(missed)}." if missed else "")
 
     def _known(self, key: Key, row: Mapping[str, Any]) -> bool:
-        """Say whether ours, waiting or the baseline has a motion."""
+        """Say whether ours, waiting or the baseline has a motion within all limits."""
         if row["ours"]["verified"] or row["wait"] is not None:
             return True
-        others = [self._row(part, key) for part in (KNOWN, BEST)]
-        return any(other is not None and other.get("rrt", {}).get("duration") for other in others)
+        return self._found(key, "resting")
+
+    def _found(self, key: Key, kind: str) -> bool:
+        """Say whether a kind of the baseline has a motion where ours and waiting have none."""
+        row = self._row(KNOWN, key)
+        return row is not None and bool(row.get(kind, {}).get("duration"))
 
     def _best(self) -> str:
         head = (
@@ -123,7 +131,8 @@ class Report:
     def _cubes(self) -> str:
         head = (
             "cubes", "tests", "ours proven", "share", "CPU ms median / p90", "baseline with ten times that",
-            "share", "by either", "ours / baseline, duration, median",
+            "share", "by either", "missed by ours, but known within all limits", "proven to have none",
+            "ours / baseline, duration, median",
         )  # fmt: skip
         lines: list[list[str]] = []
         for family in dict.fromkeys(family for family, _ in self.rooms):
@@ -141,6 +150,8 @@ class Report:
             lines.append([
                 family.split("/")[1], str(len(rows)), str(solved), _share(solved, len(rows)),
                 _two(_cpu(whole, "ours")), str(theirs), _share(theirs, len(rows)), str(either),
+                str(sum(bool(row.get("resting", {}).get("duration")) for row in whole)),
+                str(sum(_hopeless(row) for row in whole)),
                 f"{np.median(both):.2f}" if both else "",
             ])  # fmt: skip
         return table(head, lines) if lines else ""
@@ -174,6 +185,11 @@ def _durations(pairs: Sequence[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> 
 def _crashed(rows: Sequence[tuple[Key, Mapping[str, Any]]]) -> int:
     """Count what raised or was ended by the clock."""
     return sum(row["outcome"] != "done" or row["ours"]["status"] == CRASHED for _, row in rows)
+
+
+def _hopeless(row: Mapping[str, Any]) -> bool:
+    """Say whether it is proven that there is no motion."""
+    return not row["ours"]["verified"] and row["ours"].get("certainty") == "PROVEN"
 
 
 def _problem(key: Key) -> str:

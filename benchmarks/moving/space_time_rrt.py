@@ -13,6 +13,9 @@ in the right direction of time. What makes it do:
   horizon. The horizon begins at twice the least time and a second, and grows by half each time a share of
   the CPU time is used up without a motion. Once there is a motion, the horizon is 0.9 of its duration,
   and so on.
+
+A second kind rests at every corner: each edge is a quintic from rest to rest, within the limits of speed,
+acceleration and jerk, and its motions are judged by everything. They are longer, but an arm can do them.
 """
 
 import time
@@ -40,6 +43,8 @@ ARRIVALS = 40
 SHARE = 0.15
 """Of the CPU time, before the horizon grows."""
 SHORTER = 0.9
+PEAKS = (15.0 / 8.0, 10.0 / np.sqrt(3.0), 60.0)
+"""Largest speed, acceleration and jerk of a quintic from rest to rest: a unit of way in a unit of time."""
 UNJUDGED = {"acceleration", "jerk"}
 """Limits that straight edges cannot keep, and that are not asked of them."""
 
@@ -98,7 +103,7 @@ class Forward(base.MotionValidator):
     def checkMotion(self, first: object, second: object, *_: object) -> bool:
         """Say whether an edge is possible."""
         (x, begin), (y, end) = self._rrt.read(first), self._rrt.read(second)
-        if end <= begin or (np.abs(y - x) > end - begin).any():
+        if end <= begin or self._rrt.shortest(x, y) > end - begin:
             return False
         return self._rrt.edge_free(x, begin, y, end)
 
@@ -124,17 +129,18 @@ class Found:
 class SpaceTimeRrt:
     """Searches for motions of one problem with a goal of joint positions."""
 
-    def __init__(self, problem: to.Problem, latest: float) -> None:
+    def __init__(self, problem: to.Problem, latest: float, *, resting: bool = False) -> None:
         """Build the space.
 
         Args:
             problem: With one goal, of joint positions.
             latest: No motion ends later [s].
+            resting: Whether it rests at every corner.
         """
         (goal,) = problem.goals
         if not isinstance(goal, JointPositions):
             raise TypeError("the goal must be joint positions")
-        self.problem, self.latest = problem, latest
+        self.problem, self.latest, self._resting = problem, latest, resting
         self._names = problem.reduced.joint_names
         # A millionth slower than the limits, for rounding.
         self._speed = problem.limits.velocity * (1.0 - 1e-6)
@@ -155,7 +161,20 @@ class SpaceTimeRrt:
     @property
     def least(self) -> float:
         """Least time between start and goal [s]."""
-        return float(np.abs(self.goal - self.start).max())
+        return self.shortest(self.start, self.goal)
+
+    def shortest(self, x: np.ndarray, y: np.ndarray) -> float:
+        """Return the least time of an edge [s]."""
+        way = np.abs(y - x)
+        if not self._resting:
+            return float(way.max())
+        limits, turned = self.problem.limits, way * self._speed
+        orders = (self._speed, limits.acceleration, limits.jerk)
+        needs = [
+            (peak * turned / limit).max() ** (1.0 / order)
+            for order, (peak, limit) in enumerate(zip(PEAKS, orders, strict=True), start=1)
+        ]
+        return (1.0 + 1e-6) * float(max(needs))
 
     def read(self, state: object) -> tuple[np.ndarray, float]:
         """Return a state's coordinates and time."""
@@ -167,7 +186,8 @@ class SpaceTimeRrt:
         turned = float((np.abs(y - x) * self._speed).max())
         most = max(turned / RADIANS, (end - begin) / SECONDS) / self._resolution
         share = np.linspace(0.0, 1.0, 2 + int(most))
-        return self._checker.free((x + share[:, None] * (y - x)) * self._speed, begin + share * (end - begin))
+        gone = share**3 * (10.0 - 15.0 * share + 6.0 * share**2) if self._resting else share
+        return self._checker.free((x + gone[:, None] * (y - x)) * self._speed, begin + share * (end - begin))
 
     def solve(self, seconds: float, *, improve: bool = False) -> Found:
         """Search for so much CPU time [s]; with `improve` for ever shorter motions until it is used up."""
@@ -221,7 +241,9 @@ class SpaceTimeRrt:
         states = [self.read(state) for state in solution.getStates()]
         kept = [states[0], *(later for earlier, later in pairwise(states) if later[1] > earlier[1])]
         points = np.array([x for x, _ in kept]) * self._speed
-        return to.Trajectory(self._names, np.array([moment for _, moment in kept]), points)
+        times, still = np.array([moment for _, moment in kept]), np.zeros_like(points)
+        rests = (still, still.copy()) if self._resting else ()
+        return to.Trajectory(self._names, times, points, *rests)
 
     @staticmethod
     def _state(space: base.SpaceTimeStateSpace, x: np.ndarray, moment: float) -> object:
@@ -230,13 +252,12 @@ class SpaceTimeRrt:
         return state
 
     def _refusal(self, path: to.Trajectory) -> str | None:
-        """Return what the judge holds against a motion; None if it is proven, its accelerations left out."""
+        """Return what the judge holds against a motion, accelerations that jump left out; None if proven."""
         certificate = self._judge.verify(path, goals=self.problem.goals)
         wrong = [
             check.detail
             for check in certificate.failed
-            if check.name not in UNJUDGED
-            and "at rest" not in check.name
-            and check.kind is not CheckKind.TORQUE
+            if self._resting
+            or not (check.name in UNJUDGED or "at rest" in check.name or check.kind is CheckKind.TORQUE)
         ]
         return "; ".join(wrong) or None

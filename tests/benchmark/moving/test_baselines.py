@@ -62,6 +62,8 @@ def test_the_space_time_rrt_finds_what_the_judge_proves() -> None:
     assert points == pytest.approx(np.array((list(START.values()), list(GOAL.values()))), abs=1e-9)
     limits = problem.limits.velocity
     assert (np.abs(np.diff(found.positions, axis=0)) <= limits * np.diff(found.times)[:, None] + 1e-9).all()
+    resting = SpaceTimeRrt(box.add_to(problem), latest=20.0, resting=True).solve(20.0).trajectory
+    assert resting is not None and to.judge(rrt.problem, resting).verified
     rrt.goal = rrt.start + 1e-3
     rrt.latest = 0.0
     assert rrt.solve(0.1).trajectory is None, "nothing ends before it can"
@@ -85,18 +87,20 @@ def test_the_tables_count_what_is_known() -> None:
         row("crossing/panda/box", 3, still=planned(0.02, 1.0), ours=planned(9.0, None), wait=None),
         row("crossing/panda/box", 4, still=planned(0.02, 1.0), ours=planned(0.08, None), wait=None),
         row("crossing/panda/box", 5) | {"outcome": "crash"},
-        row("known/panda/box", 3, rrt={"duration": None}),
-        row("known/panda/box", 4, rrt={"duration": 3.0}),
+        row("known/panda/box", 3, rrt={"duration": 2.0}, resting={"duration": None}),
+        row("known/panda/box", 4, rrt={"duration": 3.0}, resting={"duration": 3.0}),
         row("best/panda/box", 1, rrt={"duration": 1.0}),
         row("cubes/10", 0, ours=planned(0.1, 2.0), rrt={"duration": 4.0}),
-        row("cubes/10", 1, ours=planned(0.1, None), rrt={"duration": 4.0}),
+        row("cubes/10", 1, ours=planned(0.1, None), rrt={"duration": 4.0}, resting={"duration": 5.0}),
     ]
     report = Report({str(each["key"]): each for each in rows}, keys, rooms, 20.0, 60.0)
     text = report.text()
-    assert "| Panda | 5 | 3 | 1 | 33.3 % | 1 | 20 / 20 | 80 / 80 | 4.0 | 4.0 | 40 / 40 | 1.10 |" in text
+    assert (
+        "| Panda | 5 | 3 | 1 | 33.3 % | 1 | 1 | 0 | 20 / 20 | 80 / 80 | 4.0 | 4.0 | 40 / 40 | 1.10 |" in text
+    )
     assert "Known but not proven: panda/box/2, panda/box/4." in text
     assert "| Panda | 1 | 1 | 1 | 1.10 / 1.10 / 1.10 | 100.0 % | 1 | 0.50 | 0.45 |" in text
-    assert "| 10 | 2 | 1 | 50.0 % | 100 / 100 | 2 | 100.0 % | 2 | 0.50 |" in text
+    assert "| 10 | 2 | 1 | 50.0 % | 100 / 100 | 2 | 100.0 % | 2 | 1 | 0 | 0.50 |" in text
     assert "5 rows of `crossing` at abc1234" in text
     assert "UR5" not in text and len(report.rows) == len(rows)
     assert Report({}, keys, rooms, 20.0, 60.0).text() == ""
