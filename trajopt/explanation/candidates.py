@@ -17,6 +17,7 @@ from trajopt.explanation.change import (
     stronger_joint,
     with_requirement,
 )
+from trajopt.explanation.change_in_time import changes_in_time
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed
 from trajopt.infeasibility.reasons import Block, BlockKind
@@ -43,6 +44,7 @@ AT_THE_GOAL = {
     Status.NO_INVERSE_KINEMATICS,
     Status.CONFLICTING_CONSTRAINTS,
 }
+IN_TIME = {Status.INEVITABLE, Status.GOAL_OCCUPIED, Status.BLOCKED_IN_TIME, Status.TOO_LATE}
 SPARE = 1.05
 """Factor on the amount of the elastic relaxation: the program keeps a reserve."""
 SMALLEST = 1e-3
@@ -54,6 +56,9 @@ PAIRS = 3
 def candidates(known: Explanation) -> Iterator[Change]:
     """Yield changes that may make the problem of a failure solvable, the most promising first."""
     problem = known.problem
+    if known.status in IN_TIME:
+        yield from changes_in_time(problem, known.blocks)
+        return
     if known.status in AT_THE_START:
         yield from _at_the_start(known)
     elif known.status in AT_THE_GOAL:

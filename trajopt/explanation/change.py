@@ -30,6 +30,7 @@ class Change:
         largest: The largest amount that makes sense.
         words: Says the change by an amount.
         apply: Returns the problem changed by an amount.
+        whole: Whether it is made or not, and nothing in between; its amount is 1 then.
     """
 
     what: str
@@ -38,6 +39,7 @@ class Change:
     largest: float
     words: Callable[[float], str]
     apply: Callable[[float], Problem]
+    whole: bool = False
 
 
 def with_requirement(problem: Problem, old: Requirement, new: Requirement) -> Problem:

@@ -87,19 +87,9 @@ class _Search:
     def smallest(self) -> Remedy | None:
         """Double until it is enough, halve until it is not, bisect, round, and check both again."""
         enough = self._enough()
-        if enough is None:
-            return None
-        for _ in range(HALVINGS):
-            if not self._solves(enough / 2.0):
-                break
-            enough /= 2.0
-        else:
-            return None
-        enough = self._bisected(enough)
-        rounded = min(_rounded_up(enough), self.change.largest)
-        if self._solves(rounded):
-            enough = rounded
-        if self._solves(enough / 2.0):
+        if enough is not None and not self.change.whole:
+            enough = self._smaller(enough)
+        if enough is None or self._solves(enough / 2.0):
             return None
         return Remedy(
             words=self.change.words(enough),
@@ -110,6 +100,18 @@ class _Search:
             result=self._result(enough),
             half=self._result(enough / 2.0),
         )
+
+    def _smaller(self, enough: float) -> float | None:
+        """Return the smallest amount that is enough, rounded; None where any seems to be."""
+        for _ in range(HALVINGS):
+            if not self._solves(enough / 2.0):
+                break
+            enough /= 2.0
+        else:
+            return None
+        enough = self._bisected(enough)
+        rounded = min(_rounded_up(enough), self.change.largest)
+        return rounded if self._solves(rounded) else enough
 
     def _enough(self) -> float | None:
         amount = min(self.change.first, self.change.largest)

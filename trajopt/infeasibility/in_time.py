@@ -112,7 +112,7 @@ class Occupied:
         earliest = f", and nothing gets there before {self.begin:.2f} s" if self.begin > LOOK else ""
         how = f"occupied {till}"
         if self.dwell > 0.0:
-            how = f"never free for {self.dwell:g} s ({self.longest:.2f} s at the most, {till})"
+            how = f"never free for {self.dwell:g} s (for {self.longest:.2f} s at the most)"
         return f"{which} {how}: {each}{earliest}"
 
 
