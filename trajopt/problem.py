@@ -72,8 +72,8 @@ class Problem(Value):
         start_acceleration: The same for accelerations [rad/s^2 | m/s^2]; joints that are not named have none.
         dwell: How long the robot stays clear at the goal, at rest, after the end [s]. A goal that moves it
             follows for so long, and the motion includes that; it ends at rest as seen from the goal.
-        finish_by: When the motion must be over, by the clock that shows 0 when it starts [s]; any time when
-            None.
+        finish_by: When the robot must be at the goal, by the clock that shows 0 when the motion starts [s];
+            any time when None.
         name: For reports.
         degrees: Whether angles are in degrees in `start`, `start_velocity`, `start_acceleration`, and where
             joints are given by name in `goal` and `waypoints`.

@@ -55,12 +55,12 @@ def test_it_passes_one_gate_before_it_closes_and_stops_until_the_next_opens(tabl
 
 
 def test_what_crosses_once_is_waited_for_or_passed_which_beats_the_detour(table: to.Scene) -> None:
-    ends = [to.placement((x, 0.0, 0.25)) for x in (1.2, 0.5, 1.2)]
-    scene = table.add("box", to.Box(0.1, 0.1, 0.5), motion=to.Track.through([0.0, 0.5, 1.0], ends))
+    ends = [to.placement((x, 0.0, 0.35)) for x in (1.2, 0.5, 1.2)]
+    scene = table.add("box", to.Box(0.1, 0.1, 1.0), motion=to.Track.through([0.0, 0.5, 1.0], ends))
     motion = to.plan(problem(scene)).require().trajectory
     stands = table
     for number, x in enumerate(np.arange(0.5, 1.2, 0.1).tolist()):
-        stands = stands.add(f"box {number}", to.Box(0.1, 0.1, 0.5), to.placement((x, 0.0, 0.25)))
+        stands = stands.add(f"box {number}", to.Box(0.1, 0.1, 1.0), to.placement((x, 0.0, 0.35)))
     detour = to.plan(problem(stands)).require().trajectory
     assert motion.duration < detour.duration
     assert sampled(scene, problem(scene).reduced, motion) > 0.0
@@ -110,6 +110,17 @@ def test_a_start_that_is_swept_is_left_in_time(table: to.Scene) -> None:
     motion = result.require().trajectory
     assert rests(motion)[0] < 0.3 and motion.duration < 1.6 + 0.6 * alone(table).duration
     assert sampled(scene, result.problem.reduced, motion) > 0.0
+
+
+def test_a_motion_that_starts_fast_brakes_for_what_is_in_its_way(table: to.Scene) -> None:
+    asked = replace(problem(gate(table, "wall", 0.25, expires=1.2)), start_velocity={"panda_joint1": 0.6})
+    still = to.plan(replace(asked, scene=table)).require().trajectory
+    among = Among.of(asked, Query(asked.reduced))
+    assert among is not None
+    timed = next(each for each in among.timings(still) if to.judge(asked, each.trajectory).verified)
+    assert timed.remarks[0].startswith("stops at") and timed.trajectory.duration < 1.2 + still.duration
+    assert timed.trajectory(0.0, 1)[0] == pytest.approx(0.6)
+    assert to.plan(asked).require().trajectory.duration <= timed.trajectory.duration
 
 
 @pytest.mark.parametrize("jerk", [False, True])

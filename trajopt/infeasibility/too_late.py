@@ -83,7 +83,7 @@ def _frames(problem: Problem) -> Iterator[tuple[float, str]]:
     """Yield the least time of each frame that a goal places in the world."""
     reduced = problem.reduced
     for goal in problem.goals:
-        if not isinstance(goal, FramePlacement):
+        if not isinstance(goal, FramePlacement) or any(map(problem.scene.carrier, goal.frames)):
             continue
         missing = _missing(goal, reduced)
         carrier, place = reduced.attachment(goal.frame)

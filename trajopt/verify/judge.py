@@ -78,6 +78,7 @@ class Judge:
         start_velocities: Floats | None = None,
         start_accelerations: Floats | None = None,
         dwell: float = 0.0,
+        finish_by: float | None = None,
     ) -> Certificate:
         """Judge a trajectory, as the function `verify` does."""
         specification = Specification(
@@ -91,6 +92,7 @@ class Judge:
             start_velocities=start_velocities,
             start_accelerations=start_accelerations,
             dwell=dwell,
+            finish_by=finish_by,
         )
         return self.certify(trajectory, specification)
 
@@ -106,7 +108,7 @@ class Judge:
             *specified_checks(motion, specification, followed),
             *limit_checks(motion, moving, specification.start_accelerations),
         ]
-        checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification)]
+        checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification, followed)]
         checks += self._surroundings.known_checks(motion, staying)
         among, distances = self._surroundings.among(motion, staying), self._surroundings.distances
         checks += meeting_checks(among, followed, specification.dwell)
@@ -147,7 +149,7 @@ class Judge:
                 check.holds or not check.required
                 for check in chain(
                     specified_checks(motion, specification, followed),
-                    _base_checks(motion, specification),
+                    _base_checks(motion, specification, followed),
                     self._surroundings.known_checks(motion, staying),
                     meeting_checks(among, followed, specification.dwell),
                 )
@@ -226,9 +228,11 @@ class Judge:
         return Counts(distances=distances - before[0], kinematics=kinematics - before[1])
 
 
-def _base_checks(motion: Motion, specification: Specification) -> Iterator[Check]:
+def _base_checks(
+    motion: Motion, specification: Specification, followed: tuple[Requirement, ...]
+) -> Iterator[Check]:
     """Judge when the motion is over, and what a base's wheels and the speeds of tools allow."""
-    yield from deadline_checks(motion, specification.finish_by)
+    yield from deadline_checks(motion, specification.finish_by, specification.dwell if followed else 0.0)
     yield from rolling_checks(motion)
     for tool in specification.tool_speeds:
         yield from tool_speed_checks(motion, tool)
@@ -261,6 +265,7 @@ def verify(
     start_velocities: Floats | None = None,
     start_accelerations: Floats | None = None,
     dwell: float = 0.0,
+    finish_by: float | None = None,
     options: VerifyOptions = _DEFAULT,
 ) -> Certificate:
     """Judge a trajectory: prove for all times, not only at samples, what is required of it.
@@ -280,6 +285,7 @@ def verify(
         start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
         dwell: How long it stays clear at the goal, at rest, after the end; where a goal moves, how long it
             has followed that when it ends [s].
+        finish_by: When it must be at the goal, its own start being at 0 [s]; any time when None.
         options: Numbers to judge with.
 
     Raises:
@@ -301,6 +307,7 @@ def verify(
         start_velocities=start_velocities,
         start_accelerations=start_accelerations,
         dwell=dwell,
+        finish_by=finish_by,
     )
 
 

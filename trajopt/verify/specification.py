@@ -28,7 +28,7 @@ class Specification(Value):
         start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
         dwell: How long it stays clear where it ends, at rest, after the end [s]. Where a goal moves, how
             long it has followed that when it ends: the goals hold in its last so many seconds.
-        finish_by: When the motion must be over [s]; any time when None.
+        finish_by: When the motion must be at the goal [s]; any time when None.
     """
 
     goals: Sequence[Requirement]
