@@ -18,6 +18,7 @@ from trajopt.model.starting import in_motion, start_rates
 from trajopt.model.stated import (
     GoalLike,
     StartLike,
+    check_goal,
     check_names,
     check_waypoints,
     only_group,
@@ -134,7 +135,7 @@ class Problem(Value):
                 raise ProblemError(f"{label} is a factor in (0, 1], is {getattr(self, label)}")
         object.__setattr__(self, "dwell", stated_dwell(self.dwell))
         for goal in self._goals:
-            check_names(self.scene, goal)
+            check_goal(self.scene, goal, in_motion=self.starts_moving)
         if self.finish_by is not None and number("finish_by", self.finish_by) <= 0.0:
             raise ProblemError(f"finish_by must be after the start, at 0 s, is {self.finish_by:g} s")
         for item in required:

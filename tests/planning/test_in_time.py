@@ -128,19 +128,6 @@ def test_the_room_for_an_error_costs_time(table: to.Scene) -> None:
     assert durations[0] + 0.01 < durations[1]
 
 
-def test_a_goal_in_the_frame_of_what_moves_is_refused_by_name(table: to.Scene) -> None:
-    scene = table.add("tray", to.Box(0.1, 0.1, 0.01), motion=across(0.4, begin=0.0, end=1.0))
-    with pytest.raises(to.TrajoptError, match="'tray' moves by itself"):
-        to.plan(
-            to.Problem(
-                scene=scene,
-                group="panda_arm",
-                start=START,
-                goal=to.frame_placement("panda_hand", to.placement((0.0, 0.0, 0.2)), reference="tray"),
-            )
-        )
-
-
 def test_each_goal_of_a_set_is_planned_to_as_if_alone(table: to.Scene) -> None:
     lands = to.Track.through([0.0, 0.5], [to.placement((0.55, 0.0, z)) for z in (1.4, 0.2)])
     scene = table.add("box", to.Box(0.08, 0.08, 0.5), motion=lands)

@@ -14,6 +14,7 @@ from trajopt.model.likely_units import stated_angle
 from trajopt.model.placement import Placement, PlacementLike, as_placement
 from trajopt.model.requirements import (
     WORLD,
+    FramePlacement,
     GoalSet,
     JointPositions,
     Requirement,
@@ -263,6 +264,28 @@ def stated_dwell(dwell: float) -> float:
     return float(dwell)
 
 
+def check_goal(scene: Scene, item: Requirement, *, in_motion: bool) -> None:
+    """Check the frames and joints that a goal names: it may be a placement relative to what moves by itself.
+
+    Args:
+        scene: The scene.
+        item: The goal.
+        in_motion: Whether the robot is in motion at the start.
+
+    Raises:
+        NameNotFound: If there is none of that name.
+        ProblemError: If another goal than a placement moves, or one does and the start is in motion.
+    """
+    moving = _moving(scene, item)
+    if not moving:
+        check_names(scene, item)
+        return
+    if not isinstance(item, FramePlacement):
+        raise ProblemError(f"{moving}: of what moves only frame_placement(...) can be a goal, not {item}")
+    if in_motion:
+        raise ProblemError(f"{moving}: a goal that moves is met from a start at rest only")
+
+
 def check_names(scene: Scene, item: Requirement) -> None:
     """Check the frames and joints that a requirement names.
 
@@ -272,7 +295,7 @@ def check_names(scene: Scene, item: Requirement) -> None:
     """
     scene.robot.index(item.joints)
     if moving := _moving(scene, item):
-        raise ProblemError(f"{moving}: requirements take frames that time does not move")
+        raise ProblemError(f"{moving}: requirements other than goals take frames that time does not move")
     if isinstance(item, JointPositions) and item.in_degrees:
         for joint in item.joints:
             if joint_unit(scene.robot.model, joint) == "m":

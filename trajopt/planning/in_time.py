@@ -9,15 +9,17 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.placement import Placement
-from trajopt.model.requirements import WORLD
+from trajopt.model.requirements import WORLD, GoalSet
 from trajopt.model.scene import Scene
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import bounding_box
 from trajopt.planning.budget import BudgetTracker, Stopped
+from trajopt.planning.meeting import Meeting, goals_that_move, soonest_goal
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.space_time import in_space_time
 from trajopt.planning.status import Certainty, Status
+from trajopt.planning.still import without_changes
 from trajopt.planning.why_not import explained, impossible
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
@@ -46,12 +48,7 @@ def in_time(
     rng: np.random.Generator,
     on_incumbent: Callable[[Result], None] | None,
 ) -> Result:
-    """Return the motion that is over soonest, by four ways of planning it, each timed among what changes.
-
-    The first is the motion as it would be without what changes. If it is not clear as it is, shape and time
-    are planned together. If nothing is clear so, a motion is looked for that keeps clear of the places where
-    things pass, or of those where they end. If none is clear, the seeds of the schedule are
-    attempted, each judged among what changes.
+    """Return the motion that is over soonest; where the goal moves, that meets it soonest.
 
     Args:
         problem: What is asked.
@@ -60,7 +57,28 @@ def in_time(
         rng: Draws what is random.
         on_incumbent: Called with every verified motion that is shorter than the one before.
     """
-    alone = run(replace(problem, scene=_still(problem.scene)))
+    if not goals_that_move(problem):
+        return _to_where_it_stands(problem, run, tracker, rng, on_incumbent)
+    if isinstance(problem.goal, GoalSet):
+        return soonest_goal(problem, lambda alone: in_time(alone, run, tracker, rng, on_incumbent))
+    return Meeting(problem, lambda each: run(each, most=AROUND), tracker).planned(on_incumbent)
+
+
+def _to_where_it_stands(
+    problem: Problem,
+    run: Run,
+    tracker: BudgetTracker,
+    rng: np.random.Generator,
+    on_incumbent: Callable[[Result], None] | None,
+) -> Result:
+    """Return the motion that is over soonest, by four ways of planning it, each timed among what changes.
+
+    The first is the motion as it would be without what changes. If it is not clear as it is, shape and time
+    are planned together. If nothing is clear so, a motion is looked for that keeps clear of the places where
+    things pass, or of those where they end. If none is clear, the seeds of the schedule are
+    attempted, each judged among what changes.
+    """
+    alone = run(replace(problem, scene=without_changes(problem.scene)))
     there = replace(alone.problem, scene=problem.scene)
     if not alone.verified:
         return replace(alone, problem=there)
@@ -140,7 +158,7 @@ def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
 def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
     """Yield the problem with things standing where they pass, and with things standing where they end."""
     scene = problem.scene
-    still = _still(scene)
+    still = without_changes(scene)
     passed = {name: _times(scene, name, duration) for name in scene.changing}
     ended = {
         name: np.array((max(_last(scene, name), 0.0),)) for name in scene.changing if _stays(scene, name)
@@ -156,16 +174,6 @@ def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
                 among = replace(among, objects={**among.objects, copy.name: copy})
         if places:
             yield replace(problem, scene=among)
-
-
-def _still(scene: Scene) -> Scene:
-    """Return the scene without what changes."""
-    left = list(scene.changing)
-    while left:
-        on_top = next(name for name in left if not any(scene.objects[other].frame == name for other in left))
-        scene = scene.remove(on_top)
-        left.remove(on_top)
-    return scene
 
 
 def _stays(scene: Scene, name: str) -> bool:

@@ -1,7 +1,8 @@
 """Meeting what moves: placement relative to it, and no velocity relative to it, at the end of a motion.
 
 A motion that meets a goal that moves ends in motion. It has followed the goal for as long as it is asked to
-stay with it: in all of that time the placement is proven, and at its first and last moment the velocity.
+stay with it: in all of that time the placement is proven, and at its first and last moment the velocity, but
+along and about axes that the placement leaves free.
 """
 
 from collections.abc import Iterator, Sequence
@@ -73,16 +74,22 @@ def _at_rest(motion: Motion, goal: Requirement, time: float) -> Iterator[Check]:
 
 
 def relative_speeds(motion: Motion, goal: FramePlacement, time: float) -> tuple[float, float]:
-    """Return how fast a frame's point moves and the frame turns, as seen from its reference [m/s, rad/s]."""
+    """Return how fast a frame's point moves and the frame turns, as seen from its reference [m/s, rad/s].
+
+    Only along and about those axes of the placement that it does not leave free.
+    """
     poses, rates = motion.poses(np.array((time,))), _rates(motion, time)
     rotation, translation = poses.rotation[0], poses.translation[0]
     joint, place = motion.reduced.attachment(goal.frame)
-    base, _ = motion.reduced.attachment(goal.reference)
+    base, seen_from = motion.reduced.attachment(goal.reference)
     point = rotation[joint] @ (place * goal.offset) + translation[joint]
     moved, turning = _carried(motion, joint, point, rotation, translation, rates)
     # The reference carries along what is at rest in it: its point where the frame's point is.
     taken, turned = _carried(motion, base, point, rotation, translation, rates)
-    return float(np.linalg.norm(moved - taken)), float(np.linalg.norm(turning - turned))
+    axes = rotation[base] @ seen_from.rotation @ goal.placement.rotation
+    moves, turns = (moved - taken) @ axes, (turning - turned) @ axes
+    held, upright = np.isfinite(goal.position_tolerance), goal.rotation_tolerance < np.pi
+    return float(np.linalg.norm(moves[held])), float(np.linalg.norm(turns[upright]))
 
 
 def _carried(

@@ -104,9 +104,13 @@ class Motion:
         """Whether the velocity has no jumps."""
         return self.trajectory.interpolation is not Interpolation.LINEAR
 
+    def positions(self, times: Floats) -> Floats:
+        """Return the positions of all joints that it moves at times (c,), shape (c, n) [rad | m]."""
+        return self.trajectory(times)
+
     def poses(self, times: Floats) -> Poses:
         """Compute where all joint frames are at times of shape (c,)."""
-        return self.kinematics.poses(self.trajectory(times))
+        return self.kinematics.poses(self.positions(times))
 
     def deviation(self, begin: Floats, end: Floats) -> Floats:
         """Bound how far joints get from where they are in the middle of intervals.
@@ -119,7 +123,7 @@ class Motion:
             Shape (c, joints of the model) [rad | m]; column 0 (the world) is zero.
         """
         low, high = self.group[0].range(begin, end)
-        middle = self.trajectory((begin + end) / 2)
+        middle = self.positions((begin + end) / 2)
         return np.maximum(high - middle, middle - low) @ self._spread.T
 
     def rates(self, begin: Floats, end: Floats, order: int) -> Floats:

@@ -65,10 +65,13 @@ class TimedMotion(Motion):
             options=self.options,
         )
 
+    def positions(self, times: Floats) -> Floats:
+        """Return the positions of the robot's joints, and of those that time drives, at times (c,)."""
+        return self.timed.positions(self.trajectory(times), times)
+
     def poses(self, times: Floats) -> Poses:
         """Compute where all joint frames are at times of shape (c,)."""
-        positions = self.timed.positions(self.trajectory(times), times)
-        return replace(self.kinematics.poses(positions), times=times)
+        return replace(self.kinematics.poses(self.positions(times)), times=times)
 
 
 def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:

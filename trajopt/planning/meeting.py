@@ -1,0 +1,220 @@
+"""Meeting a goal that moves: when, and by which motion, at rest as seen from the goal.
+
+The time of the meeting is looked for. For each that is tried a motion is planned to where the goal is then,
+as if it stood there, and made into one that follows it at the end (`following_frame`). It begins so that it
+arrives at that time. The earliest that the judge proves is the answer, to within hundredths of a second.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from trajopt.errors import shown
+from trajopt.kinematics.goal_candidates import goal_candidates
+from trajopt.model.requirements import FramePlacement, GoalSet
+from trajopt.model.scene import Scene
+from trajopt.model.timed import timed_model
+from trajopt.model.trajectory import Path, Trajectory
+from trajopt.planning.budget import BudgetTracker, Stopped
+from trajopt.planning.following_frame import Followed, FollowingFrame, seems_possible
+from trajopt.planning.result import Result
+from trajopt.planning.search import ENDED
+from trajopt.planning.status import Status
+from trajopt.planning.still import stopped
+from trajopt.planning.waiting import LONGEST, begun_later
+from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.problem import Problem
+from trajopt.query import Counts
+
+STEP = 0.25
+"""Times of the meeting are tried in steps of this [s]; then halved between the last that failed and the next.
+Steps grow to a tenth of the time: what comes so late is as late as before if it is met a little later."""
+GROWTH = 0.1
+HALVINGS = 3
+"""So the meeting is within 0.03 s of the earliest that could be proven."""
+SLOWER = (1.02, 1.1, 1.25, 1.5, 2.0, 3.0)
+"""The motion to where the goal is takes so many times as long as it could: room for following it."""
+SHARES = (0.5, 0.25, 0.1)
+"""Parts of the motion at its end in which the goal is followed; where the first is refused, less."""
+
+
+def goals_that_move(problem: Problem) -> frozenset[str]:
+    """Return the objects that move and carry a goal of a problem, any goal of a set."""
+    scene, goal = problem.scene, problem.goal
+    alternatives = goal.alternatives.values() if isinstance(goal, GoalSet) else (problem.goals,)
+    frames = (frame for goals in alternatives for item in goals for frame in item.frames)
+    return frozenset(carrier for frame in frames if (carrier := scene.carrier(frame)) is not None)
+
+
+def soonest_goal(problem: Problem, planned: Callable[[Problem], Result]) -> Result:
+    """Return the motion to that goal of a set that is reached soonest, each planned to by itself."""
+    best: Result | None = None
+    for name, alone in problem.alternatives.items():
+        found = replace(planned(alone), goal_name=name)
+        if best is None or _end(found) < _end(best):
+            best = found
+    assert best is not None  # a set has goals
+    return best
+
+
+def _end(result: Result) -> float:
+    return result.require().trajectory.duration if result.verified else inf
+
+
+@dataclass(eq=False)
+class Meeting:
+    """Plans to meet goals that move.
+
+    Attributes:
+        problem: What is asked, with one goal.
+        run: Plans a problem in which time stands still.
+        tracker: Counts what is used, and stops planning.
+    """
+
+    problem: Problem
+    run: Callable[[Problem], Result]
+    tracker: BudgetTracker
+
+    def __post_init__(self) -> None:
+        """Make the model among what changes."""
+        timed = timed_model(self.problem.reduced)
+        assert timed is not None  # the goal moves
+        self._work = Workspace(self.problem, self.tracker)
+        self._carriers = goals_that_move(self.problem)
+        moving = [goal for goal in self.problem.goals if any(map(self.problem.scene.carrier, goal.frames))]
+        placements = tuple(goal for goal in moving if isinstance(goal, FramePlacement))
+        self._frame = FollowingFrame(timed, placements)
+        self._found: Result | None = None
+        self._refused = self._nothing()
+        self._on_incumbent: Callable[[Result], None] | None = None
+        due = inf if self.problem.finish_by is None else self.problem.finish_by
+        self._last = min(LONGEST, min(timed.until, due) - self.problem.dwell)
+
+    def planned(self, on_incumbent: Callable[[Result], None] | None) -> Result:
+        """Return the soonest motion that meets the goal; else what was in the way where it came nearest.
+
+        Args:
+            on_incumbent: Called with every verified motion that is shorter than the one before.
+        """
+        self._on_incumbent = on_incumbent
+        try:
+            found = self._searched()
+        except Stopped as ended:
+            stop = ended.stop
+            found = self._found or replace(self._refused, status=ENDED[stop])
+            found = replace(found, stopped=stop)
+        return replace(found, counts=dict(self.tracker.counts), cpu_seconds=dict(self.tracker.seconds))
+
+    def _searched(self) -> Result:
+        failed, meeting = 0.0, STEP
+        nearest, where = inf, 0.0
+        while meeting <= self._last:
+            self.tracker.check()
+            missed, sooner = self._missed_by(meeting), 0.0
+            if missed < nearest:
+                nearest, where = missed, meeting
+            if missed == 0.0:
+                found, sooner = self._met(meeting)
+                if found.verified:
+                    return self._halved(failed, meeting, found)
+                if _rank(found) > _rank(self._refused):
+                    self._refused = found
+            failed = meeting
+            meeting = max(meeting + max(STEP, GROWTH * meeting), min(sooner, self._last))
+        return self._late(self._met(where)[0] if 0.0 < nearest < inf else self._refused)
+
+    def _late(self, refused: Result) -> Result:
+        """Return a refusal, as one of a deadline where there is one."""
+        due = self.problem.finish_by
+        if due is None:
+            return refused
+        words = f"no meeting that is over by {due:g} s was found: {refused.message}"
+        return replace(refused, status=Status.TOO_LATE, message=words)
+
+    def _missed_by(self, meeting: float) -> float:
+        """Return by how much configurations that were tried miss the goal where it is at a time [m, rad]."""
+        problem, counts = self._still(meeting), Counts()
+        found = goal_candidates(problem.reduced, problem.goals, rng=np.random.default_rng(0), counts=counts)
+        self.tracker.count_work(counts)
+        return 0.0 if found.free or found.blocked else found.nearest_miss
+
+    def _halved(self, failed: float, meeting: float, found: Result) -> Result:
+        """Return the soonest meeting between one that failed and one that is proven."""
+        for _ in range(HALVINGS):
+            middle = (failed + meeting) / 2.0
+            other, _ = self._met(middle)
+            if other.verified:
+                meeting, found = middle, other
+            else:
+                failed = middle
+        return found
+
+    def _keep(self, found: Result) -> None:
+        self._found = found
+        if self._on_incumbent is not None:
+            self._on_incumbent(found)
+
+    def _met(self, meeting: float) -> tuple[Result, float]:
+        """Return a motion that meets the goal at a time, or why not, and before which time none can."""
+        still = self.run(self._still(meeting))
+        if not still.verified:
+            words = f"where the goal is at {meeting:.2f} s: {still.message or still.status.value}"
+            # What is proven of one time is none of all.
+            return replace(self._nothing(), status=still.status, message=words, blocks=still.blocks), 0.0
+        planned = still.require()
+        refused: Result | None = None
+        for motion in self._motions(planned.trajectory, meeting):
+            path = Path(motion.joint_names, motion.positions)
+            judged = self._work.judged(TimedMotion(path, motion, None), still.solve)
+            if judged.verified:
+                found = self._as_said(judged, still, meeting)
+                self._keep(found)
+                return found, 0.0
+            refused = refused or replace(
+                judged, message=f"the motion that meets the goal at {meeting:.2f} s: {judged.message}"
+            )
+        if refused is None:
+            words = f"no motion that meets the goal at {meeting:.2f} s was found within the joints' limits"
+            refused = replace(self._nothing(), message=words)
+        return refused, SLOWER[0] * planned.trajectory.duration
+
+    def _motions(self, still: Trajectory, meeting: float) -> Iterator[Trajectory]:
+        """Yield motions that meet the goal at a time, made of one to where it is then."""
+        at_meeting, dwell = still(still.duration), self.problem.dwell
+        for share in SHARES:
+            for slower in SLOWER:
+                if slower * still.duration > meeting:
+                    break
+                begin = meeting - share * slower * still.duration
+                followed = Followed.of(self._frame, at_meeting, meeting, begin, meeting + dwell)
+                if followed is None:
+                    break
+                joined = followed.joined(still, slower)
+                wait = meeting + dwell - joined.duration
+                if wait >= 0.0 and seems_possible(joined, self.problem.limits):
+                    yield begun_later(joined, wait) if wait > 0.0 else joined
+                    break
+
+    def _still(self, meeting: float) -> Problem:
+        """Return the problem in which the goal stands where it is at a time."""
+        scene: Scene = stopped(self.problem.scene, self._carriers, meeting)
+        return replace(self.problem, scene=scene, dwell=0.0, finish_by=None)
+
+    def _as_said(self, judged: Result, still: Result, meeting: float) -> Result:
+        """Return a result with what is known of the motion that it was made of, and what it does."""
+        names = " and ".join(shown(name) for name in sorted(self._carriers))
+        stays = f", and stays with it for {self.problem.dwell:g} s" if self.problem.dwell else ""
+        kept = {name: getattr(still, name) for name in ("attempts", "won", "method", "because")}
+        return replace(judged, remarks=(f"meets {names} at {meeting:.3f} s{stays}",), **kept)
+
+    def _nothing(self) -> Result:
+        return self._work.result(Status.BLOCKED_IN_TIME, "the goal moves, and was not met")
+
+
+def _rank(result: Result) -> int:
+    """Order refusals: what the judge refused says more than what could not be planned, that than nothing."""
+    if result.status is Status.NOT_VERIFIED:
+        return 2
+    return int(result.status is not Status.BLOCKED_IN_TIME)
