@@ -23,6 +23,7 @@ class Kind(Enum):
     STALE = "stale prediction"
     FAULT = "fault"
     UNPROVEN_STOP = "unproven stop"
+    RECOVERING = "recovering"
     REACHED = "reached"
 
 

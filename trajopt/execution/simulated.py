@@ -165,6 +165,8 @@ class SimulatedExecutor:
         self._catch_up()
         self._braked, self._fault = None, ""
         self.committed = CommittedMotion(self.joint_names, self._controller.group(self._plant.positions))
+        self._measured.clear()
+        self._measure()
 
     @property
     def contacts(self) -> tuple[Contact, ...]:

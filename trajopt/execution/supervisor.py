@@ -6,18 +6,21 @@ from math import inf
 
 import numpy as np
 
-from trajopt.arrays import Printed, Value
+from trajopt.arrays import Printed
 from trajopt.errors import JointNotFound, ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.execution.committed_motion import REST, CommittedMotion
 from trajopt.execution.events import Event, Kind
 from trajopt.execution.executor import Executor
 from trajopt.execution.guard import Guard, Seen, start_from
+from trajopt.execution.intention import Intention
 from trajopt.execution.options import SupervisorOptions
+from trajopt.execution.recovery import recovery
 from trajopt.execution.soonest_stop import StopTaken, soonest_stop
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.printed import in_joint_position
 from trajopt.model.scene import Scene
+from trajopt.model.stated import GoalLike
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning import Result, on_the_way
 from trajopt.planning.plan import plan
@@ -26,20 +29,8 @@ from trajopt.problem import Problem
 from trajopt.retime.stops import StopsAlong
 
 DEFAULT = SupervisorOptions()
-
-
-@dataclass(frozen=True, eq=False)
-class _Intention(Value):
-    """The motion that the robot is to make, if nothing comes between."""
-
-    problem: Problem
-    trajectory: Trajectory
-    begin: float
-    stops: StopsAlong
-
-    @property
-    def end(self) -> float:
-        return self.begin + self.trajectory.duration
+SLOW = 1e-2
+"""A joint this slow stands, as far as sensors tell [rad/s | m/s]."""
 
 
 @checked
@@ -68,7 +59,7 @@ class Supervisor(Printed):
     _guard: Guard = field(init=False)
     _seen: Seen = field(init=False)
     _committed: CommittedMotion = field(init=False)
-    _intended: _Intention | None = field(default=None, init=False)
+    _intended: Intention | None = field(default=None, init=False)
     _parting: float = field(default=0.0, init=False)
     _wanted: Problem | None = field(default=None, init=False)
     _revise: bool = field(default=False, init=False)
@@ -164,6 +155,39 @@ class Supervisor(Printed):
         self._wanted = None
         return self._stop(self.executor.now(), "asked for")
 
+    @checked
+    def recover(self, goal: GoalLike, *, scaling: float = 0.1) -> bool:
+        """Bring the robot out of a fault, and of light contact, and on to a goal, slowly.
+
+        The fault is cleared. The whole motion is judged and committed at once: out of what touches, which
+        separates all the time, then clear of everything. What it is, is in the events.
+
+        Args:
+            goal: Where to go, as of a problem: "ready".
+            scaling: Factor in (0, 1] on the limits of velocity and acceleration.
+
+        Returns:
+            Whether there is such a motion; if not, the robot stands, and the events say why.
+
+        Raises:
+            ProblemError: If the robot moves, or the scaling is no such factor.
+        """
+        self.executor.clear_fault()
+        state = self.executor.state()
+        if self.moving and np.abs(state.velocities).max() > SLOW:
+            raise ProblemError("the robot moves: it recovers where it stands")
+        self._intended = self._wanted = None
+        self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
+        at = self.executor.now() + self.options.ahead
+        here = self._standing(self.problem, at)
+        found = recovery(here, here.scene, here.start_positions, goal, scaling=scaling)
+        if found.trajectory is None:
+            self._note(Kind.NO_PLAN, found.words)
+            return False
+        self._note(Kind.RECOVERING, found.words)
+        at = max(at, self.executor.now() + self.executor.latency)
+        return self._splice(found.trajectory, at)
+
     def _look_again(self, now: float) -> None:
         """Judge what is committed, and what is left of the motion, in the world as it is known now."""
         begun = time.process_time()
@@ -208,7 +232,7 @@ class Supervisor(Printed):
         trajectory = result.require().trajectory
         self._note(Kind.REPLANNED if in_motion else Kind.STARTED, f"{trajectory.duration:.3f} s to the goal")
         self._wanted = None
-        self._intended = _Intention(problem, trajectory, at, StopsAlong(trajectory, problem.limits))
+        self._intended = Intention(problem, trajectory, at, StopsAlong(trajectory, problem.limits))
         self._parting = at
 
     def _planned(self, problem: Problem, at: float) -> Result:
