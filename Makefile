@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-threads bench-cold clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-execution bench-threads bench-cold clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -70,6 +70,10 @@ bench-moving: $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check ompl==2.0.1
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.moving $(DATA) --results benchmarks/results/moving.jsonl \
 	  --page benchmarks/README.md $(OPTIONS)
+
+# Boxes appear in the way of simulated robots. OPTIONS: --runs N, of each of five problems.
+bench-execution: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.execution --page benchmarks/README.md $(OPTIONS)
 
 bench-poses: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.pose_goals $(DATA) --page benchmarks/README.md

@@ -18,12 +18,14 @@ class SupervisorOptions:
         ahead: So far ahead of now the robot is committed to its motion before it would brake [s]. A plan that
             takes no longer than that changes the motion without a stop; the longer, the later a stop begins.
         budget: What each plan may take.
+        on_the_way: Whether it plans while the robot moves, or only once it stands.
         retry: After a plan that failed the next is tried so much later [s].
     """
 
     cycle: float = 0.02
     ahead: float = 0.1
     budget: Budget = field(default_factory=Budget)
+    on_the_way: bool = True
     retry: float = 0.25
 
     def __post_init__(self) -> None:

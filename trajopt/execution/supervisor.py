@@ -216,8 +216,8 @@ class Supervisor(Printed):
         intended = self._intended
         in_motion = intended is not None and self._parting < intended.end
         at = self._parting if in_motion else max(self._committed.end + 2.0 * JOLT, now + self.options.ahead)
-        if in_motion and at < now + self.executor.latency:
-            return  # it brakes already
+        if in_motion and (not self.options.on_the_way or at < now + self.executor.latency):
+            return  # it is let brake, or brakes already
         if not in_motion and self._committed.end > now + self.options.ahead:
             return  # it is on its way to rest
         result = self._planned(problem, at)
