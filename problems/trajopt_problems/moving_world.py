@@ -119,6 +119,32 @@ def beside_another_arm() -> to.Problem:
     )
 
 
+def conveyor_ur5() -> to.Problem:
+    """Return the problem: a UR5's tool meets a part on a conveyor and goes along with it for half a second.
+
+    What is hard: where the goal is depends on when the arm gets there, and at the end the arm has to be at
+    rest as seen from the part, not from the floor.
+
+    Expected outcome: solved.
+    """
+    arm = ur5()
+    carried = to.Track.constant_velocity(to.placement((0.5, -0.6, 0.045)), (0.0, 0.2, 0.0), end=10.0)
+    scene = (
+        _around(arm)
+        .add("belt", to.Box(0.2, 1.8, 0.02), to.placement((0.5, 0.0, 0.01)))
+        .add("part", to.Box(0.05, 0.05, 0.05), motion=carried)
+    )
+    above = to.placement((0.0, 0.0, 0.1), rpy=(np.pi, 0.0, 0.0))
+    return to.Problem(
+        scene=scene,
+        group=arm.group,
+        start=arm.ready,
+        goal=to.frame_placement(arm.tip, above, reference="part"),
+        dwell=0.5,
+        name="conveyor",
+    )
+
+
 @to.expected_status(to.Status.INEVITABLE)
 def swept_start_panda() -> to.Problem:
     """Return the problem: a wall sweeps the whole room of a Panda, faster than the arm can leave.
