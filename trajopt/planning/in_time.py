@@ -8,6 +8,8 @@ from typing import Protocol
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.methods import Choice
+from trajopt.methods.space_time import SpaceTime
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD, GoalSet
 from trajopt.model.scene import Scene
@@ -17,7 +19,7 @@ from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.meeting import Meeting, goals_that_move, soonest_goal
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
-from trajopt.planning.space_time import in_space_time
+from trajopt.planning.space_time import BECAUSE, in_space_time
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.still import without_changes
 from trajopt.planning.why_not import explained, impossible
@@ -36,8 +38,10 @@ things pass often leaves none at all."""
 class Run(Protocol):
     """Plans one problem."""
 
-    def __call__(self, problem: Problem, /, *, most: int | None = None) -> Result:
-        """Plan with so many attempts at most."""
+    def __call__(
+        self, problem: Problem, /, *, most: int | None = None, choice: Choice | None = None
+    ) -> Result:
+        """Plan with so many attempts at most, by the method that was asked for or another."""
         ...
 
 
@@ -75,8 +79,8 @@ def _to_where_it_stands(
 
     The first is the motion as it would be without what changes. If it is not clear as it is, shape and time
     are planned together. If nothing is clear so, a motion is looked for that keeps clear of the places where
-    things pass, or of those where they end. If none is clear, the seeds of the schedule are
-    attempted, each judged among what changes.
+    things pass, or of those where they end. If none is clear, the seeds of the schedule are attempted, their
+    shape and time planned together too.
     """
     alone = run(replace(problem, scene=without_changes(problem.scene)))
     there = replace(alone.problem, scene=problem.scene)
@@ -92,7 +96,7 @@ def _to_where_it_stands(
         for other, most in _other_ways(problem, LONGER * soonest):
             if best.verified or _ended(best, soonest):
                 break
-            found = run(other, most=most)
+            found = run(other, most=most, choice=_choice(problem) if most == OTHERWISE else None)
             stopped = found.stopped
             if found.verified or found.status is Status.TOO_LATE:
                 better = _judged(found, problem.scene, tracker) if found.verified else found
@@ -107,6 +111,12 @@ def _to_where_it_stands(
     if not best.verified and stopped is not None:
         best = replace(best, status=ENDED[stopped])
     return replace(best, stopped=stopped, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
+
+
+def _choice(problem: Problem) -> Choice | None:
+    """Return the method for seeds that nothing was planned from yet; None for that which was asked for."""
+    method = SpaceTime()
+    return None if method.objection(problem) else Choice(method, BECAUSE)
 
 
 def _ended(best: Result, soonest: float) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from trajopt.arrays import function, one_of, unless_none
 from trajopt.errors import ProblemError
-from trajopt.methods import Method, choose
+from trajopt.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.every_goal import EveryGoal
 from trajopt.planning.goal_search import attempt
@@ -89,8 +89,8 @@ def plan(
 def _attempted_in_time(search: Search) -> Result:
     """Search for a motion among what changes with time, in the ways that `in_time` knows."""
 
-    def run(each: Problem, /, *, most: int | None = None) -> Result:
-        return _attempted(Search(each, search.choice, search.rng, search.tracker, most=most))
+    def run(each: Problem, /, *, most: int | None = None, choice: Choice | None = None) -> Result:
+        return _attempted(Search(each, choice or search.choice, search.rng, search.tracker, most=most))
 
     return in_time(search.problem, run, search.tracker, search.rng, search.on_incumbent)
 

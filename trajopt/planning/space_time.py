@@ -33,7 +33,7 @@ PACES = 200
 """Moments of a seed."""
 STEPS = 10
 """Steps of a seed's beginning in each duration of the motion."""
-HORIZONS = (2.0, 4.0, 8.0)
+HORIZONS = (1.5, 3.0, 6.0)
 """Durations of the motion without what changes in which paths are sampled in turn."""
 CHECKED = 20_000
 """Configurations that are checked for each of these paths: as many as for a path among what rests."""

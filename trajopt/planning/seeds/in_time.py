@@ -20,10 +20,12 @@ from trajopt.transcription.space_time import World
 
 SPEED = 0.7
 """Part of the joints' speeds that branches use: the rest is for accelerations, which they do not know."""
-LOOK = 0.02
-"""Time between two moments of a branch that are checked [s]: at 1 m/s things move by 2 cm."""
-BRANCH = 10 * LOOK
-"""Branches last so long, ten checks [s]."""
+PARTS = 12
+"""Branches last no longer than such a part of the whole: to pass several things a path needs such corners."""
+NUDGE = 0.1
+"""How far joints are moved to see how far that moves bodies [rad | m]."""
+MOMENTS = 400
+"""At which it is looked how far things move."""
 ROOTS = 8
 """Times of the goal that the second tree begins with; one is added after each so many branches."""
 SHORTCUTS = 40
@@ -99,8 +101,11 @@ class Stage(Printed):
         if self.checks < 0:
             raise Exhausted
 
-    def free(self, states: Floats) -> bool:
-        """Say whether all of some states are free, shape (s, n + 1): positions, and time [s].
+    def free(self, states: Floats) -> int:
+        """Return how many of some states are free before the first that is not.
+
+        Args:
+            states: Positions and time [s], shape (s, n + 1).
 
         Raises:
             Exhausted: If no more may be checked.
@@ -110,22 +115,39 @@ class Stage(Printed):
         found = self.world.query.close_pairs(self.world.timed.positions(states[:, :-1], times), self.reach)
         when, pair = times[found.sample], found.pair
         there = (when >= known.appears[pair]) & (when <= known.expires[pair])
-        return not (there & (found.distance < self.kept[pair] + known.error_at(when, pair))).any()
+        touching = there & (found.distance < self.kept[pair] + known.error_at(when, pair))
+        return int(found.sample[touching].min(initial=len(states)))
 
-    def joined(self, first: Floats, last: Floats) -> bool:
-        """Say whether a straight branch from one state to another is free, shape (n + 1,) each."""
+    def looks(self, first: Floats, last: Floats) -> Floats:
+        """Return the states of a straight branch that are checked, but for its first, shape (s, n + 1).
+
+        Between two of them robot and things come nearer by no more than a step, about.
+        """
         change = np.abs(last - first)
-        swept = float(change[:-1] @ self._rates) / STEP
-        count = max(ceil(float(change[-1]) / LOOK), ceil(swept), 1)
-        return self.free(first + (last - first) * (np.arange(count + 1) / count)[:, None])
+        swept = float(change[:-1] @ self._rates + change[-1] * self._speed)
+        count = max(ceil(swept / STEP), 1)
+        states = first + (last - first) * (np.arange(1, count + 1) / count)[:, None]
+        states[-1] = last
+        return states
 
     @cached_property
     def _rates(self) -> Floats:
         """How far each joint moves bodies, about, at the start, shape (n,) [m/rad | 1]."""
-        nudge = 0.1 * np.eye(len(self.start))
+        nudge = NUDGE * np.eye(len(self.start))
         first = self.world.timed.positions(np.tile(self.start, (len(nudge), 1)), np.zeros(len(nudge)))
         after = self.world.timed.positions(self.start + nudge, np.zeros(len(nudge)))
-        return self.world.query.displacement(first, after) / 0.1
+        return self.world.query.displacement(first, after) / NUDGE
+
+    @cached_property
+    def _speed(self) -> float:
+        """How fast things move at most, between moments, and that errors grow [m/s]."""
+        times = np.linspace(0.0, self.latest, MOMENTS)
+        states = self.world.timed.positions(np.tile(self.start, (MOMENTS, 1)), times)
+        moved = float(self.world.query.displacement(states[:-1], states[1:]).max())
+        radii = self.world.pairs.error_at(self.latest, slice(None)) - self.world.pairs.error_at(
+            0.0, slice(None)
+        )
+        return (moved * (MOMENTS - 1) + float(radii.max(initial=0.0))) / self.latest
 
 
 @dataclass(eq=False)
@@ -159,12 +181,12 @@ class _Tree:
         return best if np.isfinite(costs[best]) else -1
 
     def extended(self, parent: int, towards: Floats) -> int:
-        """Grow a branch from a state towards another; return the new state, or -1 where it is blocked."""
-        change = towards - self.states[parent]
-        share = BRANCH / abs(float(change[-1]))
-        state = towards if share >= 1.0 else self.states[parent] + share * change
-        ends = (self.states[parent], state) if self.side > 0.0 else (state, self.states[parent])
-        return self.add(state, parent) if self.stage.joined(*ends) else -1
+        """Grow a branch from a state towards another as far as it is free; return its end, -1 if nowhere."""
+        first = self.states[parent]
+        share = self.stage.latest / (PARTS * abs(float(towards[-1] - first[-1])))
+        looks = self.stage.looks(first, towards if share >= 1.0 else first + share * (towards - first))
+        free = self.stage.free(looks)
+        return self.add(looks[free - 1], parent) if free else -1
 
     def way(self, number: int) -> Floats:
         """Return the states from a root to one of them, shape (k, n + 1)."""
@@ -207,7 +229,7 @@ def _rooted(tree: _Tree, time: float) -> None:
     """Add the goal at a time to a tree, if it is free then."""
     stage, root = tree.stage, np.append(tree.stage.goal, time)
     stays = stage.world.spare_staying(stage.goal, time, stage.dwell)
-    if (stays >= 0.0).all() and stage.free(root[None]):
+    if (stays >= 0.0).all() and stage.free(root[None]) == 1:
         tree.add(root, -1)
 
 
@@ -252,7 +274,8 @@ def _shortened(states: Floats, stage: Stage, rng: np.random.Generator) -> Floats
     for _ in range(SHORTCUTS):
         begin, end = np.sort(rng.uniform(0.0, states[-1, -1], 2))
         ends = _between(states, np.array((begin, end)))
-        if stage.least(ends[1, :-1] - ends[0, :-1]) <= end - begin and stage.joined(*ends):
+        looks = stage.looks(*ends)
+        if stage.least(ends[1, :-1] - ends[0, :-1]) <= end - begin and stage.free(looks) == len(looks):
             outside = (states[:, -1] < begin), (states[:, -1] > end)
             states = np.vstack((states[outside[0]], ends, states[outside[1]]))
     return states
