@@ -9,7 +9,8 @@ import pytest
 import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.errors import FileFormatError
-from trajopt.moveit import read_motions
+from trajopt.model.requirements import FramePlacement
+from trajopt.moveit import read_motions, read_request
 
 MOTIONS = """
 - object: box
@@ -58,6 +59,37 @@ def test_json_will_do_and_orientations_may_stay(scene: to.Scene, tmp_path: Path)
     assert motion is not None and motion.track.at(0.5).rpy == pytest.approx((0.0, 0.0, 0.3))
 
 
+def test_what_is_on_something_moves_along(scene: to.Scene, tmp_path: Path) -> None:
+    entry = "- {object: post, carried_by: box, expires: 2.0}\n- {object: box, times: [0, 1], positions: "
+    moved = read_motions(written(tmp_path, entry + "[[2, 0, 0], [3, 0, 0]]}"), scene)
+    assert moved.carrier("post") == "box" and moved.objects["post"].timing.expires == 2.0
+    start = np.array(moved.robot.positions({}))
+    for time, x in ((0.0, 0.0), (0.5, 0.5), (3.0, 1.0)):
+        assert moved.at(time).placement_of("post", start).translation == pytest.approx((x, 2.0, 0.0))
+
+
+REQUEST = """
+group_name: all
+start_state: {joint_state: {name: [pan, reach, elbow, wrist], position: [0, 0, 0, 0]}}
+goal_constraints:
+- position_constraints:
+  - header: {frame_id: box}
+    link_name: tip
+    constraint_region:
+      primitives: [{type: 2, dimensions: [0.01]}]
+      primitive_poses: [{position: {x: 0.1, y: 0.0, z: 0.0}, orientation: {w: 1.0}}]
+"""
+
+
+def test_a_goal_of_a_request_may_be_seen_from_what_moves(scene: to.Scene, tmp_path: Path) -> None:
+    entry = "- {object: box, times: [0, 1], positions: [[2, 0, 0], [3, 0, 0]]}"
+    moved = read_motions(written(tmp_path, entry), scene)
+    asked = read_request(written(tmp_path, REQUEST, "request.yaml"), moved)
+    (goal,) = asked.problem().goals
+    assert isinstance(goal, FramePlacement)
+    assert goal.reference == "box" and goal.placement.translation == pytest.approx((0.1, 0.0, 0.0))
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -70,6 +102,13 @@ def test_json_will_do_and_orientations_may_stay(scene: to.Scene, tmp_path: Path)
         ("- {object: box, times: [0.0, .nan], positions: [[0, 0, 0], [1, 0, 0]]}", "must be finite"),
         ("- {object: box, until: 2.0}", "says nothing without times and positions"),
         ("- {object: box, appears: 2.0, expires: 1.0}", "is not after it appears at 2 s"),
+        ("- {object: box, carried_by: pst}", "no object named 'pst'; did you mean 'post'"),
+        ("- {object: held, carried_by: box}", "'held' is carried by 'tip' already"),
+        ("- {object: box, carried_by: box}", "cannot be placed in its own frame"),
+        (
+            "- {object: box, times: [0, 1], positions: [[0, 0, 0], [1, 0, 0]], carried_by: post}",
+            "'box' has times of its own",
+        ),
         ("- {object: held, times: [0, 1], positions: [[0, 0, 0], [1, 0, 0]]}", "is placed in 'tip'"),
         (
             "- {object: box, times: [0, 1], positions: [[0, 0, 0], [1, 0, 0]], orientations: [[0, 0, 0, 1]]}",

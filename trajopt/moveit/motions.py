@@ -8,6 +8,8 @@
       until: 4.0
       appears: 0.0
       expires: 3.0
+    - object: lid
+      carried_by: box                                  # it stays where it is on the box, and moves along
 
 Between its times an object goes straight and turns evenly; before the first and after the last it rests.
 """
@@ -18,10 +20,21 @@ from trajopt.errors import ModelError, ObjectNotFound
 from trajopt.errors.arguments import checked
 from trajopt.io.document import Node, read_list
 from trajopt.model.placement import Placement, placement
+from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.model.track import Prediction, Track
 
-FIELDS = ("object", "times", "positions", "orientations", "error", "until", "appears", "expires")
+FIELDS = (
+    "object",
+    "carried_by",
+    "times",
+    "positions",
+    "orientations",
+    "error",
+    "until",
+    "appears",
+    "expires",
+)
 ERROR_FIELDS = ("radius", "velocity", "acceleration")
 
 
@@ -41,7 +54,8 @@ def read_motions(path: Path | str, scene: Scene) -> Scene:
             or the times do not increase.
     """
     done: set[str] = set()
-    for entry in read_list(path).elements():
+    entries = list(read_list(path).elements())
+    for entry in entries:
         name = entry.only(FIELDS)["object"].text()
         if name in done:
             raise entry["object"].error(f"{name!r} has two entries")
@@ -57,7 +71,26 @@ def read_motions(path: Path | str, scene: Scene) -> Scene:
             raise entry["object"].error(str(error)) from error
         except ModelError as error:
             raise entry.error(str(error)) from error
+    for entry in entries:
+        if not entry["carried_by"].missing:
+            scene = _carried(entry, scene)
     return scene
+
+
+def _carried(entry: Node, scene: Scene) -> Scene:
+    """Return the scene with an object on another: where it is, when the clock shows 0."""
+    name, carrier = entry["object"].text(), entry["carried_by"].text()
+    if not entry["times"].missing:
+        raise entry["carried_by"].error(f"{name!r} has times of its own, so nothing carries it")
+    if carrier not in scene.objects:
+        raise entry["carried_by"].error(str(ObjectNotFound("object", carrier, scene.objects)))
+    if scene.object(name).frame != WORLD:
+        raise entry["carried_by"].error(f"{name!r} is carried by {scene.object(name).frame!r} already")
+    where = scene.holder(carrier).placement.inverse() * scene.object(name).placement
+    try:
+        return scene.move(name, where, frame=carrier)
+    except ModelError as error:
+        raise entry["carried_by"].error(str(error)) from error
 
 
 def _motion(entry: Node, here: Placement) -> Prediction | None:

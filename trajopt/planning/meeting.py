@@ -90,7 +90,7 @@ class Meeting:
         self._refused = self._nothing()
         self._on_incumbent: Callable[[Result], None] | None = None
         due = inf if self.problem.finish_by is None else self.problem.finish_by
-        self._last = min(LONGEST, min(timed.until, due) - self.problem.dwell)
+        self._last = min(LONGEST, due, timed.until - self.problem.dwell)
 
     def planned(self, on_incumbent: Callable[[Result], None] | None) -> Result:
         """Return the soonest motion that meets the goal; else what was in the way where it came nearest.
@@ -130,7 +130,7 @@ class Meeting:
         due = self.problem.finish_by
         if due is None:
             return refused
-        words = f"no meeting that is over by {due:g} s was found: {refused.message}"
+        words = f"no meeting by {due:g} s was found: {refused.message}"
         return replace(refused, status=Status.TOO_LATE, message=words)
 
     def _missed_by(self, meeting: float) -> float:
