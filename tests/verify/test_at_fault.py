@@ -12,6 +12,7 @@ from trajopt.verify.certificate import Certificate, Check, CheckKind, Evidence
 
 ON_TOP = 0.17
 """Height at which a ball of 5 cm lies on the arm's links [m]."""
+FAR = to.placement((0.0, -0.8, ON_TOP))
 
 
 @pytest.fixture
@@ -108,3 +109,11 @@ def test_both_numbers_are_printed_and_written(arm: to.Robot) -> None:
     data = certificate.as_dict()
     assert data["clearance"] == certificate.clearance < data["at_fault"] == certificate.at_fault
     assert "clearance at fault" in str(certificate) and "at fault" in repr(certificate)
+
+
+def test_a_clearance_that_is_refuted_is_said_to_be_measured(arm: to.Robot) -> None:
+    touching = alone(arm).add("ball", to.Sphere(0.05), motion=visit(0.1, 0.9, gap=-0.01))
+    refuted = judged(touching, [0.0, 1.0, 2.0], [0.0, 0.0, 1.5])
+    assert "mm measured" in refuted.closest and "proven" not in refuted.closest
+    clear = judged(alone(arm).add("ball", to.Sphere(0.05), FAR), [0.0, 1.0], [0.0, 1.5])
+    assert clear.closest.endswith("proven")

@@ -136,7 +136,8 @@ class InTime:
         Args:
             proven: Whether only a proof counts.
         """
-        start, times = self.problem.reduced.start_positions, self._looks
+        # Whatever comes after the arm may have arrived sweeps no start.
+        start, times = self.problem.reduced.start_positions, self._looks[self._looks <= self._earliest]
         sample, pair, depth = self.occupancy.too_near(np.tile(start, (len(times), 1)), times)
         rows = np.argsort(-self._spare(times[sample], pair, depth), kind="stable")
         first = np.sort(np.unique(sample[rows], return_index=True)[1])[:MOMENTS]

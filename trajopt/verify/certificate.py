@@ -221,7 +221,8 @@ class Certificate:
         """How far everything keeps apart, in words."""
         if not isfinite(self.clearance):
             return "nothing to keep clear of"
-        known = "proven" if self.unproven is None else "not proven"
+        broken = any(check.kind is CheckKind.CLEARANCE for check in self.failed)
+        known = "not proven" if self.unproven is not None else "measured" if broken else "proven"
         said = f"clearance {in_length(self.clearance)} {known}"
         return said if self.at_fault <= self.clearance else f"{said}, {_in_words(self.at_fault)} at fault"
 
