@@ -54,6 +54,19 @@ def test_it_passes_one_gate_before_it_closes_and_stops_until_the_next_opens(tabl
     assert found.duration <= motion.duration, "or another way, if that is sooner"
 
 
+def test_with_a_limited_tool_it_stops_on_its_way_and_says_where_and_for_what(table: to.Scene) -> None:
+    scene = gate(gate(table, "early", -0.35, appears=0.6, expires=5.0), "late", 0.25, expires=1.8)
+    asked = replace(problem(scene), tool_speed=to.tool_speed("panda_hand", linear=1.2))
+    result = to.plan(asked)
+    certificate = result.require().certificate
+    (said,) = result.remarks
+    assert said.startswith("stops at") and said.endswith("for late"), said
+    assert f"note     {said}" in str(result)
+    motion = result.require().trajectory
+    assert rests(motion)[1] > 0.2 and sampled(scene, asked.reduced, motion) > 0.0
+    assert certificate.verified and "path: tool speed" in [each.name for each in certificate.checks]
+
+
 def test_what_crosses_once_is_waited_for_or_passed_which_beats_the_detour(table: to.Scene) -> None:
     ends = [to.placement((x, 0.0, 0.35)) for x in (1.2, 0.5, 1.2)]
     scene = table.add("box", to.Box(0.1, 0.1, 1.0), motion=to.Track.through([0.0, 0.5, 1.0], ends))
