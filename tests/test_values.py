@@ -42,9 +42,10 @@ from trajopt.terms.expression import Expression
 from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
-    "BudgetTracker", "Counts", "Judge", "KnotsNlp", "MoveGroupCommander", "PlanningSceneInterface",
-    "GoalSearch", "Printed", "Query", "RobotCommander", "Search", "SimulatedExecutor", "SymbolicKinematics",
-    "Timeline", "Value", "Viewer", "Workspace", "World",
+    "BudgetTracker", "CommittedMotion", "Counts", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp",
+    "MoveGroupCommander", "PlanningSceneInterface", "Printed", "Query", "RobotCommander", "Search",
+    "SimulatedExecutor", "Supervisor", "SymbolicKinematics", "Timeline", "Value", "Viewer", "Workspace",
+    "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""
 
