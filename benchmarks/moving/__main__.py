@@ -3,12 +3,12 @@
 python -m benchmarks.moving DATA [--parts crossing,known,cubes,best] [--every N] [--tests N] [--page FILE]
 
 crossing   each N-th problem of `crossings.py`: the still problem, ours among what moves, and waiting
-known      the baseline on those for which neither ours nor waiting has a motion
+known      the baseline where neither ours nor waiting has a motion, and none is proven impossible
 cubes      the first N tests of `cubes.py` at each density: ours, then the baseline with ten times our CPU
 best       the baseline, ever shorter, on each 20th of the problems that cross (of those asked in `crossing`)
 
-Rows are kept in --out; what has one there is not asked again, unless its process died (ompl's
-sometimes does) or its part is named in --anew. What `known` and `best` ask does not depend on ours.
+Rows are kept in --out; what has one there is not asked again, unless its process died or its part is
+named in --anew. What `known` and `best` ask does not depend on ours. Build and change nothing meanwhile.
 """
 
 import argparse
@@ -71,7 +71,7 @@ def main() -> None:
     if CROSSING in parts:
         asked(chosen, 0.0, robots)
     if KNOWN in parts:
-        open_keys = [key for key in chosen if _open(rows.done.get(_name(key)))]
+        open_keys = [key for key in chosen if unsettled(rows.done.get(_name(key)))]
         asked([_renamed(key, KNOWN) for key in open_keys], given.known_seconds, robots)
     if CUBES in parts:
         asked(rooms, 0.0, ("xarm7",))
@@ -129,12 +129,11 @@ def _renamed(key: Key, part: str) -> Key:
     return key[0].replace(CROSSING, part, 1), key[1]
 
 
-def _open(row: dict[str, object] | None) -> bool:
-    """Say whether neither ours nor waiting has a motion."""
-    if row is None:
+def unsettled(row: dict[str, object] | None) -> bool:
+    """Say whether neither ours nor waiting has a motion, and it is not proven that there is none."""
+    if row is None or not isinstance(ours := row.get("ours"), dict):
         return False
-    ours = row.get("ours")
-    return not (isinstance(ours, dict) and ours["verified"]) and row.get("wait") is None
+    return not ours["verified"] and ours.get("certainty") != "PROVEN" and row.get("wait") is None
 
 
 if __name__ == "__main__":

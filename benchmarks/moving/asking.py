@@ -128,7 +128,7 @@ def _planned(problem: to.Problem) -> Row:
 def _baseline(
     problem: to.Problem, latest: float, seconds: float, *, improve: bool = False, resting: bool = False
 ) -> Row:
-    """Ask the baseline in a process of its own: after some searches in one, ompl's objects crash it."""
+    """Ask the baseline in a process of its own, which takes along what ompl never frees."""
     mine, theirs = _CONTEXT.Pipe(duplex=False)
     process = _CONTEXT.Process(target=_search, args=(theirs, problem, latest, seconds, improve, resting))
     process.start()

@@ -56,7 +56,9 @@ class Report:
 
     def _origin(self) -> str:
         """Say what was measured."""
-        counts = Counter((str(row["family"]).partition("/")[0], row.get("commit", "")) for row in self.rows)
+        counts = Counter(
+            (str(row["family"]).partition("/")[0], row.get("commit") or "none noted") for row in self.rows
+        )
         made = [f"{count} rows of `{part}` at {commit}" for (part, commit), count in sorted(counts.items())]
         return f"Measured: {', '.join(made)}." if made else ""
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from benchmarks.moving.__main__ import drop
+from benchmarks.moving.__main__ import drop, finished, unsettled
 from benchmarks.moving.crossings import BOX, Crossing
 from benchmarks.moving.report import Report
 from benchmarks.moving.waiting import waited
@@ -113,3 +113,15 @@ def test_parts_are_measured_anew(tmp_path: Path) -> None:
     file.write_text("".join(f"{json.dumps(row(name, 1))}\n" for name in ("cubes/10", "best/panda/box")))
     drop(file, ["cubes", "crossing"])
     assert [json.loads(line)["family"] for line in file.read_text().splitlines()] == ["best/panda/box"]
+
+
+def test_the_baseline_is_asked_only_what_is_open() -> None:
+    def asked(certainty: str, wait: float | None, duration: float | None) -> bool:
+        ours = planned(0.1, duration) | {"certainty": certainty}
+        return unsettled(row("crossing/panda/box", 1, ours=ours, wait=wait))
+
+    assert asked("EVIDENCE", None, None)
+    assert not asked("PROVEN", None, None), "there is none, and that is proven"
+    assert not asked("EVIDENCE", 0.5, None) and not asked("PROVEN", None, 1.0) and not unsettled(None)
+    died = row("known/panda/box", 1) | {"outcome": "crash"}
+    assert finished(row("known/panda/box", 1)) and not finished(died) and not finished(None)
