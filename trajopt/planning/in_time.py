@@ -1,6 +1,6 @@
 """Among things that change with time: later, timed on the path, around them, or another way."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from math import ceil, inf
 from typing import Protocol
@@ -93,9 +93,9 @@ def _to_where_it_stands(
         best = impossible(best, alone, tracker) or best
         if not _ended(best, soonest):
             best = in_space_time(there, alone, best, tracker, rng)
-        for other, most in _other_ways(problem, LONGER * soonest):
-            if best.verified or _ended(best, soonest):
-                break
+        ways = _other_ways(problem, LONGER * soonest)
+        while not best.verified and not _ended(best, soonest) and (way := next(ways, None)) is not None:
+            other, most = way
             found = run(other, most=most, choice=_choice(problem) if most == OTHERWISE else None)
             stopped = found.stopped
             if found.verified or found.status is Status.TOO_LATE:
@@ -168,22 +168,26 @@ def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
 def _with_places(problem: Problem, duration: float) -> Iterator[Problem]:
     """Yield the problem with things standing where they pass, and with things standing where they end."""
     scene = problem.scene
-    still = without_changes(scene)
-    passed = {name: _times(scene, name, duration) for name in scene.changing}
+    yield _standing(problem, {name: _times(scene, name, duration) for name in scene.changing})
     ended = {
         name: np.array((max(_last(scene, name), 0.0),)) for name in scene.changing if _stays(scene, name)
     }
-    for places in (passed, ended):
-        among = still
-        for name, times in places.items():
-            item = scene.objects[name]
-            for number, time in enumerate(times.tolist()):
-                copy = SceneObject(
-                    f"{name} {number}", item.parts, _place(scene, name, time), WORLD, item.touch_links
-                )
-                among = replace(among, objects={**among.objects, copy.name: copy})
-        if places:
-            yield replace(problem, scene=among)
+    if ended:
+        yield _standing(problem, ended)
+
+
+def _standing(problem: Problem, places: Mapping[str, Floats]) -> Problem:
+    """Return the problem with each thing standing where it is at times [s]."""
+    scene = problem.scene
+    among = without_changes(scene)
+    for name, times in places.items():
+        item = scene.objects[name]
+        for number, time in enumerate(times.tolist()):
+            copy = SceneObject(
+                f"{name} {number}", item.parts, _place(scene, name, time), WORLD, item.touch_links
+            )
+            among = replace(among, objects={**among.objects, copy.name: copy})
+    return replace(problem, scene=among)
 
 
 def _stays(scene: Scene, name: str) -> bool:
