@@ -6,7 +6,7 @@ from math import ceil, inf
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value, readonly
+from trajopt.arrays import Floats, Ints, Value, readonly
 from trajopt.model.limits import EXCESS, JointLimits
 from trajopt.model.trajectory import Trajectory
 from trajopt.native import timing
@@ -21,14 +21,15 @@ some steps, which show it."""
 SHARES = (0.97, 0.8, 0.6, 0.4)
 """Shares of the limits that braking is tried with. The first leaves room for what lies between steps; the
 others, where jerks are limited tightly, for letting go of the brake in time."""
+KEPT_STEPS = (5, 3, 2, 1)
+"""Each so many steps are a point of the motion: few are judged sooner; where what lies between them is not
+within the limits, more are taken."""
 KEPT = 0.9
 """Share of the jerk limits that is used: what lies between two steps is near to what is at them."""
 NO_RATE = 1e-9
 """A clock this slow stands."""
 NEAR = STEP / 10.0
 """Points nearer than this are one [s]: the jerk between them would be rounding."""
-LOOKS = (0.001, 0.25, 0.5, 0.75, 0.999)
-"""Places in each piece of a stop at which it is compared with the limits; a jerk is a parabola there."""
 NEWTON = 6
 """Steps until rounding; the rate changes little within one step of braking."""
 
@@ -104,19 +105,29 @@ class StopsAlong(Value):
         clock, rate, slope = rows
         count = len(clock) - 1
         end = clock[-1] + last * (rate[-1] + last * slope[-1] / 3.0)
-        braking = _Braking(
-            begin,
-            np.append(STEP * np.arange(count + 1), STEP * count + last),
-            np.column_stack((rows, (end, 0.0, 0.0))),
-        )
-        return braking if self._holds(self._braked(begin, braking)) else None
+        times = np.append(STEP * np.arange(count + 1), STEP * count + last)
+        shown = np.column_stack((rows, (end, 0.0, 0.0)))
+        ways = (_Braking(begin, times, shown, every) for every in KEPT_STEPS)
+        return next((way for way in ways if self._holds(self._braked(begin, way))), None)
 
     def _holds(self, stop: Trajectory) -> bool:
-        """Whether a stop keeps the limits between its points as well."""
-        looks = np.concatenate([stop.times[:-1] + part * np.diff(stop.times) for part in LOOKS])
-        return all(
-            bool((np.abs(stop(looks, order)) <= most * (1.0 + EXCESS)).all())
-            for order, most in ((2, self.limits.acceleration), (3, self.limits.jerk))
+        """Whether a stop keeps the limits at all times: by the extremes of its polynomials."""
+        widths, limits = np.diff(stop.times), self.limits
+        _, least, largest = timing.motion_extremes(stop.coefficients, widths)
+        accelerations = np.maximum(-least, largest)
+        # The jerk of a quintic is a parabola: largest at an end, or where it turns.
+        square, slope, begin = (
+            60.0 * stop.coefficients[0],
+            24.0 * stop.coefficients[1],
+            6.0 * stop.coefficients[2],
+        )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.clip(np.nan_to_num(-slope / (2.0 * square)), 0.0, widths[:, None])
+        at = np.stack((np.zeros_like(turn), turn, np.broadcast_to(widths[:, None], turn.shape)))
+        jerks = np.abs(begin + at * (slope + at * square))
+        return bool(
+            (accelerations <= limits.acceleration * (1.0 + EXCESS)).all()
+            and (jerks <= limits.jerk * (1.0 + EXCESS)).all()
         )
 
     @cached_property
@@ -131,7 +142,7 @@ class StopsAlong(Value):
         # The motion's own points are points of the stop: between two of them its polynomials are smooth.
         inner = braking.at(own[(own > begin) & (own < braking.rows[0, -1])])
         inner = inner[(inner[:, 0] > NEAR) & (inner[:, 0] < braking.times[-1] - NEAR)]
-        steps = np.column_stack((braking.times, *braking.rows))
+        steps = np.column_stack((braking.times, *braking.rows))[braking.points]
         apart = np.abs(steps[1:-1, None, 0] - inner[None, :, 0]).min(axis=1, initial=inf)
         before = np.concatenate(((time,), own[(own > time + NEAR) & (own < begin)]))
         going = np.column_stack((before - begin, before, np.ones(len(before)), np.zeros(len(before))))
@@ -158,11 +169,19 @@ class _Braking(Value):
         begin: When braking begins, on the clock of the motion [s].
         times: Since then, shape (k,) [s].
         rows: The clock [s], its rate and the slope of that [1/s], shape (3, k).
+        every: Each so many steps are a point of the motion, and both ends.
     """
 
     begin: float
     times: Floats
     rows: Floats
+    every: int
+
+    @property
+    def points(self) -> Ints:
+        """Which steps are points of the motion."""
+        last = len(self.times) - 1
+        return np.append(np.arange(0, last, self.every), last)
 
     @property
     def end(self) -> float:
