@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import ceil, inf, log2
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +19,11 @@ ROOM = 2e-3
 at the start, half of what it has there."""
 
 
-@dataclass(frozen=True, eq=False)
-class Seen:
+AT_ONCE = 500
+"""Configurations looked at at once: what is measured of each pair at all of them is held in memory."""
+
+
+class Seen(NamedTuple):
     """What was seen at s configurations, each over an interval of time.
 
     Attributes:
@@ -72,6 +76,15 @@ class Looks:
             around: How far the interval reaches before and after, shape (s, 2) [s].
             travel: How much nearer to each other a pair may be elsewhere in it, shape (s,) [m].
         """
+        cuts = range(AT_ONCE, len(times), AT_ONCE)
+        parts = zip(*(np.split(each, cuts) for each in (positions, times, around, travel)), strict=True)
+        seen = [self._seen(*part) for part in parts]
+        return (
+            seen[0] if len(seen) == 1 else Seen(*(np.concatenate(rows) for rows in zip(*seen, strict=True)))
+        )
+
+    def _seen(self, positions: Floats, times: Floats, around: Floats, travel: Floats) -> Seen:
+        """Look at not too many configurations at once; as `seen`."""
         known, count = self._pairs, len(times)
         least = known.required + self._room
         latest, widest = times + around[:, 1], _rounded(float(travel.max(initial=0.0)))
