@@ -31,6 +31,19 @@ def test_the_path_changes_for_what_parks_on_it(table: to.Scene) -> None:
     assert max(off) > 0.05, "no timing of the straight line passes"
 
 
+def test_nothing_else_is_tried_where_it_takes_hardly_longer(table: to.Scene) -> None:
+    still = to.plan(problem(table)).require().trajectory
+    middle = dict(zip(still.joint_names, still(still.duration / 2.0), strict=True))
+    hand = table.placement_of("panda_hand", table.robot.positions(middle)).translation
+    places = [to.placement(hand + np.array((0.0, 0.0, away))) for away in (0.8, -0.8)]
+    falls = to.Track.through([0.0, still.duration], places)
+    result = to.plan(problem(table.add("box", to.Box(0.1, 0.1, 0.1), motion=falls)))
+    assert result.method == "space-time"
+    assert proven(result).duration <= 1.05 * still.duration + 1e-9
+    assert "proof" not in result.cpu_seconds, "no reason to look for a proof that there is none"
+    assert result.counts["attempts"] == 2
+
+
 def test_the_arm_enters_a_revolving_door_in_phase(table: to.Scene) -> None:
     # Two wings of a wall turn about an axis in front of the arm, and leave no way past them at rest.
     turns = [to.placement((0.62, 0.0, 0.5), rpy=(0.0, 0.0, (0.8 * step) % 6.28)) for step in range(9)]

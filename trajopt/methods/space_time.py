@@ -125,6 +125,7 @@ class SpaceTimeProgram(Printed):
         *,
         longest: float = inf,
         enough: float = SHORTEST,
+        too_short: float = 0.0,
         progress: Progress | None = None,
     ) -> MovingResult:
         """Solve from a motion: in as much time, or more if need be, then in ever less.
@@ -133,6 +134,7 @@ class SpaceTimeProgram(Printed):
             motion: Of the group's joints, to where the result is to end; it need not hold any limit.
             longest: Longer motions are not looked for [s].
             enough: Nor shorter ones [s].
+            too_short: No motion was found before from the same one that is no longer than this [s].
             progress: Called after every step.
         """
         family = self.family(motion)
@@ -140,7 +142,7 @@ class SpaceTimeProgram(Printed):
         positions, log = motion(family.basis.averages * motion.duration), list[Iteration]()
         most = min(longest, self.until)
         tried = sorted({min(max(stretch * motion.duration, enough), most) for stretch in STRETCHES})
-        possible = [duration for duration in tried if family.ends_clear(duration)]
+        possible = [duration for duration in tried if duration > too_short and family.ends_clear(duration)]
         first, *others = possible or tried[:1]
         nlp = family.lasting(first)
         solved = self.method.solver.solve(nlp, positions, progress=progress)

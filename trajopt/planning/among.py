@@ -48,6 +48,17 @@ class Among:
         latest = timed.until if problem.finish_by is None else min(timed.until, problem.finish_by)
         return Among(looks, waiting, PathTiming(looks, problem.limits, torque, problem.dwell), latest)
 
+    def soon(self, fastest: Trajectory, by: float) -> Iterator[TimedOnPath]:
+        """Yield a motion as it is, and begun later, where that seems clear and is over by a time.
+
+        Args:
+            fastest: The motion.
+            by: The time [s].
+        """
+        for begun in self.waiting.beginnings(fastest, latest=by - fastest.duration):
+            wait = begun.duration - fastest.duration
+            yield TimedOnPath(begun, () if begun is fastest else (waits(wait),))
+
     def timings(self, fastest: Trajectory) -> Iterator[TimedOnPath]:
         """Yield a motion as it is, if that seems clear; then what does and is over soonest, a few times.
 

@@ -19,7 +19,7 @@ from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.meeting import Meeting, goals_that_move, soonest_goal
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
-from trajopt.planning.space_time import BECAUSE, in_space_time
+from trajopt.planning.space_time import BECAUSE, ENOUGH, InSpaceTime
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.still import without_changes
 from trajopt.planning.why_not import explained, impossible
@@ -86,20 +86,17 @@ def _to_where_it_stands(
     there = replace(alone.problem, scene=problem.scene)
     if not alone.verified:
         return replace(alone, problem=there)
-    soonest = alone.require().trajectory.duration
-    best, stopped = Workspace(there, tracker).result(Status.BLOCKED_IN_TIME), alone.stopped
+    soonest, work = alone.require().trajectory.duration, Workspace(there, tracker)
+    best, stopped = work.result(Status.BLOCKED_IN_TIME), alone.stopped
     try:
-        best = _judged(alone, problem.scene, tracker)
-        best = impossible(best, alone, tracker) or best
-        if not _ended(best, soonest):
-            best = in_space_time(there, alone, best, tracker, rng)
+        best = _soonest_from(alone, best, work, rng)
         ways = _other_ways(problem, LONGER * soonest)
         while not best.verified and not _ended(best, soonest) and (way := next(ways, None)) is not None:
             other, most = way
             found = run(other, most=most, choice=_choice(problem) if most == OTHERWISE else None)
             stopped = found.stopped
             if found.verified or found.status is Status.TOO_LATE:
-                better = _judged(found, problem.scene, tracker) if found.verified else found
+                better = _among(found, problem.scene, tracker) if found.verified else found
                 best = min(best, better, key=_order)
             if stopped is not None:
                 break
@@ -111,6 +108,38 @@ def _to_where_it_stands(
     if not best.verified and stopped is not None:
         best = replace(best, status=ENDED[stopped])
     return replace(best, stopped=stopped, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
+
+
+def _soonest_from(alone: Result, none: Result, work: Workspace, rng: np.random.Generator) -> Result:
+    """Return the motion that is over soonest, from the one without what changes, or why there is none.
+
+    What takes hardly longer comes first, since nothing can be much better; the rest takes longer to find.
+    """
+    planned = alone.require()
+    for motion in work.soon(_motion(alone), ENOUGH * planned.trajectory.duration):
+        judged = work.judged(motion, alone.solve)
+        if judged.verified:
+            return _kept(judged, alone)
+    together = InSpaceTime.of(work, alone, none)
+    if together is not None and (near := together.hardly_longer()).verified:
+        return near
+    best = _judged(alone, work)
+    best = impossible(best, alone, work.tracker) or best
+    if together is None or _ended(best, planned.trajectory.duration):
+        return best
+    return together.shortest(best, rng)
+
+
+def _motion(result: Result) -> TimedMotion:
+    planned = result.require()
+    return TimedMotion(planned.path, planned.trajectory, result.timed)
+
+
+def _kept(judged: Result, other: Result) -> Result:
+    """Return what was judged with how it was planned."""
+    fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
+    kept = {name: getattr(other, name) for name in fields}
+    return replace(judged, remarks=(*other.remarks, *judged.remarks), **kept)
 
 
 def _choice(problem: Problem) -> Choice | None:
@@ -141,19 +170,19 @@ def _duration(result: Result) -> float:
     return result.require().trajectory.duration if result.verified else inf
 
 
-def _judged(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
-    """Judge a motion among what changes, as it is, begun later, or timed anew on its path."""
-    planned = other.require()
+def _among(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
     if other.problem.scene is scene:
         return other
-    work = Workspace(replace(other.problem, scene=scene), tracker)
+    return _judged(other, Workspace(replace(other.problem, scene=scene), tracker))
+
+
+def _judged(other: Result, work: Workspace) -> Result:
+    """Judge a motion among what changes, as it is, begun later, or timed anew on its path."""
     refused: Result | None = None
-    for motion in work.begun(TimedMotion(planned.path, planned.trajectory, other.timed)):
+    for motion in work.begun(_motion(other)):
         judged = work.judged(motion, other.solve)
         if judged.verified:
-            fields = ("attempts", "won", "method", "because", "along_path", "goal_name")
-            kept = {name: getattr(other, name) for name in fields}
-            return replace(judged, remarks=(*other.remarks, *judged.remarks), **kept)
+            return _kept(judged, other)
         refused = judged if refused is None else min(refused, judged, key=_order)
     assert refused is not None  # there is one motion at least
     if refused.status is Status.TOO_LATE:

@@ -18,7 +18,6 @@ from trajopt.planning.seeds import with_knots
 from trajopt.planning.seeds.in_time import Stage, searched
 from trajopt.planning.waiting import LONGEST
 from trajopt.planning.workspace import TimedMotion, Workspace
-from trajopt.problem import Problem
 
 ENOUGH = 1.05
 """A motion this much longer than without what changes is short enough: even pieces and the precision of the
@@ -41,71 +40,102 @@ BECAUSE = "things move, appear or expire, and no timing of the path without them
 """Why planning takes the method."""
 
 
-def in_space_time(
-    problem: Problem, still: Result, best: Result, tracker: BudgetTracker, rng: np.random.Generator
-) -> Result:
-    """Return the shortest motion that is found with shape and time planned together; else the one given.
-
-    Args:
-        problem: What is asked, with one goal.
-        still: The verified motion without what changes.
-        best: The shortest that was found already; it may be none that is verified.
-        tracker: Counts what is used, and stops planning.
-        rng: Draws what is random.
-
-    Raises:
-        Stopped: If the budget runs out and nothing is verified.
-    """
-    method, alone = SpaceTime(), still.require()
-    if problem.waypoints or method.objection(problem):
-        return best
-    knots = with_knots(alone.path.knots, problem.knots)
-    each = _Attempts(method.program(problem, knots), Workspace(problem, tracker), still, best)
-    try:
-        each.add(alone.trajectory)
-        if best.verified:
-            each.add(best.require().trajectory)
-        if each.longest > FAR * alone.trajectory.duration:
-            each.add(_clear_later(alone.trajectory, each.program, tracker))
-        for horizon in HORIZONS:
-            if not each.best.verified:
-                each.add(_sampled(alone.trajectory, horizon, each.program, tracker, rng))
-    except Stopped as ended:
-        if not each.best.verified:
-            raise
-        return replace(each.best, stopped=ended.stop)
-    return each.best
-
-
 @dataclass(eq=False)
-class _Attempts:
-    """Attempts at one problem, each from a seed.
+class InSpaceTime:
+    """Attempts at one problem with shape and time planned together, each from a seed.
 
     Attributes:
         program: Makes motions of seeds.
         work: Judges them.
         still: The verified motion without what changes.
-        best: The shortest motion so far.
+        best: The shortest motion so far; it may be none that is verified.
     """
 
     program: SpaceTimeProgram
     work: Workspace
     still: Result
     best: Result
+    _too_short: float = 0.0
+
+    @staticmethod
+    def of(work: Workspace, still: Result, best: Result) -> "InSpaceTime | None":
+        """Return the attempts at a problem before the first; None where the method cannot plan it.
+
+        Args:
+            work: Of the problem, with one goal.
+            still: The verified motion without what changes.
+            best: What there is already.
+        """
+        problem, method = work.problem, SpaceTime()
+        if problem.waypoints or method.objection(problem):
+            return None
+        knots = with_knots(still.require().path.knots, problem.knots)
+        return InSpaceTime(method.program(problem, knots), work, still, best)
+
+    def hardly_longer(self) -> Result:
+        """Return a motion near to the one without what changes that takes hardly longer; else what there was.
+
+        Raises:
+            Stopped: If the budget runs out.
+        """
+        alone = self.still.require().trajectory
+        enough = ENOUGH * alone.duration
+        if self.program.family(alone).ends_clear(min(enough, self.program.until)):
+            self._solved(alone, enough)
+            self._too_short = enough
+        return self.best
+
+    def shortest(self, best: Result, rng: np.random.Generator) -> Result:
+        """Return the shortest motion that is found; else the one given.
+
+        Args:
+            best: The shortest that was found already; it may be none that is verified.
+            rng: Draws what is random.
+
+        Raises:
+            Stopped: If the budget runs out and nothing is verified.
+        """
+        self.best, alone, tracker = best, self.still.require().trajectory, self.work.tracker
+        try:
+            self.add(alone, too_short=self._too_short)
+            if best.verified:
+                self.add(best.require().trajectory)
+            if self.longest > FAR * alone.duration:
+                self.add(_clear_later(alone, self.program, tracker))
+            for horizon in HORIZONS:
+                if not self.best.verified:
+                    self.add(_sampled(alone, horizon, self.program, tracker, rng))
+        except Stopped as ended:
+            if not self.best.verified:
+                raise
+            return replace(self.best, stopped=ended.stop)
+        return self.best
 
     @property
     def longest(self) -> float:
         """Duration of the best so far [s]; infinite where there is none."""
         return self.best.require().trajectory.duration if self.best.verified else inf
 
-    def add(self, seed: Trajectory | None) -> None:
-        """Make a motion of a seed, if it may be the shortest, and note it if it is verified."""
-        alone, program, tracker = self.still.require().trajectory, self.program, self.work.tracker
-        enough, longest = ENOUGH * alone.duration, PRECISION * self.longest
+    def add(self, seed: Trajectory | None, *, too_short: float = 0.0) -> None:
+        """Make a motion of a seed, if it may be the shortest, and note it if it is verified.
+
+        Args:
+            seed: The seed; None for none.
+            too_short: Nothing that takes no longer was found from it before [s].
+        """
+        enough, longest = ENOUGH * self.still.require().trajectory.duration, PRECISION * self.longest
         if seed is None or longest <= enough or PRECISION * seed.duration > self.longest:
             return
+        if min(longest, self.program.until) > too_short:
+            self._solved(seed, longest, too_short)
+
+    def _solved(self, seed: Trajectory, longest: float, too_short: float = 0.0) -> None:
+        alone, program, tracker = self.still.require().trajectory, self.program, self.work.tracker
+        enough = ENOUGH * alone.duration
         with tracker.optimising(program.counts) as step:
-            solved = program.solve_from(seed, longest=longest, enough=enough, progress=step)
+            solved = program.solve_from(
+                seed, longest=longest, enough=enough, too_short=too_short, progress=step
+            )
         tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
         motion = solved.decoded.trajectory
         if motion is None:

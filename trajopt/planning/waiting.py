@@ -6,7 +6,7 @@ clear is for the judge to prove.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf
 
 import numpy as np
 
@@ -38,11 +38,12 @@ class Waiting:
     looks: Looks
     dwell: float = 0.0
 
-    def beginnings(self, trajectory: Trajectory) -> Iterator[Trajectory]:
+    def beginnings(self, trajectory: Trajectory, *, latest: float = inf) -> Iterator[Trajectory]:
         """Yield a motion begun as early as seems clear, at rest until then, and a few times a little later.
 
         Args:
             trajectory: Of the group's joints.
+            latest: It is begun no later than so [s].
         """
         self.looks.leave_room(trajectory(np.zeros(1)))
         if self._clear(trajectory, 0.0):
@@ -50,7 +51,7 @@ class Waiting:
         if trajectory(0.0, 1).any():
             return
         blocked, yielded = 0.0, 0
-        for wait in self._later():
+        for wait in self._later(latest):
             standing: Floats = np.arange(blocked, wait, LOOK, dtype=np.float64)
             if yielded == MOST or not self._stands_clear(trajectory(np.zeros(1)), standing):
                 return
@@ -59,9 +60,9 @@ class Waiting:
                 yielded += 1
             blocked = wait
 
-    def _later(self) -> Iterator[float]:
+    def _later(self, latest: float) -> Iterator[float]:
         """Yield times to begin at, until nothing changes any more."""
-        last = min(self.looks.settled, LONGEST, self.looks.timed.until)
+        last = min(self.looks.settled, LONGEST, self.looks.timed.until, latest)
         yield from (STEP * number for number in range(1, ceil(last / STEP)))
         if 0.0 < last < LONGEST:
             yield last

@@ -16,6 +16,7 @@ from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.judgement import Judged, decide
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
+from trajopt.planning.timed_path import TimedOnPath
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
@@ -110,18 +111,38 @@ class Workspace(Printed):
         if self._among is None:
             yield motion
             return
-        timings, clear, counts = self._among.timings(motion.trajectory), False, self._among.looks.counts
-        while True:
-            before = replace(counts)
-            with self.tracker.stage("wait"):
-                found = next(timings, None)
-            self.tracker.count_work(counts.since(before))
-            if found is None:
-                break
+        clear = False
+        for timed in self._counted(self._among, self._among.timings(motion.trajectory), motion):
             clear = True
-            yield replace(motion, trajectory=found.trajectory, remarks=found.remarks)
+            yield timed
         if not clear:
             yield motion
+
+    def soon(self, motion: TimedMotion, by: float) -> Iterator[TimedMotion]:
+        """Yield a motion among what changes as it is, and begun later, where that seems clear.
+
+        Args:
+            motion: The motion.
+            by: When it is to be over [s].
+
+        Raises:
+            Stopped: If the budget ends before.
+        """
+        assert self._among is not None
+        yield from self._counted(self._among, self._among.soon(motion.trajectory, by), motion)
+
+    def _counted(
+        self, among: Among, timings: Iterator[TimedOnPath], motion: TimedMotion
+    ) -> Iterator[TimedMotion]:
+        """Yield a motion as it was timed; the work is counted."""
+        while True:
+            before = replace(among.looks.counts)
+            with self.tracker.stage("wait"):
+                found = next(timings, None)
+            self.tracker.count_work(among.looks.counts.since(before))
+            if found is None:
+                return
+            yield replace(motion, trajectory=found.trajectory, remarks=found.remarks)
 
     @cached_property
     def _among(self) -> Among | None:
