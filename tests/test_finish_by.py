@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.test_in_time import GOAL, problem, table
+from tests.planning.moving.test_in_time import GOAL, problem, table
 from trajopt.errors import ProblemError
 from trajopt.infeasibility import too_late
 from trajopt.infeasibility.too_late import least_time
 from trajopt.model.trajectory import Path
 from trajopt.planning import Certainty, on_the_way
-from trajopt.planning.waiting import begun_later
+from trajopt.planning.moving.waiting import begun_later
 from trajopt.retime import Retimed, retime
 
 __all__ = ["table"]

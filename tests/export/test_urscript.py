@@ -12,7 +12,7 @@ from trajopt.arrays import Floats
 from trajopt.errors import ShapeError
 from trajopt.export import Movej, Servoj, export
 from trajopt.export.urscript import UR_JOINTS
-from trajopt.planning.waiting import begun_later
+from trajopt.planning.moving.waiting import begun_later
 
 START = np.array((0.0, -1.57, 1.2, -0.5, 0.3, 0.1))
 END = np.array((1.1, -1.0, 0.7, -1.5, 0.3, -0.2))

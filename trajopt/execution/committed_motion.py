@@ -9,7 +9,7 @@ from trajopt.arrays import Floats, floats
 from trajopt.errors import JointNotFound
 from trajopt.errors.arguments import checked
 from trajopt.model.trajectory import MEETING, Trajectory
-from trajopt.planning.waiting import JOLT, begun_later
+from trajopt.planning.moving.waiting import JOLT, begun_later
 
 REST = 1e-6
 """A joint this slow stands still [rad/s | m/s]: what the judge takes for it."""

@@ -23,8 +23,8 @@ from trajopt.model.scene import Scene
 from trajopt.model.stated import GoalLike
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning import Result, on_the_way
+from trajopt.planning.moving.waiting import JOLT
 from trajopt.planning.plan import plan
-from trajopt.planning.waiting import JOLT
 from trajopt.problem import Problem
 from trajopt.retime.stops import StopsAlong
 

@@ -9,9 +9,9 @@ from trajopt.planning.budget import Stopped as Stopped
 from trajopt.planning.judgement import judge as judge
 from trajopt.planning.many import Planner as Planner
 from trajopt.planning.many import plan_many as plan_many
+from trajopt.planning.moving.path_time import PathTime as PathTime
+from trajopt.planning.moving.path_time import forbidden_times as forbidden_times
 from trajopt.planning.on_the_way import on_the_way as on_the_way
-from trajopt.planning.path_time import PathTime as PathTime
-from trajopt.planning.path_time import forbidden_times as forbidden_times
 from trajopt.planning.result import Attempt as Attempt
 from trajopt.planning.result import Plan as Plan
 from trajopt.planning.result import Result as Result

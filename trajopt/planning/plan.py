@@ -12,7 +12,7 @@ from trajopt.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.every_goal import EveryGoal
 from trajopt.planning.goal_search import attempt
-from trajopt.planning.in_time import in_time
+from trajopt.planning.moving.in_time import in_time
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
 from trajopt.planning.status import Certainty, Status

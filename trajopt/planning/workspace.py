@@ -11,9 +11,9 @@ from trajopt.infeasibility import reasons
 from trajopt.methods import Decoded
 from trajopt.methods.timing import PATH_TOLERANCE, retime_path
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.planning.among import Among
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.judgement import Judged, decide
+from trajopt.planning.moving.among import Among
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.timed_path import TimedOnPath

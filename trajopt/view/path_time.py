@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from trajopt.errors.arguments import checked
-from trajopt.planning.path_time import PathTime, forbidden_times
+from trajopt.planning.moving.path_time import PathTime, forbidden_times
 from trajopt.planning.result import Plan, Result
 from trajopt.view.palette import LINES, hexadecimal
 from trajopt.view.plots import DOTS_PER_INCH, image_path

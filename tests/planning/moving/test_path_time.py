@@ -9,9 +9,9 @@ from tests.verify.test_moving_things import alone
 from trajopt.errors import ShapeError
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.timed import timed_model
-from trajopt.planning.blocked_cells import FREE, blocked_cells
-from trajopt.planning.looks import Looks
-from trajopt.planning.path_time import forbidden_times
+from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
+from trajopt.planning.moving.looks import Looks
+from trajopt.planning.moving.path_time import forbidden_times
 from trajopt.query import Counts
 
 

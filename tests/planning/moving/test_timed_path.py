@@ -10,8 +10,8 @@ import trajopt as to
 from trajopt.arrays import Floats
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Path
-from trajopt.planning.order_search import HELD, OrderSearch, Step, ever_over
-from trajopt.planning.speed_changes import (
+from trajopt.planning.moving.order_search import HELD, OrderSearch, Step, ever_over
+from trajopt.planning.moving.speed_changes import (
     FULL,
     RATES,
     SPANS,
@@ -21,7 +21,7 @@ from trajopt.planning.speed_changes import (
     change,
     possible_changes,
 )
-from trajopt.planning.timed_path import followed, stretched
+from trajopt.planning.moving.timed_path import followed, stretched
 from trajopt.retime import Retimed, retime
 
 PAIRS = [(a, b) for a in range(len(RATES)) for b in range(len(RATES)) if a != b]

@@ -13,10 +13,10 @@ import numpy as np
 from trajopt.methods.space_time import PRECISION, SpaceTime, SpaceTimeProgram
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.budget import BudgetTracker, Stopped
+from trajopt.planning.moving.waiting import LONGEST
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import with_knots
 from trajopt.planning.seeds.in_time import Stage, searched
-from trajopt.planning.waiting import LONGEST
 from trajopt.planning.workspace import TimedMotion, Workspace
 
 ENOUGH = 1.05

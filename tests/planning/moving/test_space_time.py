@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.test_in_time import GOAL, START, problem, table
+from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 
 __all__ = ["table"]  # a fixture

@@ -8,8 +8,8 @@ import pytest
 import trajopt as to
 from tests.verify.test_moving_things import sampled
 from trajopt.planning.budget import Budget, BudgetTracker
+from trajopt.planning.moving.waiting import begun_later
 from trajopt.planning.status import Certainty
-from trajopt.planning.waiting import begun_later
 from trajopt.planning.workspace import TimedMotion, Workspace
 
 START = {

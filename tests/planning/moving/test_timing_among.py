@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.test_in_time import GOAL, START, problem, table
+from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
-from trajopt.planning.among import Among
-from trajopt.planning.waiting import begun_later
+from trajopt.planning.moving.among import Among
+from trajopt.planning.moving.waiting import begun_later
 from trajopt.query import Query
 
 __all__ = ["table"]

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from trajopt.planning.speed_changes import FULL, RATES, TICKS, Change
+from trajopt.planning.moving.speed_changes import FULL, RATES, TICKS, Change
 
 HELD = tuple(0 if rate == 0.0 else round(TICKS / rate) for rate in RATES)
 """Ticks that a cell takes at each rate."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from trajopt.model.timed import timed_model
 from trajopt.model.trajectory import Trajectory
-from trajopt.planning.looks import Looks
-from trajopt.planning.timed_path import PathTiming, TimedOnPath
-from trajopt.planning.timing_words import waits
-from trajopt.planning.waiting import LONGEST, STEP, Waiting
+from trajopt.planning.moving.looks import Looks
+from trajopt.planning.moving.timed_path import PathTiming, TimedOnPath
+from trajopt.planning.moving.timing_words import waits
+from trajopt.planning.moving.waiting import LONGEST, STEP, Waiting
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 

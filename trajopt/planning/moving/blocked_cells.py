@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from trajopt.arrays import Floats, Ints
-from trajopt.planning.looks import Looks
+from trajopt.planning.moving.looks import Looks
 
 SIDE = 8
 """Cells along each side of the largest blocks: with fewer, most looks are at what is far away; with more,

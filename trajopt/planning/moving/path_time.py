@@ -9,8 +9,8 @@ from trajopt.errors import ShapeError
 from trajopt.errors.arguments import checked
 from trajopt.model.timed import TimedModel, timed_model
 from trajopt.model.trajectory import Trajectory
-from trajopt.planning.blocked_cells import FREE, blocked_cells
-from trajopt.planning.looks import LOOK, Looks
+from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
+from trajopt.planning.moving.looks import LOOK, Looks
 from trajopt.planning.result import Plan, Result
 from trajopt.query import Counts
 

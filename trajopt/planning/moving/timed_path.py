@@ -14,12 +14,12 @@ import numpy as np
 from trajopt.arrays import Floats, Ints
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Interpolation, Trajectory
-from trajopt.planning.blocked_cells import FREE, blocked_cells
-from trajopt.planning.looks import LOOK, Looks
-from trajopt.planning.order_search import OrderSearch, Step, ever_over
-from trajopt.planning.speed_changes import RATES, TICKS, Change, Limited, possible_changes
-from trajopt.planning.timing_words import remarks_of
-from trajopt.planning.waiting import begun_later
+from trajopt.planning.moving.blocked_cells import FREE, blocked_cells
+from trajopt.planning.moving.looks import LOOK, Looks
+from trajopt.planning.moving.order_search import OrderSearch, Step, ever_over
+from trajopt.planning.moving.speed_changes import RATES, TICKS, Change, Limited, possible_changes
+from trajopt.planning.moving.timing_words import remarks_of
+from trajopt.planning.moving.waiting import begun_later
 from trajopt.retime import InverseDynamics
 
 CELLS = (24, 200)

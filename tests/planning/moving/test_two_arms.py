@@ -6,7 +6,7 @@ import pinocchio as pin
 import pytest
 
 import trajopt as to
-from tests.planning.test_in_time import GOAL, START
+from tests.planning.moving.test_in_time import GOAL, START
 from trajopt.model.reduced import ReducedModel
 from trajopt.query.geometry import collision_geometry
 

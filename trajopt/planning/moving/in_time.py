@@ -16,13 +16,13 @@ from trajopt.model.scene import Scene
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import bounding_box
 from trajopt.planning.budget import BudgetTracker, Stopped
-from trajopt.planning.meeting import Meeting, goals_that_move, soonest_goal
+from trajopt.planning.moving.meeting import Meeting, goals_that_move, soonest_goal
+from trajopt.planning.moving.space_time import BECAUSE, ENOUGH, InSpaceTime
+from trajopt.planning.moving.still import without_changes
+from trajopt.planning.moving.why_not import explained, impossible
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
-from trajopt.planning.space_time import BECAUSE, ENOUGH, InSpaceTime
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.still import without_changes
-from trajopt.planning.why_not import explained, impossible
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
 

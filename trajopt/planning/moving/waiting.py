@@ -12,7 +12,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.model.trajectory import Trajectory
-from trajopt.planning.looks import LOOK, Looks
+from trajopt.planning.moving.looks import LOOK, Looks
 
 STEP = 0.05
 """Beginnings are tried in steps of this [s]; then halved between the last that was blocked and the next."""

@@ -98,8 +98,8 @@ def test_nothing_is_claimed_where_waiting_does(planar_arm: to.Robot) -> None:
 @pytest.fixture
 def unexplained(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let planning try everything, whatever is proven."""
-    monkeypatch.setattr("trajopt.planning.in_time.impossible", lambda *_: None)
-    monkeypatch.setattr("trajopt.planning.in_time.explained", lambda refused, *_: refused)
+    monkeypatch.setattr("trajopt.planning.moving.in_time.impossible", lambda *_: None)
+    monkeypatch.setattr("trajopt.planning.moving.in_time.explained", lambda refused, *_: refused)
 
 
 @pytest.mark.usefixtures("unexplained")

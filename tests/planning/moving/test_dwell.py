@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from tests.planning.test_in_time import GOAL, START
+from tests.planning.moving.test_in_time import GOAL, START
 from tests.verify.test_moving_things import sampled
-from trajopt.planning.waiting import begun_later
+from trajopt.planning.moving.waiting import begun_later
 
 
 @pytest.fixture(scope="module")

@@ -18,12 +18,12 @@ from trajopt.model.scene import Scene
 from trajopt.model.timed import timed_model
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker, Stopped
-from trajopt.planning.following_frame import Followed, FollowingFrame, seems_possible
+from trajopt.planning.moving.following_frame import Followed, FollowingFrame, seems_possible
+from trajopt.planning.moving.still import stopped
+from trajopt.planning.moving.waiting import LONGEST, begun_later
 from trajopt.planning.result import Result
 from trajopt.planning.search import ENDED
 from trajopt.planning.status import Status
-from trajopt.planning.still import stopped
-from trajopt.planning.waiting import LONGEST, begun_later
 from trajopt.planning.workspace import TimedMotion, Workspace
 from trajopt.problem import Problem
 from trajopt.query import Counts
