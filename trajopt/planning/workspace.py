@@ -14,9 +14,9 @@ from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.judgement import Judged, decide
 from trajopt.planning.moving.among import Among
+from trajopt.planning.moving.timed_path import TimedOnPath
 from trajopt.planning.result import Result
 from trajopt.planning.status import Certainty, Status
-from trajopt.planning.timed_path import TimedOnPath
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.retime import Retimed, RetimeFailure
