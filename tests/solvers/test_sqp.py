@@ -1,5 +1,7 @@
 """The SQP on small programs with known answers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,15 @@ def test_rosenbrock_in_a_disc_that_cuts_it_off() -> None:
     assert result.feasible
     # Known minimiser on the unit disc: (0.7864, 0.6177).
     assert result.x[0] == pytest.approx([0.7864, 0.6177], abs=1e-3)
+
+
+def test_any_feasible_point_ends_it_where_it_will_do() -> None:
+    begin = np.array([[-1.5, 1.5]])
+    best, any_point = (
+        replace(SHARP, until_feasible=anyone).solve(program(upper=1.0), begin) for anyone in (False, True)
+    )
+    assert any_point.status is SolverStatus.CONVERGED and any_point.feasible
+    assert len(any_point.log) < len(best.log)
 
 
 def test_equality() -> None:

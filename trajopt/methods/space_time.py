@@ -15,6 +15,7 @@ from trajopt.problem import Problem
 from trajopt.query import Counts
 from trajopt.query.dynamics import DynamicsQuery
 from trajopt.solvers import Iteration, SolveResult, Sqp
+from trajopt.terms.smoothness import Acceleration, Jerk, Velocity
 from trajopt.transcription import KnotsNlp, transcribe
 from trajopt.transcription.basis import SplineBasis
 from trajopt.transcription.bspline import Places
@@ -22,6 +23,8 @@ from trajopt.transcription.free_duration import SHORTEST
 from trajopt.transcription.knots import shortest_duration
 from trajopt.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp, World
 
+SMOOTH = (Velocity, Acceleration, Jerk)
+"""Terms that ask for a short and smooth motion."""
 PIECES = 2
 """Pieces for each knot of a path: a motion that lets something pass bends in time as well as in space."""
 MOST_PIECES = 4
@@ -105,6 +108,16 @@ class SpaceTimeProgram(Printed):
         return self.base.counts
 
     @property
+    def solver(self) -> Sqp:
+        """What solves each duration: where costs ask for a short and smooth motion only, any motion will do.
+
+        What lasts the shortest, begun near to a short and smooth seed, is that as well; all other costs
+        are reduced.
+        """
+        smooth = all(isinstance(cost.residual, SMOOTH) for cost in self.problem.costs or ())
+        return replace(self.method.solver, until_feasible=True) if smooth else self.method.solver
+
+    @property
     def until(self) -> float:
         """When a motion has to be over: by its deadline, while it is known how things move [s]."""
         known = inf if self.world is None else self.world.timed.until - self.problem.dwell
@@ -145,13 +158,13 @@ class SpaceTimeProgram(Printed):
         possible = [duration for duration in tried if duration > too_short and family.ends_clear(duration)]
         first, *others = possible or tried[:1]
         nlp = family.lasting(first)
-        solved = self.method.solver.solve(nlp, positions, progress=progress)
+        solved = self.solver.solve(nlp, positions, progress=progress)
         log += solved.log
         for duration in others:
             if solved.feasible:
                 break
             nlp = family.lasting(duration)
-            solved = self.method.solver.solve(nlp, positions, progress=progress)
+            solved = self.solver.solve(nlp, positions, progress=progress)
             log += solved.log
         if solved.feasible:
             nlp, solved = self._shrunk(family, (nlp, solved), enough, log, progress)
@@ -168,7 +181,7 @@ class SpaceTimeProgram(Printed):
     ) -> tuple[SpaceTimeNlp, SolveResult]:
         """Return the shortest motion that is found from one, and its program."""
         nlp, solved = found
-        solver = replace(self.method.solver, max_iterations=ceil(self.method.solver.max_iterations / 2))
+        solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))
         low, refused = max(family.least_duration, enough), False
         while low < PRECISION * nlp.duration:
             duration = sqrt(low * nlp.duration) if refused else max(SHRINK * nlp.duration, low)

@@ -39,6 +39,7 @@ class Sqp:
             seed is the better use of the time.
         relative_gain: Converged when the predicted reduction is below this share of the merit.
         absolute_gain: Or less than this.
+        until_feasible: Whether any point that holds all constraints will do, whatever it costs.
         trust_region: First trust region, and its rule.
     """
 
@@ -49,6 +50,7 @@ class Sqp:
     max_iterations: int = 30
     relative_gain: float = 5e-3
     absolute_gain: float = 1e-5
+    until_feasible: bool = False
     trust_region: TrustRegion = field(default_factory=TrustRegion)
 
     def __post_init__(self) -> None:
@@ -90,12 +92,12 @@ class Sqp:
             status = run.descend()
             if run.feasible:
                 # Steps are compared on equal samples; whether these are enough is checked at the end.
-                enough = not run.refine() and run.fine
+                enough = not run.refine() and (run.fine or self.until_feasible)
                 if status in FINAL:
                     return run.result(status)
                 if enough:
                     return run.result(SolverStatus.CONVERGED)
-                run.fine = True
+                run.fine = not self.until_feasible
             elif status in FINAL:
                 return run.result(status)
             elif rounds == self.penalty_rounds:

@@ -8,6 +8,8 @@ import pytest
 import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
+from trajopt.methods.space_time import SpaceTime
+from trajopt.terms import rest_posture
 
 __all__ = ["table"]  # a fixture
 
@@ -42,6 +44,14 @@ def test_nothing_else_is_tried_where_it_takes_hardly_longer(table: to.Scene) -> 
     assert proven(result).duration <= 1.05 * still.duration + 1e-9
     assert "proof" not in result.cpu_seconds, "no reason to look for a proof that there is none"
     assert result.counts["attempts"] == 2
+
+
+def test_costs_that_ask_for_more_than_short_and_smooth_are_reduced(table: to.Scene) -> None:
+    plain = problem(table)
+    asked = replace(plain, costs=(*(plain.costs or ()), rest_posture({"panda_joint5": 0.1})))
+    seed = np.linspace(list(START.values()), list(GOAL.values()), plain.knots)
+    solvers = [SpaceTime().program(each, seed).solver for each in (plain, asked)]
+    assert [solver.until_feasible for solver in solvers] == [True, False]
 
 
 def test_the_arm_enters_a_revolving_door_in_phase(table: to.Scene) -> None:
