@@ -10,7 +10,15 @@ import numpy as np
 
 import trajopt as to
 from trajopt.cartesian import follows_curve, line
-from trajopt.execution import CommittedMotion, Fault, FaultKind, IdealExecutor, Supervisor
+from trajopt.execution import (
+    CommittedMotion,
+    Fault,
+    FaultKind,
+    IdealExecutor,
+    JointVelocities,
+    Servo,
+    Supervisor,
+)
 from trajopt.grasping import Grasp, Gripper, Place, Stage, gripper_of
 from trajopt.methods import Knots
 from trajopt.model.trajectory import Path as JointPath
@@ -133,6 +141,9 @@ def by_call() -> Mapping[str, Any]:
         "Fault.begin": 0.0,
         "Fault.end": 1.0,
         "Supervisor.executor": ideal(),
+        "Servo.executor": ideal(),
+        "Servo.command.command": JointVelocities({"joint1": 0.1}),
+        "JointVelocities.velocities": {"joint1": 0.1},
         "Track.of.motion": to.plan(problem()),
         "Track.through.placements": (AT, FARTHER),
         "Track.through.times": (0.0, 1.0),
@@ -283,6 +294,7 @@ def instances() -> Mapping[str, Any]:
         "IdealExecutor": ideal(),
         "Fault": Fault(kind=FaultKind.LOST_COMMANDS, begin=0.0, end=1.0),
         "Supervisor": Supervisor(ideal(), asked),
+        "Servo": Servo(ideal(), asked),
     }
 
 

@@ -43,7 +43,7 @@ from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
     "BudgetTracker", "CommittedMotion", "Counts", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp",
-    "MoveGroupCommander", "PlanningSceneInterface", "Printed", "Query", "RobotCommander", "Search",
+    "MoveGroupCommander", "PlanningSceneInterface", "Printed", "Query", "RobotCommander", "Search", "Servo",
     "SimulatedExecutor", "Supervisor", "SymbolicKinematics", "Timeline", "Value", "Viewer", "Workspace",
     "World",
 }  # fmt: skip

@@ -57,6 +57,8 @@ def test_every_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     page.run("A world that changes")
     kinds = [event.kind for event in page.names["supervisor"].events]
     assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
+    page.run("Servo")
+    assert "no command for 0.1" in capsys.readouterr().out
     page.run("A driver for your robot")
     said = capsys.readouterr().out
     assert "FAIL" not in said and said.count("ok ") >= 15

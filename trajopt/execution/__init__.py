@@ -14,6 +14,13 @@ from trajopt.execution.options import SupervisorOptions as SupervisorOptions
 from trajopt.execution.random_surprise import random_surprise as random_surprise
 from trajopt.execution.run import Run as Run
 from trajopt.execution.run import run as run
+from trajopt.execution.servo import Servo as Servo
+from trajopt.execution.servo_command import Axis as Axis
+from trajopt.execution.servo_command import Command as Command
+from trajopt.execution.servo_command import JointVelocities as JointVelocities
+from trajopt.execution.servo_command import Pose as Pose
+from trajopt.execution.servo_command import ServoOptions as ServoOptions
+from trajopt.execution.servo_command import Twist as Twist
 from trajopt.execution.simulated import Sensors as Sensors
 from trajopt.execution.simulated import SimulatedExecutor as SimulatedExecutor
 from trajopt.execution.soonest_stop import StopTaken as StopTaken

@@ -73,7 +73,7 @@ class Guard(Value):
         """
         reduced = self._reduced(motion, world.at(begin))
         return (
-            Judge(reduced, self._options)
+            Judge(reduced, self.options)
             .decide(motion, self._specification(motion, requirements=requirements))
             .verified
         )
@@ -81,10 +81,10 @@ class Guard(Value):
     def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
         """Measure by how much a motion is proven, or is not; arguments as of `proven`."""
         reduced = self._reduced(motion, world.at(begin))
-        return Judge(reduced, self._options).certify(motion, self._specification(motion, requirements=True))
+        return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
     @cached_property
-    def _options(self) -> VerifyOptions:
+    def options(self) -> VerifyOptions:
         """The judge's own, and how far the robot can be off taken off every distance."""
         off = largest_deviation(self.problem.reduced, self.tolerance)
         return VerifyOptions(distance_error=VerifyOptions.distance_error + off)

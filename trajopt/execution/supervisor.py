@@ -17,8 +17,7 @@ from trajopt.execution.intention import Intention
 from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.recovery import recovery
 from trajopt.execution.soonest_stop import StopTaken, soonest_stop
-from trajopt.model.description.pinocchio_model import joint_unit
-from trajopt.model.printed import in_joint_position
+from trajopt.execution.tracking import off_track
 from trajopt.model.scene import Scene
 from trajopt.model.stated import GoalLike
 from trajopt.model.trajectory import Trajectory
@@ -304,16 +303,10 @@ class Supervisor(Printed):
 
     def _off_track(self) -> bool:
         """Whether the robot is not where it has to be; it is stopped then."""
-        state = self.executor.state()
-        wanted = self._committed(state.stamp)[0]
-        away = np.abs(state.positions - wanted) - self.executor.tolerance
-        worst = int(away.argmax())
-        if away[worst] <= 0.0:
+        words = off_track(self.executor, self._committed, self.problem.scene.robot)
+        if not words:
             return False
-        name = self.executor.joint_names[worst]
-        unit = joint_unit(self.problem.scene.robot.model, name)
-        where, should = (in_joint_position(float(each[worst]), unit) for each in (state.positions, wanted))
-        self._note(Kind.OFF_TRACK, f"{name} is at {where}, has to be at {should}")
+        self._note(Kind.OFF_TRACK, words)
         self.executor.stop()
         self._intended = self._wanted = None
         return True

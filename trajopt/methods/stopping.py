@@ -33,8 +33,17 @@ def stopping_motion(problem: Problem) -> Trajectory:
     Args:
         problem: The problem; its start is in motion.
     """
-    limits = with_jerk(problem.limits)
     begin = np.stack((problem.reduced.start_positions, problem.start_velocities, problem.start_accelerations))
+    return stop_from(begin, with_jerk(problem.limits))
+
+
+def stop_from(begin: Floats, limits: JointLimits) -> Trajectory:
+    """Return the motion of `stopping_motion` from a state of joints.
+
+    Args:
+        begin: Positions, velocities and accelerations, shape (3, n).
+        limits: Of the joints, with the jerk of each limited (`with_jerk`).
+    """
     _, velocities, accelerations = begin.tolist()
     moved = zip(velocities, accelerations, limits.acceleration.tolist(), limits.jerk.tolist(), strict=True)
     alone = [_ticks(*each) for each in moved]

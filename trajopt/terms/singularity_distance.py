@@ -39,7 +39,7 @@ class SmallestSingularValue:
         """Evaluate and differentiate at all samples."""
         need = self.required
         at = frame_jacobian(self.reduced, motion, need.frame, length=need.length, offset=need.offset)
-        values, slopes = _singular_values(at)
+        values, slopes = singular_values(at)
         return motion.rows_of_all(values[:, -1:], slopes[:, -1:])
 
 
@@ -69,7 +69,7 @@ class LostManipulability:
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at all samples."""
         at = frame_jacobian(motion.query.reduced, motion, self.frame, length=self.length, offset=np.zeros(3))
-        values, slopes = _singular_values(at)
+        values, slopes = singular_values(at)
         volume = values.prod(axis=1)
         rate = np.zeros((len(values), slopes.shape[2]))
         for place in range(values.shape[1]):
@@ -103,7 +103,7 @@ def manipulability(
     return Cost(LostManipulability(frame, reference, length), weight, loss, window)
 
 
-def _singular_values(at: FrameJacobian) -> tuple[Floats, Floats]:
+def singular_values(at: FrameJacobian) -> tuple[Floats, Floats]:
     """Return all singular values, largest first, (S, k), and their derivatives, (S, k, n)."""
     left, values, right = np.linalg.svd(at.matrix, full_matrices=False)
     slopes = np.einsum("sdk,sdji,skj->ski", left, at.slope, right, optimize=True)
