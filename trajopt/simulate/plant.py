@@ -95,7 +95,8 @@ class Plant:
 
     def hold(self, joint: str, *, held: bool) -> None:
         """Hold a joint where it is, as if it were stuck, or let it go."""
-        self.model.dof_damping[self.model.joint(joint).dofadr] = HELD if held else 0.0
+        place = self.model.jnt_dofadr[self.model.joint(joint).id]
+        self.model.dof_damping[place] = HELD if held else 0.0
 
     def _put(self, time: float) -> None:
         """Put what changes with time where it is, or away."""
