@@ -153,3 +153,24 @@ def test_a_robot_off_its_track_is_stopped_and_says_by_how_much(problem: to.Probl
     assert kinds(supervisor)[-1] is Kind.OFF_TRACK
     assert "has to be at" in supervisor.events[-1].words
     assert arm.fault()
+
+
+def test_what_is_known_for_a_short_time_only_brings_the_robot_to_rest_and_is_named(
+    problem: to.Problem,
+) -> None:
+    far = to.Track.constant_velocity(to.placement((0.0, -2.0, 0.3)), (0.0, -0.1, 0.0), end=9.0)
+    known = problem.scene.add("cart", to.Box(0.1, 0.1, 0.1), motion=to.Prediction(far, until=0.9))
+    arm, supervisor = supervised(problem)
+    supervisor.see(known, 0.0)
+    run(arm, supervisor, 0.3)
+    assert np.abs(arm.state().velocities).max() > 0.1
+    supervisor.see(
+        problem.scene.add("cart", to.Box(0.1, 0.1, 0.1), motion=to.Prediction(far, until=0.35)), 0.0
+    )
+    run(arm, supervisor, 3.0)
+    assert not arm.state().velocities.any()
+    stale = [event for event in supervisor.events if event.kind is Kind.STALE]
+    assert len(stale) == 1 and "where cart is, was known until 0.350 s" in stale[0].words
+    supervisor.see(problem.scene)
+    run(arm, supervisor, 9.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED

@@ -6,6 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.arrays import Floats, Value
+from trajopt.errors import JointNotFound
+from trajopt.execution.executor import Executor
 from trajopt.model.deviation import largest_deviation
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
@@ -116,3 +118,20 @@ def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
         scene: What is around the robot.
     """
     return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
+
+
+def guard_of(problem: Problem, executor: Executor) -> Guard:
+    """Return the guard of a problem whose robot an executor drives, within its tolerance.
+
+    Args:
+        problem: What is required.
+        executor: What drives the robot.
+
+    Raises:
+        JointNotFound: If it does not drive a joint of the group.
+    """
+    names, driven = problem.reduced.joint_names, executor.joint_names
+    for name in names:
+        if name not in driven:
+            raise JointNotFound("joint that is driven", name, driven)
+    return Guard(problem, executor.tolerance[[driven.index(name) for name in names]])

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from trajopt.arrays import Floats, Printed, number
-from trajopt.errors import JointNotFound, ProblemError
+from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.execution.committed_motion import REST, CommittedMotion
 from trajopt.execution.events import Event, Kind
 from trajopt.execution.executor import Executor
-from trajopt.execution.guard import Guard, Seen, start_from
+from trajopt.execution.guard import Guard, Seen, guard_of, start_from
 from trajopt.execution.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.execution.servo_program import Approach, Braking, Surrounding, settle
 from trajopt.execution.servo_task import Tool, in_world, joint_task, twist_to, values_of
@@ -74,16 +74,13 @@ class Servo(Printed):
             JointNotFound: If the executor does not drive a joint of the group.
             FrameNotFound: If there is no such tool.
         """
-        state, names = self.executor.state(), self.problem.reduced.joint_names
+        state = self.executor.state()
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot moves: a servo takes it over where it stands")
-        for name in names:
-            if name not in self.executor.joint_names:
-                raise JointNotFound("joint that is driven", name, self.executor.joint_names)
+        self._guard = guard_of(self.problem, self.executor)
         self.frame = self.frame or tool_frame(self.problem.reduced)
         self.problem.reduced.attachment(self.frame)
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
-        self._guard = Guard(self.problem, self.executor.tolerance[self._columns])
         self._braking = Braking(with_jerk(self.problem.limits), self.options.period)
         self._look(Seen(self.problem.scene, self.executor.now()))
 
@@ -246,8 +243,9 @@ class Servo(Printed):
             return
         here = np.array(self.problem.start_positions)
         here[self.problem.scene.robot.index(self.executor.joint_names)] = self._committed(at)[0]
-        standing = start_from(self.problem, self.scene.robot.followed(here), self._seen.at(at))
-        motion, taken = soonest_stop(standing, ahead, None, lambda stop: self._proven(stop, at))
+        # How hard joints may brake does not depend on the scene, of which nothing may be known any more.
+        standing = start_from(self.problem, self.scene.robot.followed(here), self.problem.scene)
+        motion, taken = soonest_stop(self._guard, self._seen, at, standing, ahead, None)
         if motion is not ahead:
             self._splice(motion, at)
         self._note(Kind.STOPPING, f"what it was to do is not clear; at rest in {1e3 * taken.duration:.0f} ms")

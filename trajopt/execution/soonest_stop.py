@@ -1,9 +1,9 @@
 """The soonest stop of what is being driven, on its path or off it."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from trajopt.arrays import Value
+from trajopt.execution.guard import Guard, Seen
 from trajopt.methods.stopping import stopping_motion
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning import on_the_way
@@ -26,19 +26,34 @@ class StopTaken(Value):
 
 
 def soonest_stop(
-    here: Problem, ahead: Trajectory, along: Trajectory | None, proven: Callable[[Trajectory], bool]
+    guard: Guard, world: Seen, begin: float, here: Problem, ahead: Trajectory, along: Trajectory | None
 ) -> tuple[Trajectory, StopTaken]:
-    """Return the soonest way to rest that is proven, or the soonest of all if none is.
+    """Return the soonest way to rest that is proven; if none is, the soonest that keeps clear, or of all.
+
+    Where something moves of which nothing is known any more before the robot is at rest, nothing can be
+    proven: then the robot stays on its path, of which all else has been.
 
     Args:
-        here: What is required, with the robot where it will be when the stop begins.
+        guard: Proves.
+        world: What is known of the world.
+        begin: When the stop begins, on the executor's clock [s].
+        here: What is required, with the robot where it will be then.
         ahead: What is committed from then on; it ends at rest.
         along: The earliest stop on the path of the motion; None where it is too late for that.
-        proven: Says whether a motion from then on is proven.
     """
-    off = stopping_motion(on_the_way(here, ahead, 0.0))
-    stops = [(ahead, True), (off, False), *([] if along is None else [(along, True)])]
-    stops.sort(key=lambda stop: stop[0].duration)
-    found = next((stop for stop in stops if proven(stop[0])), None)
-    motion, on_path = found or stops[0]
-    return motion, StopTaken(motion.duration, on_path, found is not None)
+    on_path = [ahead] if along is None else [ahead, along]
+    if world.stale(begin + ahead.duration):
+        soonest = min(on_path, key=lambda stop: stop.duration)
+        return soonest, StopTaken(soonest.duration, along=True, proven=False)
+    stops = sorted((*on_path, stopping_motion(on_the_way(here, ahead, 0.0))), key=lambda stop: stop.duration)
+    found = next(
+        (
+            stop
+            for required in (True, False)
+            for stop in stops
+            if guard.proven(stop, world, begin, requirements=required)
+        ),
+        None,
+    )
+    motion = found or stops[0]
+    return motion, StopTaken(motion.duration, any(motion is stop for stop in on_path), found is not None)

@@ -7,12 +7,12 @@ from math import inf
 import numpy as np
 
 from trajopt.arrays import Printed
-from trajopt.errors import JointNotFound, ProblemError
+from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.execution.committed_motion import REST, CommittedMotion
 from trajopt.execution.events import Event, Kind
 from trajopt.execution.executor import Executor
-from trajopt.execution.guard import Guard, Seen, start_from
+from trajopt.execution.guard import Guard, Seen, guard_of, start_from
 from trajopt.execution.intention import Intention
 from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.recovery import recovery
@@ -63,6 +63,7 @@ class Supervisor(Printed):
     _wanted: Problem | None = field(default=None, init=False)
     _revise: bool = field(default=False, init=False)
     _again: float = field(default=0.0, init=False)
+    _said: str = field(default="", init=False)
 
     def __post_init__(self) -> None:
         """Take the robot as it stands."""
@@ -70,7 +71,7 @@ class Supervisor(Printed):
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot moves: a supervisor takes it over where it stands")
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
-        self._guard = self._guard_of(self.problem)
+        self._guard = guard_of(self.problem, self.executor)
         self._seen = Seen(self.problem.scene, self.executor.now())
         self._parting = self.executor.now()
 
@@ -110,7 +111,7 @@ class Supervisor(Printed):
         if self._intended is not None:
             self._note(Kind.GOAL_CHANGED)
         self.problem = self._wanted = problem
-        self._guard = self._guard_of(problem)
+        self._guard = guard_of(problem, self.executor)
         self._again = 0.0
 
     @checked
@@ -178,7 +179,9 @@ class Supervisor(Printed):
         self._intended = self._wanted = None
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
         at = self.executor.now() + self.options.ahead
-        here = self._standing(self.problem, at)
+        if self._stale(at):
+            return False
+        here = self._standing(self.problem, at, self._seen.at(at))
         found = recovery(here, here.scene, here.start_positions, goal, scaling=scaling)
         if found.trajectory is None:
             self._note(Kind.NO_PLAN, found.words)
@@ -219,6 +222,9 @@ class Supervisor(Printed):
             return  # it is let brake, or brakes already
         if not in_motion and self._committed.end > now + self.options.ahead:
             return  # it is on its way to rest
+        if self._stale(at):
+            self._again = now + self.options.retry
+            return
         result = self._planned(problem, at)
         self._spent("plan", begun)
         late = self.executor.now() + self.executor.latency > at
@@ -236,14 +242,14 @@ class Supervisor(Printed):
 
     def _planned(self, problem: Problem, at: float) -> Result:
         """Plan from where the robot will be at a time."""
-        here = self._standing(problem, at)
+        here = self._standing(problem, at, self._seen.at(at))
         running = self._committed.ahead(at, problem.reduced.joint_names)
         asked = here if running is None else on_the_way(here, running, 0.0)
         return plan(asked, budget=self.options.budget)
 
-    def _standing(self, problem: Problem, at: float) -> Problem:
-        """Return a problem as if the robot stood where it will be at a time, in the scene of then."""
-        scene, driven = self._seen.at(at), self.executor.joint_names
+    def _standing(self, problem: Problem, at: float, scene: Scene) -> Problem:
+        """Return a problem as if the robot stood in a scene where it will be at a time."""
+        driven = self.executor.joint_names
         positions = np.array(problem.start_positions)
         positions[scene.robot.index(driven)] = self._committed(at)[0]
         return start_from(problem, scene.robot.followed(positions), scene)
@@ -288,16 +294,16 @@ class Supervisor(Printed):
         along = None
         if intended is not None and intended.begin <= begin < self._parting:
             along = intended.stops.earliest(begin - intended.begin).trajectory
-        here = self._standing(self.problem, begin)
-        motion, taken = soonest_stop(here, ahead, along, lambda stop: self._proven(stop, begin))
+        # How hard joints may brake does not depend on the scene, of which nothing may be known any more.
+        here = self._standing(self.problem, begin, self.problem.scene)
+        self._stale(begin + ahead.duration)
+        motion, taken = soonest_stop(self._guard, self._seen, begin, here, ahead, along)
         if motion is not ahead:
             self._splice(motion, begin)
         self._parting = begin
         self._note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
         if not taken.proven:
-            certificate = self._guard.certificate(motion, self._seen, begin)
-            failed = next((check for check in certificate.checks if not check.holds), None)
-            self._note(Kind.UNPROVEN_STOP, "" if failed is None else failed.detail)
+            self._note(Kind.UNPROVEN_STOP, self._why_not(motion, begin))
         self._spent("stop", begun)
         return taken
 
@@ -311,19 +317,23 @@ class Supervisor(Printed):
         self._intended = self._wanted = None
         return True
 
-    def _guard_of(self, problem: Problem) -> Guard:
-        names, tolerance = self.executor.joint_names, self.executor.tolerance
-        for name in problem.reduced.joint_names:
-            if name not in names:
-                raise JointNotFound("joint that is driven", name, names)
-        return Guard(problem, tolerance[[names.index(name) for name in problem.reduced.joint_names]])
-
     def _proven(self, motion: Trajectory, begin: float) -> bool:
-        stale = self._seen.stale(begin)
-        if stale:
-            self._note(Kind.STALE, stale)
-            return False
-        return self._guard.proven(motion, self._seen, begin)
+        return not self._stale(begin) and self._guard.proven(motion, self._seen, begin)
+
+    def _why_not(self, motion: Trajectory, begin: float) -> str:
+        """Say which check of a motion fails, or of what nothing is known any more."""
+        if stale := self._seen.stale(begin):
+            return stale
+        checks = self._guard.certificate(motion, self._seen, begin).checks
+        return next((check.detail for check in checks if not check.holds), "")
+
+    def _stale(self, time: float) -> bool:
+        """Whether nothing is known any more at a time of something that moves; it is noted when it begins."""
+        words = self._seen.stale(time)
+        if words and words != self._said:
+            self._note(Kind.STALE, words)
+        self._said = words
+        return bool(words)
 
     def _splice(self, motion: Trajectory, at: float) -> bool:
         refused = self.executor.splice(motion, at)
