@@ -11,7 +11,7 @@ from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.result import Refusal, Segment, Stage
 from trajopt.grasping.straight import TOUCHING, track_line, up, vector_of
-from trajopt.grasping.task import CandidateNames, Step, Task, in_turn
+from trajopt.grasping.task import CandidateNames, Moment, Step, Task, in_turn
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD, Requirement, frame_placement
@@ -104,7 +104,7 @@ def plan_pick(task: Task, candidate: PickCandidate) -> tuple[Segment, ...] | Ref
         lambda at: task.fingers(Stage.CLOSE, scene, at, grasp.width, names, rest=task.options.grip_time),
         lambda at: task.straight(Stage.LIFT, candidate.lifting, at, candidate.lifted, names),
     )
-    return in_turn(steps, task.start)
+    return in_turn(steps, Moment(task.start))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +177,7 @@ def place_candidates(
 
 
 def plan_place(
-    task: Task, candidate: PlaceCandidate, start: Floats, names: CandidateNames
+    task: Task, candidate: PlaceCandidate, start: Moment, names: CandidateNames
 ) -> tuple[Segment, ...] | Refusal:
     """Plan the motions of a candidate from a start, or return why one of them fails."""
     held, put, rest = candidate.held, candidate.put, task.options.release_time

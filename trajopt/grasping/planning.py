@@ -24,6 +24,8 @@ Constraints = Sequence[Requirement | Constraint]
 """What must hold while the object is in the hand."""
 LET_GO = 0.02
 """By default, how much wider the fingers open to let go [m]."""
+MET = "only what stands is picked and placed: meet it by plan, with a goal whose reference it is"
+"""What to do with what moves."""
 
 
 @checked
@@ -49,7 +51,8 @@ def pick_and_place(
     Grasps are tried in the order given, and for each the places in theirs. Inverse kinematics and the
     straight lines of all stages are checked before any motion is planned; then the motions are planned
     in order, each with the judge's verdict, in a scene of its own: the object is an obstacle, then it
-    is carried, then it is an obstacle again.
+    is carried, then it is an obstacle again. Among what moves, each motion begins at its time in the
+    sequence, and stays clear while the fingers press or let go.
 
     Args:
         scene: Robot and objects; the object stands in it.
@@ -73,8 +76,8 @@ def pick_and_place(
     Raises:
         ObjectNotFound: If there is no object of that name.
         GripperError: If the robot has no gripper.
-        ProblemError: If there is no grasp or no place, the object is in the hand already, or the budget is to
-            improve a motion.
+        ProblemError: If there is no grasp or no place, the object is in the hand already, it or what it is
+            put on moves by itself, or the budget is to improve a motion.
     """
     tracker = _tracker(budget, cancel, progress)
     task = _task(scene, name, start, group, gripper, constraints, options, rng, tracker, degrees=degrees)
@@ -195,13 +198,17 @@ def _tracker(budget: Budget, cancel: Event | None, progress: Progress | None) ->
 
 
 def _places(scene: Scene, places: Place | Sequence[Place]) -> tuple[Place, ...]:
-    """Check the places: that there are some, and that their frames are known."""
+    """Check the places: that there are some, and that their frames are known and at rest."""
     listed = several("places", (places,) if isinstance(places, Place) else places, Place)
     if not listed:
         raise ProblemError("name at least one place to put the object")
     for each in listed:
         for frame in (each.frame, each.lower.frame, each.retreat.frame):
             scene.holder(frame)
+        if (carrier := scene.carrier(each.frame)) is not None:
+            raise ProblemError(
+                f"place {shown(each.name)} is on {shown(carrier)}, which moves by itself; {MET}"
+            )
     return listed
 
 
@@ -215,4 +222,6 @@ def _graspable(task: Task, grasps: Sequence[Grasp]) -> tuple[Grasp, ...]:
             task.scene.holder(frame)
     if task.scene.holder(task.name).link != WORLD:
         raise ProblemError(f"object {shown(task.name)} is in a hand already; place it, or detach it first")
+    if task.name in task.scene.changing:
+        raise ProblemError(f"object {shown(task.name)} moves by itself, or is there for a time only; {MET}")
     return listed

@@ -59,7 +59,7 @@ class Segment:
 
     @property
     def scene(self) -> Scene:
-        """The scene of this stage: the object stands in it, or is attached."""
+        """The scene of this stage: the object stands in it, or is attached; its clock begins with it."""
         return self.result.problem.scene
 
     @property
@@ -156,8 +156,8 @@ class PickPlaceResult(Value):
     Attributes:
         name: The object.
         scene: The scene before.
-        final_scene: The scene after: the object attached to the hand, or standing where it was put; as
-            before where there is no sequence.
+        final_scene: The scene after: the object attached to the hand, or standing where it was put, its clock
+            at 0 when the sequence is over; as before where there is no sequence.
         start: Positions of all joints before, shape (number of joints,) [rad | m].
         group: The arm's planning group.
         gripper: The gripper.

@@ -15,7 +15,7 @@ from trajopt.grasping.candidates import (
 )
 from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.result import STAGES, PickPlaceResult, Refusal, Segment
-from trajopt.grasping.task import CandidateNames, Task
+from trajopt.grasping.task import CandidateNames, Moment, Task, later
 from trajopt.model.scene import Scene
 from trajopt.planning.budget import Stop, Stopped
 from trajopt.planning.search import ENDED
@@ -104,7 +104,7 @@ class Search:
                 first = () if before is None else before()
                 if first is None:
                     return None
-                then = plan_place(self.task, candidate, first[-1].end if first else start, names)
+                then = plan_place(self.task, candidate, Moment(self.task.start).after(first), names)
                 if not isinstance(then, Refusal):
                     return PlannedSequence((*first, *then), candidate.put, grasp, place)
                 self.refusals.append(then)
@@ -117,10 +117,13 @@ class Search:
             sequence = search()
         except Stopped as ended:
             sequence, stopped = None, ended.stop
+        final = task.scene
+        if sequence is not None:
+            final = later(sequence.final_scene, Moment(task.start).after(sequence.segments).time)
         return PickPlaceResult(
             name=task.name,
             scene=task.scene,
-            final_scene=task.scene if sequence is None else sequence.final_scene,
+            final_scene=final,
             start=task.start,
             group=task.group,
             gripper=task.gripper,

@@ -29,6 +29,25 @@ SAME = 1e-6
 """Fingers closer than this to their target are not moved [rad | m]."""
 
 
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """Where the robot is, and when.
+
+    Attributes:
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        time: Since the beginning of the sequence [s].
+    """
+
+    positions: Floats
+    time: float = 0.0
+
+    def after(self, segments: Sequence[Segment]) -> "Moment":
+        """Return where the robot is after motions that begin here, and when."""
+        if not segments:
+            return self
+        return Moment(segments[-1].end, self.time + sum(segment.duration for segment in segments))
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CandidateNames:
     """Names of a candidate's grasp and place, for refusals.
@@ -96,12 +115,14 @@ class Task:
     ) -> Segment | Refusal:
         """Plan one motion within what is left of the budget, and have it judged.
 
+        Among what moves, it stays clear while its end is held, too.
+
         Raises:
             Stopped: If the budget ends before.
         """
         tracker, left = self.tracker, self.tracker.remaining()
         result = plan(
-            problem,
+            replace(problem, dwell=rest) if rest and problem.scene.changing else problem,
             method=self.options.method,
             rng=self.rng,
             budget=replace(left, attempts=left.attempts or ATTEMPTS),
@@ -137,13 +158,13 @@ class Task:
         return candidate.refusal(stage, status, reasons.no_goal_configuration(found, goals))
 
     def move(
-        self, stage: Stage, scene: Scene, start: Floats, goal: Floats, candidate: CandidateNames
+        self, stage: Stage, scene: Scene, start: Moment, goal: Floats, candidate: CandidateNames
     ) -> Segment | Refusal:
         """Plan the arm's free motion to positions of all joints."""
         problem = Problem(
-            scene=scene,
+            scene=later(scene, start.time),
             group=self.group,
-            start=start,
+            start=start.positions,
             goal=to_configuration(scene, self.group, goal),
             constraints=self.constraints if stage.holds else (),
             velocity_scaling=self.options.velocity_scaling,
@@ -156,17 +177,17 @@ class Task:
         self,
         stage: Stage,
         scene: Scene,
-        start: Floats,
+        start: Moment,
         goal: Floats,
         candidate: CandidateNames,
         *,
         rest: float = 0.0,
     ) -> Segment | Refusal:
         """Plan the arm's straight motion to positions of all joints, with margins for its near end."""
-        near = start if stage in {Stage.LIFT, Stage.RETREAT} else goal
+        near = start.positions if stage in {Stage.LIFT, Stage.RETREAT} else goal
         problem = straight_problem(
-            with_room(self.reduced(scene, near), self.arm(near)),
-            start,
+            with_room(self.reduced(later(scene, start.time), near), self.arm(near)),
+            start.positions,
             goal,
             group=self.group,
             tool=self.gripper.tool,
@@ -180,7 +201,7 @@ class Task:
         self,
         stage: Stage,
         scene: Scene,
-        start: Floats,
+        start: Moment,
         opening: float,
         candidate: CandidateNames,
         *,
@@ -192,15 +213,15 @@ class Task:
         where the arm had to go.
         """
         gripper = self.gripper
-        goal = self.opened(start, opening)
-        if np.abs(goal - start).max() < SAME:
+        goal = self.opened(start.positions, opening)
+        if np.abs(goal - start.positions).max() < SAME:
             return None
         for finger in gripper.fingers if stage is not Stage.OPEN else ():
             scene = scene.allow(finger, self.name)
         problem = Problem(
-            scene=_without_margins(scene),
+            scene=_without_margins(later(scene, start.time)),
             group=gripper.group,
-            start=start,
+            start=start.positions,
             goal=joint_positions(gripper.joints_at(opening)),
             velocity_scaling=self.options.velocity_scaling,
             acceleration_scaling=self.options.acceleration_scaling,
@@ -209,25 +230,30 @@ class Task:
         return self.plan(stage, problem, candidate, rest=rest)
 
 
-Step = Callable[[Floats], Segment | Refusal | None]
-"""Plans a motion from positions of all joints; None where nothing has to move."""
+Step = Callable[[Moment], Segment | Refusal | None]
+"""Plans a motion from where the robot is then; None where nothing has to move."""
 
 
-def in_turn(steps: Sequence[Step], start: Floats) -> tuple[Segment, ...] | Refusal:
-    """Plan motions, each from where the one before ends; stop at the first that fails.
+def in_turn(steps: Sequence[Step], start: Moment) -> tuple[Segment, ...] | Refusal:
+    """Plan motions, each from where and when the one before ends; stop at the first that fails.
 
     Args:
         steps: Plan one motion each.
-        start: Positions of all joints at the beginning [rad | m].
+        start: The beginning.
     """
     segments: list[Segment] = []
     for step in steps:
-        done = step(segments[-1].end if segments else start)
+        done = step(start.after(segments))
         if isinstance(done, Refusal):
             return done
         if done is not None:
             segments.append(done)
     return tuple(segments)
+
+
+def later(scene: Scene, time: float) -> Scene:
+    """Return the scene by a clock that begins some time after the beginning of the sequence [s]."""
+    return scene.at(time) if scene.changing else scene
 
 
 def _without_margins(scene: Scene) -> Scene:
