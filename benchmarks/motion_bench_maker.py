@@ -119,7 +119,7 @@ def ask(data: Path, family: str, number: int) -> Row:
     except to.TrajoptError as error:
         words = str(error).replace(str(data), "DATA")
         row |= {"outcome": "refused", "detail": f"{type(error).__name__}: {words}"}
-    except Exception as error:
+    except Exception as error:  # whatever it is, it costs this problem only, and its row counts as a crash
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}:{last.lineno}"
         row |= {"outcome": "crash", "detail": f"{type(error).__name__}: {error} ({where})"}

@@ -2,7 +2,8 @@
 
 python -m benchmarks.moving DATA [--parts crossing,known,cubes,best] [--every N] [--tests N] [--page FILE]
 
-crossing   each N-th problem of `crossings.py`: the still problem, ours among what moves, and waiting
+crossing   each N-th problem of `crossings.py`, less those of `fixed_links.py`: the still problem, ours among
+           what moves, and waiting
 known      the baseline where neither ours nor waiting has a motion, and none is proven impossible
 cubes      the first N tests of `cubes.py` at each density: ours, then the baseline with ten times our CPU
 best       the baseline, ever shorter, on each 20th of the problems that cross (of those asked in `crossing`)
@@ -21,6 +22,7 @@ from pathlib import Path
 from benchmarks.moving.asking import BEST, CROSSING, CUBES, KNOWN, PARTS, ask, prepare
 from benchmarks.moving.crossings import ROBOTS, crossings
 from benchmarks.moving.cubes import DENSITIES
+from benchmarks.moving.fixed_links import not_askable
 from benchmarks.moving.report import Report
 from benchmarks.page import write_section
 from benchmarks.rows import Rows
@@ -56,7 +58,7 @@ def main() -> None:
         drop(given.out / "rows.jsonl", given.anew.split(","))
     rows, commit = Rows(given.out / "rows.jsonl"), _commit()
     robots = [name for name in given.robots.split(",") if name]
-    chosen = _crossing_keys(robots, given.every)
+    chosen = crossing_keys(robots, given.every)
     rooms = [(f"{CUBES}/{count}", test) for test in range(given.tests) for count in _counts(given.densities)]
 
     def asked(keys: Sequence[Key], seconds: float, names: Sequence[str]) -> None:
@@ -76,7 +78,7 @@ def main() -> None:
     if CUBES in parts:
         asked(rooms, 0.0, ("xarm7",))
     if BEST in parts:
-        all_keys = _crossing_keys(ROBOTS, 1)
+        all_keys = crossing_keys(ROBOTS, 1)
         few = [key for key in all_keys[::OF_BEST] if key in set(chosen)]
         asked([_renamed(key, BEST) for key in few], given.best_seconds, robots)
     report = Report(rows.done, chosen, rooms, given.known_seconds, given.best_seconds)
@@ -100,21 +102,21 @@ def drop(file: Path, parts: Sequence[str]) -> None:
     file.write_text("".join(line for line in lines if json.loads(line)["family"].split("/")[0] not in parts))
 
 
+def crossing_keys(robots: Sequence[str], every: int) -> list[Key]:
+    """Return the problems that cross: each so many-th of all, of these robots, that can be asked."""
+    found: list[Key] = []
+    for key in list(crossings())[::every]:
+        robot, name, number = key.split("/")
+        if robot in robots and key not in not_askable():
+            found.append((f"{CROSSING}/{robot}/{name}", int(number)))
+    return found
+
+
 def _commit() -> str:
     """Return the commit that is measured, with a plus where files differ from it."""
     asked = ("git", "describe", "--always", "--dirty=+", "--exclude=*")
     folder = Path(__file__).parent
     return subprocess.run(asked, cwd=folder, check=False, capture_output=True, text=True).stdout.strip()
-
-
-def _crossing_keys(robots: Sequence[str], every: int) -> list[Key]:
-    """Return the problems that cross: each so many-th of all, of these robots."""
-    found: list[Key] = []
-    for key in list(crossings())[::every]:
-        robot, name, number = key.split("/")
-        if robot in robots:
-            found.append((f"{CROSSING}/{robot}/{name}", int(number)))
-    return found
 
 
 def _counts(text: str) -> list[int]:

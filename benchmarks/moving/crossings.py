@@ -102,13 +102,13 @@ class Crossing:
 
 
 class Arm:
-    """The bodies that a group's joints carry, and their distances from one more."""
+    """The bodies that a group's joints carry, or those that none does, and their distances from one more."""
 
-    def __init__(self, reduced: ReducedModel) -> None:
-        """Take the links' bodies that move."""
+    def __init__(self, reduced: ReducedModel, *, carried: bool = True) -> None:
+        """Take the links' bodies that move, or those that stand still."""
         self._reduced, self._data = reduced, reduced.model.createData()
         links = reduced.scene.robot.links
-        self.bodies = [body for body in reduced.bodies if body.joint and body.owner in links]
+        self.bodies = [body for body in reduced.bodies if bool(body.joint) is carried and body.owner in links]
 
     def placements(self, positions: np.ndarray) -> list[Placement]:
         """Return where the bodies are, for positions (n,)."""

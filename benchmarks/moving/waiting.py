@@ -4,6 +4,7 @@ The box has passed when it is never again within 5 mm of what the still motion s
 times of it. While the arm stands, the box must keep 1 mm off. Distances are Coal's; a time in which
 nothing can come nearer than that is skipped, by the box's speed. What is then proven by the judge is the
 still motion by the box's later clock; where it is refused, the arm waits 50 ms longer, up to ten times.
+Where the box touches a link that no joint moves before the motion is over, waiting is no answer.
 """
 
 from dataclasses import replace
@@ -12,6 +13,7 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.moving.crossings import BOX, Arm, Crossing
+from benchmarks.moving.fixed_links import first_touch
 
 NEAR, STANDING, SAMPLES = 5e-3, 1e-3, 61
 LONGER, TRIES = 0.05, 10
@@ -20,7 +22,7 @@ LEAST = 1e-3
 
 
 def waited(problem: to.Problem, crossing: Crossing, still: to.Trajectory) -> float | None:
-    """Return the time after which the still motion can begin; None if the box sweeps the start before.
+    """Return the time after which the still motion can begin; None if the box meets the arm before its end.
 
     Args:
         problem: With the box.
@@ -44,7 +46,10 @@ def waited(problem: to.Problem, crossing: Crossing, still: to.Trajectory) -> flo
         if distance < STANDING:
             return None
         now += max((distance - STANDING) / speed, LEAST)
+    touched = first_touch(problem, crossing, near=STANDING)
     for wait in passed + LONGER * np.arange(TRIES):
+        if touched is not None and touched <= wait + still.duration:
+            return None
         later = replace(problem, scene=problem.scene.at(float(wait)))
         if to.judge(later, still).verified:
             return float(wait)

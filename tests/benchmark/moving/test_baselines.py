@@ -1,6 +1,7 @@
 """What ours is compared with among what moves does what it says, and the tables count what came."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import trajopt as to
 from benchmarks.moving.__main__ import drop, finished, unsettled
 from benchmarks.moving.crossings import BOX, Crossing
+from benchmarks.moving.fixed_links import first_touch, least_time, why_not
 from benchmarks.moving.report import Report
 from benchmarks.moving.waiting import waited
 from benchmarks.workers import Key
@@ -45,6 +47,27 @@ def test_waiting_lasts_until_the_box_has_passed() -> None:
     assert wait is not None and box.moment < wait < box.moment + 1.0
     at_start = crossing(problem, hand_at(problem, motion, 0.0), (0.0, 0.0, FAST))
     assert waited(at_start.add_to(problem), at_start, motion) is None
+
+
+def test_waiting_is_no_answer_where_the_box_meets_the_base_before_the_end() -> None:
+    problem = still()
+    motion = to.plan(problem).require().trajectory
+    hand = hand_at(problem, motion, motion.duration / 2.0)
+    to_base = -hand.translation / np.linalg.norm(hand.translation)
+    # Through the hand at the moment of the crossing, on to the base, and through that.
+    box = crossing(problem, hand, tuple((FAST * to_base).tolist()))
+    touched = first_touch(problem, box)
+    assert touched is not None and touched > box.moment
+    nearly = first_touch(problem, box, near=0.1)
+    assert nearly is not None and nearly < touched
+    assert waited(box.add_to(problem), box, motion) is None
+    assert least_time(problem) == pytest.approx(2.0 / problem.limits.velocity[0])
+    sooner = replace(box, moment=box.moment - touched)
+    assert first_touch(problem, sooner) == pytest.approx(0.0, abs=2e-3)
+    assert "touches a link that no joint moves" in (why_not(problem, sooner) or "")
+    late = replace(box, moment=box.moment + least_time(problem))
+    assert why_not(problem, late) is None, "a motion may be over before"
+    assert first_touch(problem, crossing(problem, hand, (0.0, 0.0, FAST))) is None
 
 
 def test_the_space_time_rrt_finds_what_the_judge_proves() -> None:

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from benchmarks.moving.__main__ import crossing_keys
 from benchmarks.moving.crossings import AWAY, BOX, FILE, SIDES, SPEEDS, Arm, crossings, drawn
 from benchmarks.moving.cubes import DENSITIES, LASTS, SPEED, WALL, Cube, room
+from benchmarks.moving.fixed_links import not_askable
 
 START = {
     "panda_joint1": -0.8, "panda_joint2": 0.3, "panda_joint3": 0.0, "panda_joint4": -2.0,
@@ -37,6 +39,13 @@ def test_the_boxes_that_cross_are_those_that_were_published() -> None:
         assert SPEEDS[0] - 1e-5 <= speed <= SPEEDS[1] + 1e-5
         assert min(box.sides) >= SIDES[0] and max(box.sides) <= SIDES[1]
         assert 0.0 <= box.moment <= box.still
+
+
+def test_what_is_not_asked_was_published() -> None:
+    left_out = not_askable()
+    assert len(left_out) == 19 and set(left_out) < set(crossings())
+    asked = [f"{family.partition('/')[2]}/{number}" for family, number in crossing_keys(("panda", "ur5"), 1)]
+    assert set(asked) == set(crossings()) - set(left_out) and len(asked) == len(set(asked))
 
 
 def test_a_box_is_drawn_as_the_rules_say() -> None:
