@@ -16,7 +16,12 @@ from trajopt.execution import (
     FaultKind,
     IdealExecutor,
     JointVelocities,
+    Order,
+    Played,
+    Recorder,
+    Said,
     Servo,
+    Stream,
     Supervisor,
 )
 from trajopt.grasping import Grasp, Gripper, Place, Stage, gripper_of
@@ -143,6 +148,12 @@ def by_call() -> Mapping[str, Any]:
         "Supervisor.executor": ideal(),
         "Servo.executor": ideal(),
         "Servo.command.command": JointVelocities({"joint1": 0.1}),
+        "Order.command": JointVelocities({"joint1": 0.1}),
+        "Stream.said": (said(),),
+        "Played.stream": Stream((said(),)),
+        "Recorder.source": played(),
+        "guide.servo": Servo(ideal(), problem()),
+        "guide.source": played(),
         "JointVelocities.velocities": {"joint1": 0.1},
         "Track.of.motion": to.plan(problem()),
         "Track.through.placements": (AT, FARTHER),
@@ -295,7 +306,19 @@ def instances() -> Mapping[str, Any]:
         "Fault": Fault(kind=FaultKind.LOST_COMMANDS, begin=0.0, end=1.0),
         "Supervisor": Supervisor(ideal(), asked),
         "Servo": Servo(ideal(), asked),
+        "Order": said().order,
+        "Played": played(),
+        "Recorder": Recorder(played()),
+        "Stream": Stream((said(),)),
     }
+
+
+def said() -> Said:
+    return Said(Order(command=JointVelocities({"joint1": 0.1})), 0.0, 0.1)
+
+
+def played() -> Played:
+    return Played(Stream((said(),)))
 
 
 def ideal() -> IdealExecutor:

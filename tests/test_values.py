@@ -42,10 +42,10 @@ from trajopt.terms.expression import Expression
 from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
-    "BudgetTracker", "CommittedMotion", "Counts", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp",
-    "MoveGroupCommander", "PlanningSceneInterface", "Printed", "Query", "RobotCommander", "Search", "Servo",
-    "SimulatedExecutor", "Supervisor", "SymbolicKinematics", "Timeline", "Value", "Viewer", "Workspace",
-    "World",
+    "BudgetTracker", "CommittedMotion", "Counts", "Gamepad", "GoalSearch", "IdealExecutor", "Judge",
+    "KnotsNlp", "MoveGroupCommander", "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder",
+    "RobotCommander", "Search", "Servo", "SimulatedExecutor", "Supervisor", "SymbolicKinematics", "Timeline",
+    "Value", "Viewer", "Workspace", "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""
 

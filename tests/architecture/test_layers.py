@@ -45,6 +45,7 @@ ONLY_IN = {
     "casadi": {"terms", "methods"},
     "ompl": set(),
     "placo": {"kinematics"},
+    "pygame": {"execution"},
     "toppra": set(),
 }
 """Packages that only some rooms may import."""

@@ -13,7 +13,7 @@ from tests.robots_for_tests import ODD_ARM
 
 SLOW = {
     *("av", "casadi", "clarabel", "matplotlib", "mujoco", "osqp", "piqp", "placo", "proxsuite"),
-    *("qpsolvers", "rich", "scipy", "toppra", "typer", "viser", "yaml"),
+    *("pygame", "qpsolvers", "rich", "scipy", "toppra", "typer", "viser", "yaml"),
 }
 
 PROBLEM = """

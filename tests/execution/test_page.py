@@ -39,7 +39,10 @@ class Controller:
         pass
 
 
-def test_every_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_block(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     try:
         panda = to.load("panda")
     except to.MissingExtra as error:
@@ -59,6 +62,7 @@ def test_every_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
     page.run("Servo")
     assert "no command for 0.1" in capsys.readouterr().out
+    page.run("Gamepad, and streams of commands")
     page.run("A driver for your robot")
     said = capsys.readouterr().out
     assert "FAIL" not in said and said.count("ok ") >= 15

@@ -9,6 +9,7 @@ from trajopt.execution.executor import Executor as Executor
 from trajopt.execution.executor import RobotState as RobotState
 from trajopt.execution.faults import Fault as Fault
 from trajopt.execution.faults import FaultKind as FaultKind
+from trajopt.execution.gamepad import Gamepad as Gamepad
 from trajopt.execution.ideal import IdealExecutor as IdealExecutor
 from trajopt.execution.options import SupervisorOptions as SupervisorOptions
 from trajopt.execution.random_surprise import random_surprise as random_surprise
@@ -21,6 +22,14 @@ from trajopt.execution.servo_command import JointVelocities as JointVelocities
 from trajopt.execution.servo_command import Pose as Pose
 from trajopt.execution.servo_command import ServoOptions as ServoOptions
 from trajopt.execution.servo_command import Twist as Twist
+from trajopt.execution.servo_order import Order as Order
+from trajopt.execution.servo_order import ServoInput as ServoInput
+from trajopt.execution.servo_order import guide as guide
+from trajopt.execution.servo_stream import Played as Played
+from trajopt.execution.servo_stream import Recorder as Recorder
+from trajopt.execution.servo_stream import Said as Said
+from trajopt.execution.servo_stream import Stream as Stream
+from trajopt.execution.servo_stream import read_stream as read_stream
 from trajopt.execution.simulated import Sensors as Sensors
 from trajopt.execution.simulated import SimulatedExecutor as SimulatedExecutor
 from trajopt.execution.soonest_stop import StopTaken as StopTaken

@@ -109,10 +109,20 @@ class Servo(Printed):
         values = values_of(command, self.problem.reduced, self.options)
         if isinstance(command, Twist):
             self.problem.reduced.attachment(command.frame)
-        same = self._command is not None and type(self._command[0]) is type(command)
-        if not same or len(self._filtered) != len(values):
+        if self._command is None or not _alike(self._command[0], command):
             self._filtered = np.zeros(len(values))
         self._command = command, self.executor.now() if stamp is None else number("stamp", stamp)
+
+    @checked
+    def release(self, why: str) -> None:
+        """Say that nobody leads it any more: from the next tick on it does its stop.
+
+        Args:
+            why: For the events, in words.
+        """
+        if self._command is not None:
+            self._command = None
+            self._note(Kind.STOPPING, why)
 
     @checked
     def slow_to(self, factor: float) -> None:
@@ -289,3 +299,10 @@ class Servo(Printed):
 
     def _note(self, kind: Kind, words: str = "") -> None:
         self.events.append(Event(self.executor.now(), kind, words))
+
+
+def _alike(one: Command, other: Command) -> bool:
+    """Whether what the filter has of a command belongs to another too: the same numbers in the same axes."""
+    if isinstance(one, Twist) and isinstance(other, Twist):
+        return one.frame == other.frame
+    return type(one) is type(other)

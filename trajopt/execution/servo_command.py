@@ -106,6 +106,8 @@ class ServoOptions:
         dead_zone: What a command has beyond this counts, in each of its numbers: a stick is never quite in
             the middle. In the command's units.
         scaling: Factor on commands, after the dead zone: of a stick from -1 to 1, the speed at its end.
+        turning: Another factor on what a twist turns, besides that: a stick that is at its end at 0.25 m/s
+            may turn faster than at 0.25 rad/s.
         smoothing: Time constant of a low-pass filter on commands; none when 0 [s].
         locked: Axes, of the command's frame, on which a tool's commands do not count.
     """
@@ -117,6 +119,7 @@ class ServoOptions:
     angular: float = REDUCED_SPEED / LENGTH
     dead_zone: float = 0.0
     scaling: float = 1.0
+    turning: float = 1.0
     smoothing: float = 0.0
     locked: Sequence[Axis] = ()
 
@@ -128,7 +131,7 @@ class ServoOptions:
         """
         if not FASTEST <= number("period", self.period) <= SLOWEST:
             raise ProblemError(f"period is from {FASTEST:g} to {SLOWEST:g} s, is {self.period:g} s")
-        above_zero(self, "timeout", "linear", "angular", "scaling")
+        above_zero(self, "timeout", "linear", "angular", "scaling", "turning")
         at_least(self, 0.0, "clearance", "dead_zone", "smoothing")
         object.__setattr__(self, "locked", several("locked", self.locked, Axis))
 

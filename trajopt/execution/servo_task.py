@@ -76,7 +76,9 @@ def values_of(command: Command, reduced: ReducedModel, options: ServoOptions) ->
         JointNotFound: If a joint is not the group's.
     """
     if isinstance(command, Twist):
-        return _unlocked(_shaped(np.concatenate((command.linear, command.angular)), options), options)
+        shaped = _shaped(np.concatenate((command.linear, command.angular)), options)
+        shaped[3:] *= options.turning
+        return _unlocked(shaped, options)
     if isinstance(command, Pose):
         return np.zeros(0)
     for name in command.velocities:

@@ -71,6 +71,10 @@ class Node:
         values = cast("list[object]", value)
         return [Node(inner, self.path, f"{self.place}[{i}]") for i, inner in enumerate(values)]
 
+    def members(self) -> dict[str, "Node"]:
+        """Return the members of a mapping by name; none where it is missing."""
+        return {str(key): self[str(key)] for key in self._mapping()}
+
     def text(self, default: str | None = None) -> str:
         """Return a string; the default where it is missing, if there is one."""
         if self.value is None and default is not None:
