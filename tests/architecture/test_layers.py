@@ -11,7 +11,7 @@ PACKAGE = ROOT / "trajopt"
 ORDER = (
     ("errors",),
     ("arrays", "native", "io"),
-    ("model", "nlp"),
+    ("model", "nlp", "messages"),
     ("query", "solvers", "retime", "verify", "simulate"),
     ("terms",),
     ("problem",),

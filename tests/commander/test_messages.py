@@ -20,10 +20,10 @@ from trajopt.commander.conversions import (
     pose_of,
     pose_to_list,
 )
-from trajopt.commander.documents import document_of
 from trajopt.commander.geometry_msgs.msg import Pose, Quaternion
 from trajopt.commander.moveit_msgs.msg import AllowedCollisionMatrix
 from trajopt.errors import ShapeError
+from trajopt.messages import document_of
 
 
 class Ros1:

@@ -95,6 +95,7 @@ def test_what_cannot_be_stood_in_for_says_so(world: World, tmp_path: Path, text:
 def test_scripts_may_look_what_there_is(world: World, tmp_path: Path) -> None:
     text = (
         "import rospy\nassert not hasattr(rospy, 'Subscriber')\nassert hasattr(rospy, 'Publisher')\n"
+        "from std_msgs.msg import Empty\nrospy.Publisher('/beat', Empty).publish(Empty())\n"
         "try:\n    import actionlib\nexcept ImportError:\n    pass\n"
         "try:\n    from std_msgs.msg import Sting\nexcept ImportError:\n    pass\n"
         "try:\n    rospy.get_param('x')\nexcept KeyError:\n    rospy.set_param('/x', 1)\n"

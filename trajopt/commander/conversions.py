@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from typing import Any
 
-from trajopt.commander.clock import Time
-from trajopt.commander.documents import document_of, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform, Vector3
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.errors import shown
+from trajopt.messages import document_of, is_message
+from trajopt.messages.builtin_interfaces import Time
 from trajopt.model.placement import Placement, placement
 from trajopt.moveit.pose import read_placement
 

@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import Any
 
-from trajopt.commander.documents import document_of, message_of
 from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import Constraints, TrajectoryConstraints
 from trajopt.commander.planning import reading_in
 from trajopt.errors import NameNotFound, ProblemError, shown
 from trajopt.io.document import Node, read_document
+from trajopt.messages import decode, document_of
 from trajopt.moveit.constraints import read_constraints
 
 
@@ -87,7 +87,7 @@ class GroupConstraints(GroupBase):
         for path in sorted(Path(host).glob("*.yaml")):
             document = read_document(path)
             self._read(document)
-            stored[path.stem] = message_of(Constraints, document)
+            stored[path.stem] = decode(Constraints, document)
         self._knresidual_constraints = stored
 
     def _check(self, name: str, message: object) -> None:

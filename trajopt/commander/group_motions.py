@@ -12,7 +12,6 @@ from trajopt import grasping
 from trajopt.arrays import Floats
 from trajopt.cartesian import Followed, FollowOptions, follow, follows_curve, polyline
 from trajopt.commander.conversions import framed_placement
-from trajopt.commander.documents import document_of, field_names, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
@@ -25,6 +24,7 @@ from trajopt.commander.targets import Part, PoseTarget
 from trajopt.commander.trajectories import trajectory_message
 from trajopt.errors import shown
 from trajopt.grasping import GraspingOptions, PickPlaceResult, grasps_of, gripper_of
+from trajopt.messages import document_of, field_names, is_message
 from trajopt.methods import method_named
 from trajopt.model.collisions.allowed_collisions import AllowedCollisions
 from trajopt.model.placement import Placement

@@ -8,12 +8,12 @@ import numpy as np
 
 from trajopt.arrays import floats
 from trajopt.commander.conversions import framed_placement
-from trajopt.commander.documents import document_of, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.group_base import GroupBase
 from trajopt.commander.targets import Part, PoseTarget
 from trajopt.errors import JointNotFound, StateNotFound, shown
 from trajopt.kinematics import goal_configurations
+from trajopt.messages import document_of, is_message
 from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.placement import placement

@@ -5,11 +5,11 @@ from typing import Any
 
 from trajopt.arrays import Floats
 from trajopt.commander.conversions import framed_placement
-from trajopt.commander.documents import document_of, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.execution import Execution
 from trajopt.commander.world import World
 from trajopt.grasping import Grasp, Gripper, PickPlaceResult, Place, Straight
+from trajopt.messages import document_of, is_message
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import world_names

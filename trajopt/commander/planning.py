@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.commander.documents import document_of
 from trajopt.commander.moveit_msgs.msg import MotionPlanRequest
 from trajopt.commander.settings import Settings
+from trajopt.messages import document_of
 from trajopt.methods import method_named
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import Reading, world_names

@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from trajopt.commander.conversions import framed_placement, pose_of
-from trajopt.commander.documents import document_of, is_message
 from trajopt.commander.exception import speaks_moveit
 from trajopt.commander.geometry_msgs.msg import Pose
 from trajopt.commander.moveit_msgs.msg import (
@@ -32,6 +31,7 @@ from trajopt.commander.shape_msgs.msg import Plane, SolidPrimitive
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World, world_or_current
 from trajopt.io.document import Node
+from trajopt.messages import document_of, is_message
 from trajopt.model.collisions.clearances import Clearances
 from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.scene import Scene

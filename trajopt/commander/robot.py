@@ -5,7 +5,6 @@ from typing import Any
 
 from trajopt.arrays import Floats
 from trajopt.commander.conversions import pose_of, stamped
-from trajopt.commander.documents import is_message
 from trajopt.commander.exception import MoveItCommanderException, speaks_moveit
 from trajopt.commander.geometry_msgs.msg import PoseStamped, Vector3
 from trajopt.commander.move_group import MoveGroupCommander
@@ -15,6 +14,7 @@ from trajopt.commander.std_msgs.msg import ColorRGBA, Header
 from trajopt.commander.visualization_msgs.msg import Marker, MarkerArray
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, shown
+from trajopt.messages import is_message
 from trajopt.model.description.urdf import MeshReference
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cylinder, Sphere

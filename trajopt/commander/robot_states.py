@@ -7,12 +7,12 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.commander.conversions import transform_of
-from trajopt.commander.documents import document_of
 from trajopt.commander.moveit_msgs.msg import RobotState
 from trajopt.commander.scene_messages import attached_messages
 from trajopt.commander.sensor_msgs.msg import JointState, MultiDOFJointState
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World
+from trajopt.messages import document_of
 from trajopt.model.description.groups import Group
 from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names
 from trajopt.model.robot import Robot

@@ -3,7 +3,6 @@
 import logging
 from typing import Any
 
-from trajopt.commander.documents import field_names, is_message
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.moveit_msgs.msg import (
     AttachedCollisionObject,
@@ -14,6 +13,7 @@ from trajopt.commander.moveit_msgs.msg import (
 from trajopt.commander.planning_scene_interface import PlanningSceneInterface
 from trajopt.commander.world import world_or_current
 from trajopt.errors import shown
+from trajopt.messages import field_names, is_message
 
 _LOG = logging.getLogger("trajopt.commander")
 
@@ -54,7 +54,8 @@ class Publisher:
         Raises:
             MoveItCommanderException: If it is of another kind, or asks for what cannot be.
         """
-        alone = args[0] if len(args) == 1 and field_names(args[0]) and not fields else None
+        whole = len(args) == 1 and not fields and _is_message(args[0], self.data_class)
+        alone = args[0] if whole else None
         kind = self.data_class.__name__
         if alone is not None and type(alone).__name__ != kind:
             raise MoveItCommanderException(
@@ -79,6 +80,11 @@ class Publisher:
             scene.remove_attached_object(message.link_name or None, message.object.id or None)
         else:
             scene.attach_object(message, message.link_name, message.touch_links)
+
+
+def _is_message(value: object, kind: type) -> bool:
+    """Say whether a value is a message, or the first field of one: some have no fields at all."""
+    return isinstance(value, kind) or bool(field_names(value))
 
 
 def _told(message: object) -> str:

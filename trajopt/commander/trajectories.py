@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 
-from trajopt.commander.clock import Duration
-from trajopt.commander.documents import document_of, is_message, message_of
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.moveit_msgs.msg import RobotTrajectory
 from trajopt.commander.std_msgs.msg import Header
@@ -13,7 +11,8 @@ from trajopt.commander.trajectory_msgs.msg import (
     MultiDOFJointTrajectory,
     MultiDOFJointTrajectoryPoint,
 )
-from trajopt.io.document import Node
+from trajopt.messages import decode, document_of, is_message
+from trajopt.messages.builtin_interfaces import Duration
 from trajopt.methods.timing import retime_path
 from trajopt.model.description.groups import Group
 from trajopt.model.reduced import ReducedModel
@@ -97,7 +96,7 @@ def _transforms(trajectory: Trajectory) -> list[MultiDOFJointTrajectoryPoint]:
     points: list[MultiDOFJointTrajectoryPoint] = []
     for document, moment in zip(multi_dof_points(trajectory), trajectory.times.tolist(), strict=True):
         stated = {key: value for key, value in document.items() if key != "time_from_start"}
-        point = message_of(MultiDOFJointTrajectoryPoint, Node(stated, "trajectory"))
+        point = decode(MultiDOFJointTrajectoryPoint, stated)
         point.time_from_start = Duration(moment)
         points.append(point)
     return points

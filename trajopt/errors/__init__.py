@@ -126,6 +126,10 @@ class WaypointNotFound(NameNotFound):
     """No waypoint of that name in the problem."""
 
 
+class MessageNotFound(NameNotFound):
+    """No message of ROS of that name."""
+
+
 class DuplicateObject(ModelError):
     """A scene object of that id is there already."""
 

@@ -5,11 +5,11 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from trajopt.commander.clock import Duration as Duration
 from trajopt.commander.clock import Rate as Rate
-from trajopt.commander.clock import Time as Time
 from trajopt.commander.topics import Publisher as Publisher
 from trajopt.commander.world import current_world, world_or_current
+from trajopt.messages.builtin_interfaces import Duration as Duration
+from trajopt.messages.builtin_interfaces import Time as Time
 
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 """Levels of the log, as `init_node` takes them."""

@@ -1,35 +1,40 @@
 """Stands for `moveit_msgs.msg`: the messages that scripts build and read."""
 
-from trajopt.commander.moveit_msgs.msg.constraints import BoundingVolume as BoundingVolume
-from trajopt.commander.moveit_msgs.msg.constraints import Constraints as Constraints
-from trajopt.commander.moveit_msgs.msg.constraints import JointConstraint as JointConstraint
-from trajopt.commander.moveit_msgs.msg.constraints import OrientationConstraint as OrientationConstraint
-from trajopt.commander.moveit_msgs.msg.constraints import PositionConstraint as PositionConstraint
-from trajopt.commander.moveit_msgs.msg.constraints import TrajectoryConstraints as TrajectoryConstraints
-from trajopt.commander.moveit_msgs.msg.constraints import VisibilityConstraint as VisibilityConstraint
-from trajopt.commander.moveit_msgs.msg.error_codes import MoveItErrorCodes as MoveItErrorCodes
-from trajopt.commander.moveit_msgs.msg.planning import DisplayRobotState as DisplayRobotState
-from trajopt.commander.moveit_msgs.msg.planning import DisplayTrajectory as DisplayTrajectory
-from trajopt.commander.moveit_msgs.msg.planning import Grasp as Grasp
-from trajopt.commander.moveit_msgs.msg.planning import GripperTranslation as GripperTranslation
-from trajopt.commander.moveit_msgs.msg.planning import MotionPlanRequest as MotionPlanRequest
-from trajopt.commander.moveit_msgs.msg.planning import PlaceLocation as PlaceLocation
-from trajopt.commander.moveit_msgs.msg.planning import (
-    PlannerInterfaceDescription as PlannerInterfaceDescription,
-)
-from trajopt.commander.moveit_msgs.msg.planning import RobotTrajectory as RobotTrajectory
-from trajopt.commander.moveit_msgs.msg.planning import WorkspaceParameters as WorkspaceParameters
-from trajopt.commander.moveit_msgs.msg.planning_scene import AllowedCollisionEntry as AllowedCollisionEntry
-from trajopt.commander.moveit_msgs.msg.planning_scene import AllowedCollisionMatrix as AllowedCollisionMatrix
-from trajopt.commander.moveit_msgs.msg.planning_scene import (
-    AttachedCollisionObject as AttachedCollisionObject,
-)
-from trajopt.commander.moveit_msgs.msg.planning_scene import CollisionObject as CollisionObject
-from trajopt.commander.moveit_msgs.msg.planning_scene import LinkPadding as LinkPadding
-from trajopt.commander.moveit_msgs.msg.planning_scene import LinkScale as LinkScale
-from trajopt.commander.moveit_msgs.msg.planning_scene import PlanningScene as PlanningScene
-from trajopt.commander.moveit_msgs.msg.planning_scene import (
-    PlanningSceneComponents as PlanningSceneComponents,
-)
-from trajopt.commander.moveit_msgs.msg.planning_scene import PlanningSceneWorld as PlanningSceneWorld
-from trajopt.commander.moveit_msgs.msg.planning_scene import RobotState as RobotState
+from trajopt.messages.moveit_msgs import AllowedCollisionEntry as AllowedCollisionEntry
+from trajopt.messages.moveit_msgs import AllowedCollisionMatrix as AllowedCollisionMatrix
+from trajopt.messages.moveit_msgs import AttachedCollisionObject as AttachedCollisionObject
+from trajopt.messages.moveit_msgs import BoundingVolume as BoundingVolume
+from trajopt.messages.moveit_msgs import CartesianPoint as CartesianPoint
+from trajopt.messages.moveit_msgs import CartesianTrajectory as CartesianTrajectory
+from trajopt.messages.moveit_msgs import CartesianTrajectoryPoint as CartesianTrajectoryPoint
+from trajopt.messages.moveit_msgs import CollisionObject as CollisionObject
+from trajopt.messages.moveit_msgs import ConstraintEvalResult as ConstraintEvalResult
+from trajopt.messages.moveit_msgs import Constraints as Constraints
+from trajopt.messages.moveit_msgs import ContactInformation as ContactInformation
+from trajopt.messages.moveit_msgs import CostSource as CostSource
+from trajopt.messages.moveit_msgs import DisplayRobotState as DisplayRobotState
+from trajopt.messages.moveit_msgs import DisplayTrajectory as DisplayTrajectory
+from trajopt.messages.moveit_msgs import GenericTrajectory as GenericTrajectory
+from trajopt.messages.moveit_msgs import Grasp as Grasp
+from trajopt.messages.moveit_msgs import GripperTranslation as GripperTranslation
+from trajopt.messages.moveit_msgs import JointConstraint as JointConstraint
+from trajopt.messages.moveit_msgs import LinkPadding as LinkPadding
+from trajopt.messages.moveit_msgs import LinkScale as LinkScale
+from trajopt.messages.moveit_msgs import MotionPlanRequest as MotionPlanRequest
+from trajopt.messages.moveit_msgs import MotionPlanResponse as MotionPlanResponse
+from trajopt.messages.moveit_msgs import MoveItErrorCodes as MoveItErrorCodes
+from trajopt.messages.moveit_msgs import ObjectColor as ObjectColor
+from trajopt.messages.moveit_msgs import OrientationConstraint as OrientationConstraint
+from trajopt.messages.moveit_msgs import PlaceLocation as PlaceLocation
+from trajopt.messages.moveit_msgs import PlannerInterfaceDescription as PlannerInterfaceDescription
+from trajopt.messages.moveit_msgs import PlanningOptions as PlanningOptions
+from trajopt.messages.moveit_msgs import PlanningScene as PlanningScene
+from trajopt.messages.moveit_msgs import PlanningSceneComponents as PlanningSceneComponents
+from trajopt.messages.moveit_msgs import PlanningSceneWorld as PlanningSceneWorld
+from trajopt.messages.moveit_msgs import PositionConstraint as PositionConstraint
+from trajopt.messages.moveit_msgs import PositionIKRequest as PositionIKRequest
+from trajopt.messages.moveit_msgs import RobotState as RobotState
+from trajopt.messages.moveit_msgs import RobotTrajectory as RobotTrajectory
+from trajopt.messages.moveit_msgs import TrajectoryConstraints as TrajectoryConstraints
+from trajopt.messages.moveit_msgs import VisibilityConstraint as VisibilityConstraint
+from trajopt.messages.moveit_msgs import WorkspaceParameters as WorkspaceParameters

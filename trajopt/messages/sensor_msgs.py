@@ -1,9 +1,9 @@
-"""Stands for `sensor_msgs.msg`: joint states."""
+"""Messages of `sensor_msgs`: joint states."""
 
 from dataclasses import dataclass, field
 
-from trajopt.commander.geometry_msgs.msg import Transform
-from trajopt.commander.std_msgs.msg import Header
+from trajopt.messages.geometry_msgs import Transform, Twist, Wrench
+from trajopt.messages.std_msgs import Header
 
 
 @dataclass(slots=True)
@@ -24,5 +24,5 @@ class MultiDOFJointState:
     header: Header = field(default_factory=Header)
     joint_names: list[str] = field(default_factory=list[str])
     transforms: list[Transform] = field(default_factory=list[Transform])
-    twist: list[object] = field(default_factory=list[object])
-    wrench: list[object] = field(default_factory=list[object])
+    twist: list[Twist] = field(default_factory=list[Twist])
+    wrench: list[Wrench] = field(default_factory=list[Wrench])

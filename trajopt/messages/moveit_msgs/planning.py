@@ -1,12 +1,15 @@
-"""Planning messages of `moveit_msgs.msg`: requests, trajectories, grasps."""
+"""Planning messages of `moveit_msgs`: requests, trajectories, grasps."""
 
 from dataclasses import dataclass, field
 
-from trajopt.commander.geometry_msgs.msg import PoseStamped, Vector3, Vector3Stamped
-from trajopt.commander.moveit_msgs.msg.constraints import Constraints, TrajectoryConstraints
-from trajopt.commander.moveit_msgs.msg.planning_scene import RobotState
-from trajopt.commander.std_msgs.msg import Header
-from trajopt.commander.trajectory_msgs.msg import JointTrajectory, MultiDOFJointTrajectory
+from trajopt.messages.builtin_interfaces import Duration
+from trajopt.messages.geometry_msgs import Accel, Pose, PoseStamped, Twist, Vector3, Vector3Stamped
+from trajopt.messages.moveit_msgs.constraints import Constraints, TrajectoryConstraints
+from trajopt.messages.moveit_msgs.error_codes import MoveItErrorCodes
+from trajopt.messages.moveit_msgs.planning_scene import ObjectColor, RobotState
+from trajopt.messages.primitives import Float32
+from trajopt.messages.std_msgs import Header
+from trajopt.messages.trajectory_msgs import JointTrajectory, MultiDOFJointTrajectory
 
 
 @dataclass(slots=True)
@@ -15,6 +18,41 @@ class RobotTrajectory:
 
     joint_trajectory: JointTrajectory = field(default_factory=JointTrajectory)
     multi_dof_joint_trajectory: MultiDOFJointTrajectory = field(default_factory=MultiDOFJointTrajectory)
+
+
+@dataclass(slots=True)
+class CartesianPoint:
+    """Where a link is, and its rates."""
+
+    pose: Pose = field(default_factory=Pose)
+    velocity: Twist = field(default_factory=Twist)
+    acceleration: Accel = field(default_factory=Accel)
+
+
+@dataclass(slots=True)
+class CartesianTrajectoryPoint:
+    """Where a link is at a time."""
+
+    point: CartesianPoint = field(default_factory=CartesianPoint)
+    time_from_start: Duration = field(default_factory=Duration)
+
+
+@dataclass(slots=True)
+class CartesianTrajectory:
+    """Points over time, of a link."""
+
+    header: Header = field(default_factory=Header)
+    tracked_frame: str = ""
+    points: list[CartesianTrajectoryPoint] = field(default_factory=list[CartesianTrajectoryPoint])
+
+
+@dataclass(slots=True)
+class GenericTrajectory:
+    """Trajectories of joints and of links; nothing is planned along them here."""
+
+    header: Header = field(default_factory=Header)
+    joint_trajectory: list[JointTrajectory] = field(default_factory=list[JointTrajectory])
+    cartesian_trajectory: list[CartesianTrajectory] = field(default_factory=list[CartesianTrajectory])
 
 
 @dataclass(slots=True)
@@ -31,7 +69,7 @@ class DisplayRobotState:
     """A state, to be looked at."""
 
     state: RobotState = field(default_factory=RobotState)
-    highlight_links: list[object] = field(default_factory=list[object])
+    highlight_links: list[ObjectColor] = field(default_factory=list[ObjectColor])
     hide: bool = False
 
 
@@ -53,7 +91,7 @@ class MotionPlanRequest:
     goal_constraints: list[Constraints] = field(default_factory=list[Constraints])
     path_constraints: Constraints = field(default_factory=Constraints)
     trajectory_constraints: TrajectoryConstraints = field(default_factory=TrajectoryConstraints)
-    reference_trajectories: list[object] = field(default_factory=list[object])
+    reference_trajectories: list[GenericTrajectory] = field(default_factory=list[GenericTrajectory])
     pipeline_id: str = ""
     planner_id: str = ""
     group_name: str = ""
@@ -63,6 +101,18 @@ class MotionPlanRequest:
     max_acceleration_scaling_factor: float = 0.0
     cartesian_speed_limited_link: str = ""
     max_cartesian_speed: float = 0.0
+    cartesian_speed_end_effector_link: str = ""
+
+
+@dataclass(slots=True)
+class MotionPlanResponse:
+    """How planning ended, and the motion."""
+
+    trajectory_start: RobotState = field(default_factory=RobotState)
+    group_name: str = ""
+    trajectory: RobotTrajectory = field(default_factory=RobotTrajectory)
+    planning_time: float = 0.0
+    error_code: MoveItErrorCodes = field(default_factory=MoveItErrorCodes)
 
 
 @dataclass(slots=True)
@@ -79,8 +129,8 @@ class GripperTranslation:
     """A straight motion of the hand along a direction."""
 
     direction: Vector3Stamped = field(default_factory=Vector3Stamped)
-    desired_distance: float = 0.0
-    min_distance: float = 0.0
+    desired_distance: Float32 = 0.0
+    min_distance: Float32 = 0.0
 
 
 @dataclass(slots=True)
@@ -95,7 +145,7 @@ class Grasp:
     pre_grasp_approach: GripperTranslation = field(default_factory=GripperTranslation)
     post_grasp_retreat: GripperTranslation = field(default_factory=GripperTranslation)
     post_place_retreat: GripperTranslation = field(default_factory=GripperTranslation)
-    max_contact_force: float = 0.0
+    max_contact_force: Float32 = 0.0
     allowed_touch_objects: list[str] = field(default_factory=list[str])
 
 

@@ -1,11 +1,12 @@
-"""Constraint messages of `moveit_msgs.msg`."""
+"""Constraint messages of `moveit_msgs`."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from trajopt.commander.geometry_msgs.msg import Pose, PoseStamped, Quaternion, Vector3
-from trajopt.commander.shape_msgs.msg import Mesh, SolidPrimitive
-from trajopt.commander.std_msgs.msg import Header
+from trajopt.messages.geometry_msgs import Pose, PoseStamped, Quaternion, Vector3
+from trajopt.messages.primitives import UInt8
+from trajopt.messages.shape_msgs import Mesh, SolidPrimitive
+from trajopt.messages.std_msgs import Header
 
 
 @dataclass(slots=True)
@@ -53,7 +54,7 @@ class OrientationConstraint:
     absolute_x_axis_tolerance: float = 0.0
     absolute_y_axis_tolerance: float = 0.0
     absolute_z_axis_tolerance: float = 0.0
-    parameterization: int = 0
+    parameterization: UInt8 = 0
     weight: float = 0.0
 
 
@@ -71,7 +72,7 @@ class VisibilityConstraint:
     sensor_pose: PoseStamped = field(default_factory=PoseStamped)
     max_view_angle: float = 0.0
     max_range_angle: float = 0.0
-    sensor_view_direction: int = 0
+    sensor_view_direction: UInt8 = 0
     weight: float = 0.0
 
 

@@ -1,4 +1,4 @@
-"""Error codes of `moveit_msgs.msg`: MoveIt's numbers, with trajopt's reason beside them."""
+"""Error codes of `moveit_msgs`: MoveIt's numbers, with trajopt's reason beside them."""
 
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,22 +1,20 @@
-"""Messages as documents: what reads MoveIt's files reads them too, the stand-ins' and ROS' own alike."""
+"""Messages as documents: what reads MoveIt's files reads them too, ours and ROS' own alike."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import Any
 
 import numpy as np
 
 from trajopt.errors import ProblemError, shown
 from trajopt.io.document import Node
 
-M = TypeVar("M")
-
 
 def document_of(message: object, name: str) -> Node:
     """Return a message as a document.
 
     Args:
-        message: A stand-in, or a message of ROS 1 or ROS 2.
+        message: A message of ours, or of ROS 1 or ROS 2.
         name: What complaints say in place of a file's name, such as "set_path_constraints".
 
     Raises:
@@ -35,7 +33,7 @@ def _plain(value: Any, name: str) -> object:
             return _plain(value.tolist(), name)
         case _:
             members = field_names(value)
-    if members:
+    if members or is_dataclass(value):
         return {key: _plain(getattr(value, key), name) for key in members}
     if isinstance(value, Iterable):
         return [_plain(inner, name) for inner in value]  # pyright: ignore[reportUnknownVariableType]
@@ -55,22 +53,3 @@ def field_names(message: Any) -> tuple[str, ...]:
 def is_message(value: object, *names: str) -> bool:
     """Say whether something has the fields of a message."""
     return set(names) <= set(field_names(value))
-
-
-def message_of(kind: type[M], document: Node) -> M:
-    """Return a stand-in of a message with what a document says; lists are its fields in order.
-
-    Raises:
-        FileFormatError: If the document has a member that the message has not.
-    """
-    if isinstance(document.value, list):
-        return kind(*(element.value for element in document.elements()))
-    hints, names = get_type_hints(kind), field_names(kind)
-    document.only(names)
-    return kind(**{name: _member(hints[name], document[name]) for name in names if document.has(name)})
-
-
-def _member(kind: Any, document: Node) -> Any:
-    if get_origin(kind) is list:
-        return [_member(get_args(kind)[0], element) for element in document.elements()]
-    return message_of(cast("type[object]", kind), document) if is_dataclass(kind) else document.value

@@ -1,11 +1,12 @@
-"""Stands for `geometry_msgs.msg`: points, quaternions and poses.
+"""Messages of `geometry_msgs`: points, quaternions and poses.
 
 As in ROS a quaternion starts with four zeros, which stand for no rotation.
 """
 
 from dataclasses import dataclass, field
 
-from trajopt.commander.std_msgs.msg import Header
+from trajopt.messages.primitives import Float32
+from trajopt.messages.std_msgs import Header
 
 
 @dataclass(slots=True)
@@ -15,6 +16,22 @@ class Point:
     x: float = 0.0
     y: float = 0.0
     z: float = 0.0
+
+
+@dataclass(slots=True)
+class Point32:
+    """A point [m] in short numbers."""
+
+    x: Float32 = 0.0
+    y: Float32 = 0.0
+    z: Float32 = 0.0
+
+
+@dataclass(slots=True)
+class Polygon:
+    """Corners one after the other [m]."""
+
+    points: list[Point32] = field(default_factory=list[Point32])
 
 
 @dataclass(slots=True)
@@ -80,6 +97,14 @@ class TransformStamped:
 @dataclass(slots=True)
 class Twist:
     """Velocities along [m/s] and about [rad/s] the axes."""
+
+    linear: Vector3 = field(default_factory=Vector3)
+    angular: Vector3 = field(default_factory=Vector3)
+
+
+@dataclass(slots=True)
+class Accel:
+    """Accelerations along [m/s^2] and about [rad/s^2] the axes."""
 
     linear: Vector3 = field(default_factory=Vector3)
     angular: Vector3 = field(default_factory=Vector3)

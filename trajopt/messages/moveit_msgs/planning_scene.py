@@ -1,13 +1,16 @@
-"""Scene messages of `moveit_msgs.msg`: objects, what may touch, where the robot is."""
+"""Scene messages of `moveit_msgs`: objects, what may touch, where the robot is."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from trajopt.commander.geometry_msgs.msg import Pose, TransformStamped
-from trajopt.commander.sensor_msgs.msg import JointState, MultiDOFJointState
-from trajopt.commander.shape_msgs.msg import Mesh, Plane, SolidPrimitive
-from trajopt.commander.std_msgs.msg import Header
-from trajopt.commander.trajectory_msgs.msg import JointTrajectory
+from trajopt.messages.geometry_msgs import Pose, TransformStamped
+from trajopt.messages.object_recognition_msgs import ObjectType
+from trajopt.messages.octomap_msgs import OctomapWithPose
+from trajopt.messages.primitives import Int8, UInt32
+from trajopt.messages.sensor_msgs import JointState, MultiDOFJointState
+from trajopt.messages.shape_msgs import Mesh, Plane, SolidPrimitive
+from trajopt.messages.std_msgs import ColorRGBA, Header
+from trajopt.messages.trajectory_msgs import JointTrajectory
 
 
 @dataclass(slots=True)
@@ -22,7 +25,7 @@ class CollisionObject:
     header: Header = field(default_factory=Header)
     pose: Pose = field(default_factory=Pose)
     id: str = ""
-    type: object = None
+    type: ObjectType = field(default_factory=ObjectType)
     primitives: list[SolidPrimitive] = field(default_factory=list[SolidPrimitive])
     primitive_poses: list[Pose] = field(default_factory=list[Pose])
     meshes: list[Mesh] = field(default_factory=list[Mesh])
@@ -31,7 +34,7 @@ class CollisionObject:
     plane_poses: list[Pose] = field(default_factory=list[Pose])
     subframe_names: list[str] = field(default_factory=list[str])
     subframe_poses: list[Pose] = field(default_factory=list[Pose])
-    operation: int = 0
+    operation: Int8 = 0
 
 
 @dataclass(slots=True)
@@ -114,11 +117,19 @@ class LinkScale:
 
 
 @dataclass(slots=True)
+class ObjectColor:
+    """The colour of an object."""
+
+    id: str = ""
+    color: ColorRGBA = field(default_factory=ColorRGBA)
+
+
+@dataclass(slots=True)
 class PlanningSceneWorld:
     """The objects around the robot."""
 
     collision_objects: list[CollisionObject] = field(default_factory=list[CollisionObject])
-    octomap: object = None
+    octomap: OctomapWithPose = field(default_factory=OctomapWithPose)
 
 
 @dataclass(slots=True)
@@ -136,7 +147,7 @@ class PlanningSceneComponents:
     LINK_PADDING_AND_SCALING: ClassVar[int] = 256
     OBJECT_COLORS: ClassVar[int] = 512
 
-    components: int = 0
+    components: UInt32 = 0
 
 
 @dataclass(slots=True)
@@ -150,6 +161,6 @@ class PlanningScene:
     allowed_collision_matrix: AllowedCollisionMatrix = field(default_factory=AllowedCollisionMatrix)
     link_padding: list[LinkPadding] = field(default_factory=list[LinkPadding])
     link_scale: list[LinkScale] = field(default_factory=list[LinkScale])
-    object_colors: list[object] = field(default_factory=list[object])
+    object_colors: list[ObjectColor] = field(default_factory=list[ObjectColor])
     world: PlanningSceneWorld = field(default_factory=PlanningSceneWorld)
     is_diff: bool = False

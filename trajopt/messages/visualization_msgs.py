@@ -1,10 +1,10 @@
-"""Stands for `visualization_msgs.msg`: markers that show a robot."""
+"""Messages of `visualization_msgs`: markers that show a robot."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from trajopt.commander.geometry_msgs.msg import Pose, Vector3
-from trajopt.commander.std_msgs.msg import ColorRGBA, Header
+from trajopt.messages.geometry_msgs import Pose, Vector3
+from trajopt.messages.std_msgs import ColorRGBA, Header
 
 
 @dataclass(slots=True)

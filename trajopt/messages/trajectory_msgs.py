@@ -1,10 +1,10 @@
-"""Stands for `trajectory_msgs.msg`: joint trajectories."""
+"""Messages of `trajectory_msgs`: joint trajectories."""
 
 from dataclasses import dataclass, field
 
-from trajopt.commander.clock import Duration
-from trajopt.commander.geometry_msgs.msg import Transform, Twist
-from trajopt.commander.std_msgs.msg import Header
+from trajopt.messages.builtin_interfaces import Duration
+from trajopt.messages.geometry_msgs import Transform, Twist
+from trajopt.messages.std_msgs import Header
 
 
 @dataclass(slots=True)

@@ -1,19 +1,21 @@
-"""Stands for `shape_msgs.msg`: primitives, meshes and planes."""
+"""Messages of `shape_msgs`: primitives, meshes and planes."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from trajopt.commander.geometry_msgs.msg import Point
+from trajopt.messages.geometry_msgs import Point, Polygon
+from trajopt.messages.primitives import UInt8, UInt32
 
 
 @dataclass(slots=True)
 class SolidPrimitive:
-    """A box, sphere, cylinder or cone [m]; which dimension is which, the constants say."""
+    """A box, sphere, cylinder, cone or prism [m]; which dimension is which, the constants say."""
 
     BOX: ClassVar[int] = 1
     SPHERE: ClassVar[int] = 2
     CYLINDER: ClassVar[int] = 3
     CONE: ClassVar[int] = 4
+    PRISM: ClassVar[int] = 5
     BOX_X: ClassVar[int] = 0
     BOX_Y: ClassVar[int] = 1
     BOX_Z: ClassVar[int] = 2
@@ -22,16 +24,18 @@ class SolidPrimitive:
     CYLINDER_RADIUS: ClassVar[int] = 1
     CONE_HEIGHT: ClassVar[int] = 0
     CONE_RADIUS: ClassVar[int] = 1
+    PRISM_HEIGHT: ClassVar[int] = 0
 
-    type: int = 0
+    type: UInt8 = 0
     dimensions: list[float] = field(default_factory=list[float])
+    polygon: Polygon = field(default_factory=Polygon)
 
 
 @dataclass(slots=True)
 class MeshTriangle:
     """Three vertices of a mesh, by their places."""
 
-    vertex_indices: list[int] = field(default_factory=list[int])
+    vertex_indices: list[UInt32] = field(default_factory=list[UInt32])
 
 
 @dataclass(slots=True)
