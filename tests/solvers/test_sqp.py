@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.solvers.analytic import AnalyticNlp
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Ints
 from trajopt.nlp import Loss
 from trajopt.solvers import SolverStatus, Sqp
 from trajopt.solvers.flat import subproblem
@@ -53,6 +53,23 @@ def test_any_feasible_point_ends_it_where_it_will_do() -> None:
     )
     assert any_point.status is SolverStatus.CONVERGED and any_point.feasible
     assert len(any_point.log) < len(best.log)
+
+
+class Finer(AnalyticNlp):
+    """Asks for ever more samples of a point where these are to be as many as it needs in the end."""
+
+    asked = 1
+
+    def sampling(self, x: Floats, *, fine: bool) -> Ints:
+        self.asked = min(self.asked + fine, 4)
+        return np.full(1, self.asked)
+
+
+def test_a_point_that_is_feasible_on_the_samples_that_it_needs_is_not_moved() -> None:
+    nlp = Finer(*WIDE, rosenbrock, 1.0, Loss.SQUARED, disc, (np.full(1, -np.inf), np.full(1, 1.0)))
+    result = replace(SHARP, until_feasible=True).solve(nlp, np.array([[-1.5, 1.5]]))
+    assert result.feasible
+    assert nlp.asked == 2
 
 
 def test_equality() -> None:

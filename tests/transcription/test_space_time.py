@@ -18,7 +18,9 @@ from trajopt.solvers import Sqp
 from trajopt.solvers.descent import Limits
 from trajopt.solvers.native_descent import native_descent
 from trajopt.terms.motion import Motion
+from trajopt.transcription.bspline import BsplineNlp
 from trajopt.transcription.clearance_in_time import ClearanceInTime
+from trajopt.transcription.knots import SWEEP
 from trajopt.transcription.space_time import SpaceTimeNlp
 
 SMALL = 1e-6
@@ -131,6 +133,28 @@ def test_what_is_not_there_yet_or_no_longer_has_no_rows(tmp_path: Path) -> None:
     assert len(within.times) < len(motion.times)
     places = block.rows.place[np.isin(block.rows.component, list(flashes))]
     assert within.place.min() - 1e-9 <= places.min() <= places.max() <= within.place.max() + 1e-9
+
+
+def test_samples_are_dense_where_what_changes_comes_near(tmp_path: Path) -> None:
+    nlp, x = program(crossed(tmp_path), 1.6)
+    world = nlp.world
+    assert world is not None
+    sampling = nlp.sampling(x, fine=True)
+    corners = nlp.basis.at(nlp.basis.breaks)(x)
+    times = nlp.basis.breaks * nlp.duration
+    robot = nlp.query.displacement(corners[:-1], corners[1:])
+    rest = np.repeat(corners[:1], len(times), axis=0)
+    among = world.timed.positions(rest, times)
+    way = robot + world.query.displacement(among[:-1], among[1:])
+    alone = BsplineNlp.sampling(nlp, x, fine=True)
+    dense = sampling >= way / SWEEP
+    assert (sampling >= alone).all()
+    assert not dense.all() and (sampling[~dense] == alone[~dense]).all()
+    # No pair is near its room anywhere in the other pieces: looked at a hundred times in each.
+    for piece in np.flatnonzero(~dense).tolist():
+        inside = np.linspace(nlp.basis.breaks[piece], nlp.basis.breaks[piece + 1], 100)
+        spare = world.spare(nlp.basis.at(inside)(x), inside * nlp.duration)
+        assert (spare[world.pairs.changes] >= world.room[world.pairs.changes]).all()
 
 
 def test_a_motion_without_times_is_refused(tmp_path: Path) -> None:

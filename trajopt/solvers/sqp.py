@@ -92,7 +92,8 @@ class Sqp:
             status = run.descend()
             if run.feasible:
                 # Steps are compared on equal samples; whether these are enough is checked at the end.
-                enough = not run.refine() and (run.fine or self.until_feasible)
+                refined = run.refine()
+                enough = run.feasible if self.until_feasible else run.fine and not refined
                 if status in FINAL:
                     return run.result(status)
                 if enough:

@@ -48,13 +48,28 @@ def swept_samples(
         least: Samples that every segment gets.
         sweep: No body moves farther than this between two samples [m].
     """
+    return samples_for(swept(query, corners), least, sweep)
+
+
+def samples_for(way: Floats, least: int, sweep: float = SWEEP) -> Ints:
+    """Return how many samples segments need in which bodies move so far, shape (N - 1,)."""
+    return np.clip(np.ceil(way / sweep), least, MOST_SAMPLES).astype(np.int64)
+
+
+def swept(query: Query, corners: Floats) -> Floats:
+    """Return how far bodies move in each segment of a polyline, more or less, shape (N - 1,) [m].
+
+    Args:
+        query: Measures how far bodies move.
+        corners: Shape (N, n) [rad | m].
+    """
     segments, steps = len(corners) - 1, corners[1:] - corners[:-1]
     parts = max(1, int(np.ceil(np.abs(steps).max(initial=0.0) / TURN)))
     share = np.arange(parts * segments + 1) / parts
     first = np.minimum(share.astype(np.int64), segments - 1)
     fine = corners[first] + (share - first)[:, None] * steps[first]
-    swept = query.displacement(fine[:-1], fine[1:]).reshape(segments, parts).sum(axis=1)
-    return np.clip(np.ceil(swept / sweep), least, MOST_SAMPLES).astype(np.int64)
+    way: Floats = query.displacement(fine[:-1], fine[1:]).reshape(segments, parts).sum(axis=1)
+    return way
 
 
 CLEARANCE_TOLERANCE = 1e-3

@@ -25,7 +25,14 @@ from trajopt.terms.motion import MotionInTime
 from trajopt.transcription.basis import SplineBasis, Stencils
 from trajopt.transcription.bspline import COARSE_SAMPLES, BsplineNlp, Places
 from trajopt.transcription.clearance_in_time import ClearanceInTime
-from trajopt.transcription.knots import CLEARANCE_TOLERANCE, SWEEP, KnotsNlp, shortest_duration, swept_samples
+from trajopt.transcription.knots import (
+    CLEARANCE_TOLERANCE,
+    SWEEP,
+    KnotsNlp,
+    samples_for,
+    shortest_duration,
+    swept,
+)
 from trajopt.transcription.margins import shrinkable
 from trajopt.transcription.spline_rates import SplineRate
 from trajopt.transcription.spline_torque import SplineTorque
@@ -54,19 +61,25 @@ class World(Printed):
 
     Attributes:
         timed: The model among it.
-        query: Of that; its owner's, so one per thread.
+        query: Of that, for the rows of programs: what it remembers is of their samples. Its owner's, so one
+            per thread.
+        looks: The same for all else.
         pairs: What is known of its pairs.
     """
 
     timed: TimedModel
     query: Query
+    looks: Query
     pairs: ChangingPairs
 
     @staticmethod
     def of(problem: Problem, counts: Counts) -> "World | None":
         """Return what changes around a problem's robot; None where nothing does."""
         timed = timed_model(problem.reduced)
-        return None if timed is None else World(timed, Query(timed.reduced, counts), ChangingPairs.of(timed))
+        if timed is None:
+            return None
+        query, looks = (Query(timed.reduced, counts) for _ in range(2))
+        return World(timed, query, looks, ChangingPairs.of(timed))
 
     @cached_property
     def moments(self) -> Floats:
@@ -97,12 +110,37 @@ class World(Printed):
         pairs, spare = self.pairs, self.room.copy()
         errors = pairs.error_at(float(times.max()), slice(None))
         reach = np.where(pairs.changes, pairs.required + self.room + errors, -np.inf)
-        found = self.query.close_pairs(self.timed.positions(positions, times), reach)
+        found = self.looks.close_pairs(self.timed.positions(positions, times), reach)
         when, pair = times[found.sample], found.pair
         there = (when >= pairs.appears[pair]) & (when <= pairs.expires[pair])
         left = found.distance - pairs.required[pair] - pairs.error_at(when, pair)
         np.minimum.at(spare, pair[there], left[there])
         return spare
+
+    def samples(self, corners: Floats, times: Floats, way: Floats) -> Ints:
+        """Return how many samples what changes demands between corners of a motion, shape (s - 1,).
+
+        Where nothing that changes is nearer than it and the robot get on from one corner to the next, it
+        demands none.
+
+        Args:
+            corners: Shape (s, n) [rad | m].
+            times: Shape (s,) [s].
+            way: How far the robot gets on between them, shape (s - 1,) [m].
+        """
+        # They may go opposite ways.
+        both = way + swept(
+            self.looks, self.timed.positions(np.repeat(corners[:1], len(times), axis=0), times)
+        )
+        pairs, least = self.pairs, self.pairs.required + self.room
+        farthest = least + pairs.error_at(float(times[-1]), slice(None)) + both.max(initial=0.0)
+        reach = np.where(pairs.changes, farthest, -np.inf)
+        found = self.looks.close_pairs(self.timed.positions(corners, times), reach)
+        spare = np.full(len(times), np.inf)
+        above = least[found.pair] + pairs.error_at(times[found.sample], found.pair)
+        np.minimum.at(spare, found.sample, found.distance - above)
+        near = np.minimum(spare[:-1], spare[1:]) < both
+        return np.where(near, samples_for(both, 1), 1)
 
     def spare_staying(self, positions: Floats, begin: float, dwell: float) -> Floats:
         """Return what each pair has above what is required while the robot stays somewhere, (p,).
@@ -246,9 +284,10 @@ class SpaceTimeNlp(BsplineNlp):
         if self.world is None or not fine:
             return super().sampling(x, fine=fine)
         breaks = self.basis.breaks
-        corners = self.world.timed.positions(self.basis.at(breaks)(x), breaks * self.duration)
-        # They may go opposite ways.
-        return swept_samples(self.world.query, corners, COARSE_SAMPLES, sweep=SWEEP / 2.0)
+        corners = self.basis.at(breaks)(x)
+        way = swept(self.query, corners)
+        samples = samples_for(way, COARSE_SAMPLES)
+        return np.maximum(samples, self.world.samples(corners, breaks * self.duration, way))
 
     def motion(self, x: Floats, sampling: Ints) -> MotionInTime:
         """Sample the spline as its base does, each sample at its time."""
