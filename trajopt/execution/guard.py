@@ -8,12 +8,17 @@ import numpy as np
 from trajopt.arrays import Floats, Value
 from trajopt.errors import JointNotFound
 from trajopt.execution.executor import Executor
+from trajopt.model.cached import LruCache
 from trajopt.model.deviation import largest_deviation
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
+
+FIRST_INTERVALS = 8
+"""Into so many intervals a piece and its stop are cut at first: they are half as long as motions mostly are,
+which the judge cuts into sixteen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +36,7 @@ class Seen(Value):
     def stale(self, time: float) -> str:
         """Say whose motion is not known any more at a time on the executor's clock [s]; empty if all are."""
         objects = self.scene.objects
-        for name in self.scene.changing:
+        for name in self._changing:
             motion, since = objects[name].timing.motion, time - self.stamp
             if motion is not None and motion.until < min(since, objects[name].timing.expires):
                 return f"where {name} is, was known until {self.stamp + motion.until:.3f} s"
@@ -43,15 +48,24 @@ class Seen(Value):
         Raises:
             ShapeError: If nothing is known of an object's motion any more then.
         """
-        return self.scene.at(max(time - self.stamp, 0.0)) if self.scene.changing else self.scene
+        return self.scene.at(self.clock(time)) if self._changing else self.scene
+
+    def clock(self, time: float) -> float:
+        """Return what the scene's clock shows at a time on the executor's clock, not before 0 [s]."""
+        return max(time - self.stamp, 0.0) if self._changing else 0.0
+
+    @cached_property
+    def _changing(self) -> tuple[str, ...]:
+        return self.scene.changing
 
 
 @dataclass(frozen=True, eq=False)
 class Guard(Value):
-    """Proves motions that end at rest somewhere on the way.
+    """Proves motions that end at rest somewhere on the way; one for each thread, as judges are.
 
     What a problem requires all the way must hold for them as well, and the limits; its goal need not. Every
-    distance must be larger than is required by as much as the robot can be off where it has to be.
+    distance must be larger than is required by as much as the robot can be off where it has to be. The judge
+    of a scene is kept: it is asked about one motion after the other, at other times of the scene's clock.
 
     Attributes:
         problem: What is required, and of which group.
@@ -69,19 +83,18 @@ class Guard(Value):
             world: What is known of the world.
             begin: When the motion begins, on the executor's clock [s].
             requirements: Whether the problem's own constraints must hold too, besides limits and clearances.
+        """
+        scene = world.scene
+        judge = self._judges.get(scene, lambda: Judge(self._reduced(motion, scene), self.options))
+        asked = self._specification(motion, requirements=requirements, clock=world.clock(begin))
+        return judge.decide(motion, asked).verified
+
+    def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
+        """Measure by how much a motion is proven, or is not; arguments as of `proven`.
 
         Raises:
             ShapeError: If nothing is known of an object's motion any more when it begins.
         """
-        reduced = self._reduced(motion, world.at(begin))
-        return (
-            Judge(reduced, self.options)
-            .decide(motion, self._specification(motion, requirements=requirements))
-            .verified
-        )
-
-    def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
-        """Measure by how much a motion is proven, or is not; arguments as of `proven`."""
         reduced = self._reduced(motion, world.at(begin))
         return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
@@ -89,7 +102,13 @@ class Guard(Value):
     def options(self) -> VerifyOptions:
         """The judge's own, and how far the robot can be off taken off every distance."""
         off = largest_deviation(self.problem.reduced, self.tolerance)
-        return VerifyOptions(distance_error=VerifyOptions.distance_error + off)
+        return VerifyOptions(
+            distance_error=VerifyOptions.distance_error + off, first_intervals=FIRST_INTERVALS
+        )
+
+    @cached_property
+    def _judges(self) -> LruCache[Scene, Judge]:
+        return LruCache(2)
 
     def _reduced(self, motion: Trajectory, scene: Scene) -> ReducedModel:
         problem = self.problem
@@ -97,15 +116,18 @@ class Guard(Value):
         positions[scene.robot.index(motion.joint_names)] = motion(0.0)
         return reduce_model(scene, problem.group, scene.robot.followed(positions))
 
-    def _specification(self, motion: Trajectory, *, requirements: bool) -> Specification:
+    def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
+        """State what must hold; the motion begins where it begins, which is for the executor to check."""
         problem = self.problem
         return Specification(
             goals=(),
             constraints=problem.requirements if requirements else (),
             limits=problem.moving_limits,
             tool_speeds=problem.tool_speeds,
+            start_positions=motion.positions[0],
             start_velocities=motion(0.0, 1),
             start_accelerations=motion(0.0, 2),
+            clock=clock,
         )
 
 

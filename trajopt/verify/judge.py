@@ -104,13 +104,14 @@ class Judge:
         motion, followed = self._motion(trajectory, specification), self._followed(specification)
         staying = 0.0 if followed else specification.dwell
         checks = [
-            *end_checks(motion, specification.start_velocities, specification.start_accelerations),
+            *end_checks(motion, specification),
             *specified_checks(motion, specification, followed),
             *limit_checks(motion, moving, specification.start_accelerations),
         ]
         checks += [*torque_checks(motion, bounds), *_base_checks(motion, specification, followed)]
-        checks += self._surroundings.known_checks(motion, staying)
-        among, distances = self._surroundings.among(motion, staying), self._surroundings.distances
+        among = self._surroundings.among(motion, staying, specification.clock)
+        distances = self._surroundings.distances
+        checks += self._surroundings.known_checks(among)
         checks += meeting_checks(among, followed, specification.dwell)
         search = self._search(among, measured=True)
         found, at_fault = judge_clearance(among, distances, search), tuple[Check, ...]()
@@ -140,9 +141,9 @@ class Judge:
         moving = moving_limits(reduced, specification.limits)
         motion, followed = self._motion(trajectory, specification), self._followed(specification)
         staying = 0.0 if followed else specification.dwell
-        among = self._surroundings.among(motion, staying)
+        among = self._surroundings.among(motion, staying, specification.clock)
         held = (
-            ends_hold(motion, specification.start_velocities, specification.start_accelerations)
+            ends_hold(motion, specification)
             and limits_hold(motion, moving, specification.start_accelerations)
             and torques_hold(motion, group_part(reduced, moving))
             and all(
@@ -150,7 +151,7 @@ class Judge:
                 for check in chain(
                     specified_checks(motion, specification, followed),
                     _base_checks(motion, specification, followed),
-                    self._surroundings.known_checks(motion, staying),
+                    self._surroundings.known_checks(among),
                     meeting_checks(among, followed, specification.dwell),
                 )
             )

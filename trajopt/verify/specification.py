@@ -24,11 +24,14 @@ class Specification(Value):
         limits: Limits of the group's joints, or of these and of the joints that mimic them; the robot's
             where None or not named.
         tool_speeds: Largest speeds of tools.
+        start_positions: Where the group's joints start, shape (n,) [rad | m]; where the model has them when
+            None.
         start_velocities: Velocities at the start, shape (n,) [rad/s | m/s]; at rest when None.
         start_accelerations: The same of accelerations [rad/s^2 | m/s^2]; none when None.
         dwell: How long it stays clear where it ends, at rest, after the end [s]. Where a goal moves, how
             long it has followed that when it ends: the goals hold in its last so many seconds.
         finish_by: When the motion must be at the goal [s]; any time when None.
+        clock: What the scene's clock shows when the motion begins, at least 0 [s].
     """
 
     goals: Sequence[Requirement]
@@ -38,10 +41,12 @@ class Specification(Value):
     sampled: Sequence[SampledCheck] = ()
     limits: JointLimits | None = None
     tool_speeds: Sequence[ToolSpeed] = ()
+    start_positions: Floats | None = None
     start_velocities: Floats | None = None
     start_accelerations: Floats | None = None
     dwell: float = 0.0
     finish_by: float | None = None
+    clock: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

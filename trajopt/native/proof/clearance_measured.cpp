@@ -21,7 +21,7 @@ bool ClearanceSearch::nothing_near() {
     if (best_[level] <= bodies_.levels[level] + far_) return false;
   }
   const std::vector<char> strict(bodies_.pairs.size(), 1);
-  for (const double time : {0.0, motion_.duration()}) {
+  for (const double time : {motion_.begin(), motion_.end()}) {
     const auto end = at(time);
     const std::vector<double> measured = measure_nearest(bodies_, candidates_, meter_, *end, strict);
     for (size_t pair = 0; pair < measured.size(); ++pair) {
@@ -70,7 +70,7 @@ void ClearanceSearch::sharpen(int pair) {
     const double middle = free.time[pair];
     for (int i = 0; i < probes; ++i) {
       const double time = middle + span * (2.0 * i / (probes - 1) - 1.0);
-      measure_free(pair, *at(std::clamp(time, 0.0, motion_.duration())));
+      measure_free(pair, *at(std::clamp(time, motion_.begin(), motion_.end())));
     }
   }
 }

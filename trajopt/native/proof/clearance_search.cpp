@@ -38,7 +38,7 @@ ClearanceSearch::ClearanceSearch(const Bodies& bodies, const Candidates& candida
 void ClearanceSearch::look_at_ends() {
   // At the ends, too, bodies that surfaces enclose are found: to get inside in between, or out, a strict pair would
   // have to meet. One that was let through a surface is looked for at all times.
-  for (const double time : {0.0, motion_.duration()}) look(*at(time), deciding_);
+  for (const double time : {motion_.begin(), motion_.end()}) look(*at(time), deciding_);
 }
 
 void ClearanceSearch::decide() {
@@ -67,7 +67,7 @@ void ClearanceSearch::run() {
     if (nothing_near()) search();
     measure_near_pairs();
   } else if (!contacts.empty()) {
-    for (int i = 0; i < surveyed; ++i) look(*at(motion_.duration() * i / (surveyed - 1)), true);
+    for (int i = 0; i < surveyed; ++i) look(*at(motion_.begin() + motion_.duration() * i / (surveyed - 1)), true);
   }
   spread_beyond();
   // What was not proven stays so, whatever a second look says.
@@ -158,7 +158,8 @@ double ClearanceSearch::target(double time, int pair) const {
 
 std::vector<ClearanceSearch::Cell> ClearanceSearch::first_cells() {
   std::vector<double> edges = windows_.edges;
-  for (int i = 0; i <= first_intervals; ++i) edges.push_back(motion_.duration() * i / first_intervals);
+  const int count = deciding_ ? int(options_.intervals) : first_intervals;
+  for (int i = 0; i <= count; ++i) edges.push_back(motion_.begin() + motion_.duration() * i / count);
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   std::vector<Cell> cells;

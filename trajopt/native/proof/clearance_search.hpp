@@ -15,10 +15,11 @@
 
 namespace proof {
 
-constexpr int first_intervals = 16;  // A motion is cut into so many at first.
+constexpr int first_intervals = 16;  // A motion that is measured is cut into so many at first.
 
 struct Options {
   double resolution, far, smallest_interval, most_distances, error;
+  double intervals;  // A motion of which is decided is cut into so many at first.
 };
 
 // When contact of a pair is accepted, and how deep: at or before `until`, at or after `from`. To any depth where one

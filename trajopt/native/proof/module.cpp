@@ -209,7 +209,7 @@ class Proof {
       accepted.windows.push_back({w[0], w[1], w[2], w[3]});
     }
     const double* o = options.data();
-    const Options chosen{o[0], o[1], o[2], o[3], o[4]};
+    const Options chosen{o[0], o[1], o[2], o[3], o[4], o[5]};
     ClearanceSearch search(bodies_, candidates_, meter_, motion, accepted, chosen);
     {
       gil::Released released;

@@ -12,7 +12,9 @@ struct Motion {
   Eigen::VectorXd offset;
   bool smooth = true;                      // The velocity has no jumps.
 
-  double duration() const { return position.times.back(); }
+  double begin() const { return position.times.front(); }
+  double end() const { return position.times.back(); }
+  double duration() const { return end() - begin(); }
   // Positions of the arm's joints but the world's.
   std::vector<double> joints(double time) const;
   JointBounds bounds(double begin, double end) const;

@@ -75,7 +75,8 @@ def moving_spans(motion: Motion, distances: PairDistances) -> list[Floats]:
     Of a pair with something that changes that is while the robot's part of it moves, and both are there.
     All other pairs keep their distance while nothing moves them; they are looked at once, for all times.
     """
-    assert distances.present is not None
+    present = distances.present_since(motion.clock)
+    assert present is not None
     rounds = [np.where(distances.changing[:, None], NEVER, (-inf, inf))]
     times, patterns = motion.trajectory.times, _moved(motion, distances)
     ends: Floats = np.concatenate(((-inf,), times[1:-1], (times[-1] if motion.staying > 0.0 else inf,)))
@@ -84,8 +85,8 @@ def moving_spans(motion: Motion, distances: PairDistances) -> list[Floats]:
         for number, (begin, end) in enumerate(_spans(moved, ends)):
             if number == len(rounds):
                 rounds.append(np.tile(NEVER, (len(patterns), 1)))
-            rounds[number][pairs, 0] = np.maximum(distances.present[pairs, 0], begin)
-            rounds[number][pairs, 1] = np.minimum(distances.present[pairs, 1], end)
+            rounds[number][pairs, 0] = np.maximum(present[pairs, 0], begin)
+            rounds[number][pairs, 1] = np.minimum(present[pairs, 1], end)
     return rounds
 
 

@@ -7,20 +7,20 @@ from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.printed import in_unit
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.motion import Motion
+from trajopt.verify.specification import Specification
 
 
-def end_checks(
-    motion: Motion, start_velocities: Floats | None = None, start_accelerations: Floats | None = None
-) -> tuple[Check, ...]:
+def end_checks(motion: Motion, specification: Specification) -> tuple[Check, ...]:
     """Judge the start and, where the trajectory states velocities, those at both ends.
 
     Args:
         motion: The motion.
-        start_velocities: Of the group's joints at the start, shape (n,) [rad/s | m/s]; at rest when None.
-        start_accelerations: The same of accelerations, shape (n,) [rad/s^2 | m/s^2]; not judged where None or
-            zero, but for the jumps that a limit of jerk forbids.
+        specification: Where it starts, and how fast and with which acceleration; accelerations are not judged
+            where there are none, or zeros, but for the jumps that a limit of jerk forbids.
     """
-    off = np.abs(motion.trajectory.positions[0] - motion.reduced.start_positions)
+    start_velocities = specification.start_velocities
+    start_accelerations = specification.start_accelerations
+    off = _off_start(motion, specification)
     checks = [_check(motion, "start", off, time=0.0, bound=motion.options.start_error, order=0)]
     velocities = motion.trajectory.velocities
     if velocities is not None:
@@ -38,21 +38,30 @@ def end_checks(
     return tuple(checks)
 
 
-def ends_hold(
-    motion: Motion, start_velocities: Floats | None = None, start_accelerations: Floats | None = None
-) -> bool:
+def ends_hold(motion: Motion, specification: Specification) -> bool:
     """Say whether all `end_checks` hold."""
     options, velocities = motion.options, motion.trajectory.velocities
-    off = np.abs(motion.trajectory.positions[0] - motion.reduced.start_positions).max()
+    start_velocities = specification.start_velocities
+    start_accelerations = specification.start_accelerations
+    if not _off_start(motion, specification).max() <= options.start_error:
+        return False
     if velocities is not None:
         begin = velocities[0] if start_velocities is None else velocities[0] - start_velocities
-        end = velocities[-1] if motion.rests_after else np.zeros_like(begin)
-        if not ((np.abs(begin) <= options.rest_speed) & (np.abs(end) <= options.rest_speed)).all():
+        ends = np.concatenate((begin, velocities[-1])) if motion.rests_after else begin
+        if not np.abs(ends).max() <= options.rest_speed:
             return False
-    moving = start_accelerations is not None and start_accelerations.any() and motion.differentiable
-    if moving:
-        return all(check.holds for check in end_checks(motion, start_velocities, start_accelerations))
-    return bool(off <= options.start_error)
+    if start_accelerations is None or not start_accelerations.any() or not motion.differentiable:
+        return True
+    off = np.abs(motion.trajectory(0.0, 2) - start_accelerations).max()
+    return bool(off <= options.start_acceleration_error)
+
+
+def _off_start(motion: Motion, specification: Specification) -> Floats:
+    """Return how far each joint of the group is from where it has to start, shape (n,) [rad | m]."""
+    start = specification.start_positions
+    return np.abs(
+        motion.trajectory.positions[0] - (motion.reduced.start_positions if start is None else start)
+    )
 
 
 def _check(motion: Motion, name: str, sizes: Floats, *, time: float, bound: float, order: int) -> Check:

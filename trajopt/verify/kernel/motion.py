@@ -24,6 +24,7 @@ class Motion:
         group: Position of the group's joints and its derivatives, by order 0 to 3.
         staying: How long it rests where it ends, before it counts as over [s].
         rests_after: Whether it is followed by rest; else by a motion that goes on from it.
+        clock: What the scene's clock shows when it begins [s].
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class Motion:
         self.trajectory = trajectory
         self.kinematics = kinematics
         self.options = options
-        self.staying, self.rests_after = 0.0, True
+        self.staying, self.rests_after, self.clock = 0.0, True, 0.0
         velocity = position.derivative()
         acceleration = velocity.derivative()
         self.group = (position, velocity, acceleration, acceleration.derivative())

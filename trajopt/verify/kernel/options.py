@@ -17,6 +17,8 @@ class VerifyOptions:
             where that is nearer [m].
         far: Clearance beyond which nothing is measured more closely [m].
         smallest_interval: An interval this short that is still not proven ends the search [s].
+        first_intervals: Into so many intervals a motion is cut at first where it is only decided whether it
+            is clear; those that prove nothing are halved.
         most_distances: Distances measured before the search for a proof is given up.
         distance_error: Taken off every measured distance: how much too large an exact mesh's may be [m].
         excess: Numerical excess over a limit or tolerance that is accepted: relative to limits of
@@ -36,6 +38,7 @@ class VerifyOptions:
     resolution: float = 1e-3
     far: float = 0.05
     smallest_interval: float = 1e-5
+    first_intervals: int = 16
     most_distances: int = 1_000_000
     distance_error: float = 1e-6
     excess: float = EXCESS

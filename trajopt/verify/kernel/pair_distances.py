@@ -131,6 +131,10 @@ class PairDistances:
             return strict
         return strict & (present[:, 0] == -np.inf) & (present[:, 1] == np.inf)
 
+    def present_since(self, clock: float) -> Floats | None:
+        """Return `present` by a clock that shows 0 when the scene's shows so much [s]."""
+        return self.present if self.present is None or clock == 0.0 else self.present - clock
+
     def uncertainty(self, pair: Ints, distance: Floats, error: float) -> Floats:
         """Return by how much true distances may exceed measured ones.
 

@@ -15,7 +15,7 @@ from trajopt.verify.kernel.polynomials import Polynomials
 
 
 class TimedMotion(Motion):
-    """A motion of a timed model, by the clock of its scene, which shows 0 at the start.
+    """A motion of a timed model.
 
     Attributes:
         timed: The model.
@@ -29,6 +29,7 @@ class TimedMotion(Motion):
         kinematics: Kinematics,
         options: VerifyOptions,
         staying: float = 0.0,
+        clock: float = 0.0,
     ) -> None:
         """Join the polynomials of the robot's joints and of those that time drives.
 
@@ -38,12 +39,13 @@ class TimedMotion(Motion):
             kinematics: Of the timed model.
             options: Numbers to judge with.
             staying: How long the robot rests where the trajectory ends [s].
+            clock: What the scene's clock shows when it begins [s].
         """
         self.timed = timed
         robot = _stayed(trajectory, staying)
-        driven = Polynomials(timed.driven.times, timed.driven.coefficients)
+        driven = Polynomials(timed.driven.times - clock, timed.driven.coefficients)
         self._take(timed.reduced, trajectory, beside(robot, driven), kinematics, options)
-        self.staying = staying
+        self.staying, self.clock = staying, clock
 
     @property
     def duration(self) -> float:
@@ -57,21 +59,21 @@ class TimedMotion(Motion):
 
     def between(self, begin: float, end: float) -> "TimedMotion":
         """Return the part from one time to another [s], its own time starting at 0."""
-        driven = replace(self.timed.driven, times=readonly(self.timed.driven.times - begin))
         return TimedMotion(
-            replace(self.timed, driven=driven),
+            self.timed,
             self.trajectory.between(begin, end),
             kinematics=self.kinematics,
             options=self.options,
+            clock=self.clock + begin,
         )
 
     def positions(self, times: Floats) -> Floats:
         """Return the positions of the robot's joints, and of those that time drives, at times (c,)."""
-        return self.timed.positions(self.trajectory(times), times)
+        return self.timed.positions(self.trajectory(times), times + self.clock)
 
     def poses(self, times: Floats) -> Poses:
         """Compute where all joint frames are at times of shape (c,)."""
-        return replace(self.kinematics.poses(self.positions(times)), times=times)
+        return replace(self.kinematics.poses(self.positions(times)), times=times + self.clock)
 
 
 def _stayed(trajectory: Trajectory, staying: float) -> Polynomials:

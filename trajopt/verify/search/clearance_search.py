@@ -63,16 +63,17 @@ class Windows:
         self._until[late], self._first_depth[late] = appears[late], np.inf
         self._from[early], self._last_depth[early] = expires[early], np.inf
 
-    def rows(self, pair: Ints) -> Floats:
+    def rows(self, pair: Ints, clock: float) -> Floats:
         """Return when windows of pairs end and begin, and the depths accepted in them.
 
         Args:
             pair: Shape (i,).
+            clock: What the clock that the times are by shows when the motion begins [s].
 
         Returns:
             End of the first window, start of the last, depth in the first and in the last, shape (i, 4).
         """
-        columns = (self._until, self._from, self._first_depth, self._last_depth)
+        columns = (self._until + clock, self._from + clock, self._first_depth, self._last_depth)
         return np.stack([column[pair] for column in columns], axis=1)
 
     def accept(self, time: Floats, pair: Ints) -> Bools:
@@ -183,19 +184,19 @@ def search_clearance(
         present: When pairs are looked at, from and to, shape (p, 2) [s]; while both are there when None.
     """
     position, reduced, options = motion.group[0], motion.reduced, motion.options
-    present = distances.present if present is None else present
+    present = distances.present_since(motion.clock) if present is None else present
     required, staying = required_clearances(reduced), motion.staying
     windows = Windows(reduced.pairs, required, motion.duration, present, staying=staying)
-    windowed = np.flatnonzero(~distances.always_apart(present))
+    windowed, clock = np.flatnonzero(~distances.always_apart(present)), motion.clock
     free, accepted, contacts, gap, configurations = distances.core.search(
-        position.times,
+        position.times + clock,
         np.ascontiguousarray(position.coefficients),
         motion.differentiable,
         reduced.mimic_matrix,
         reduced.mimic_offset,
         windowed,
-        windows.rows(windowed),
-        windows.edges,
+        windows.rows(windowed, clock),
+        windows.edges + clock,
         np.array(
             (
                 options.resolution,
@@ -203,15 +204,16 @@ def search_clearance(
                 options.smallest_interval,
                 options.most_distances,
                 distances.error,
+                options.first_intervals,
             )
         ),
         measured,
     )
     motion.kinematics.calls += configurations
     return Findings(
-        Tally(*free),
-        Tally(*accepted),
-        tuple(Contact(int(pair), float(time), float(distance)) for pair, time, distance in contacts),
-        Gap(*gap) if gap[0] >= 0 else None,
+        Tally(*free[:2], free[2] - clock),
+        Tally(*accepted[:2], accepted[2] - clock),
+        tuple(Contact(int(pair), float(time) - clock, float(distance)) for pair, time, distance in contacts),
+        Gap(gap[0], gap[1] - clock, gap[2] - clock) if gap[0] >= 0 else None,
         windows,
     )

@@ -37,12 +37,13 @@ class Surroundings:
                 self._kinematics, error=options.distance_error, timings=self._timed.timings
             )
 
-    def among(self, motion: Motion, staying: float = 0.0) -> Motion:
+    def among(self, motion: Motion, staying: float = 0.0, clock: float = 0.0) -> Motion:
         """Return a motion together with what changes with time.
 
         Args:
             motion: The motion.
             staying: How long the robot stays where it ends [s]; where nothing changes, that changes nothing.
+            clock: What the scene's clock shows when the motion begins [s].
         """
         if self._timed is None:
             return motion
@@ -52,21 +53,21 @@ class Surroundings:
             kinematics=self._kinematics,
             options=motion.options,
             staying=staying,
+            clock=clock,
         )
 
-    def known_checks(self, motion: Motion, staying: float = 0.0) -> Iterator[Check]:
+    def known_checks(self, motion: Motion) -> Iterator[Check]:
         """State, for each prediction that ends, whether the motion ends before nothing is known any more.
 
         Args:
-            motion: The motion.
-            staying: How long the robot stays where it ends [s].
+            motion: Among what changes.
         """
-        needed = motion.duration + staying
+        needed = motion.duration
         for name, timing in self._timings.items():
-            until = inf if timing.motion is None else timing.motion.until
-            if until == inf:
+            if timing.motion is None or timing.motion.until == inf:
                 continue
-            slack = until - min(needed, timing.expires)
+            until = timing.motion.until - motion.clock
+            slack = until - min(needed, timing.expires - motion.clock)
             yield Check(
                 kind=CheckKind.PREDICTION,
                 name="prediction",
