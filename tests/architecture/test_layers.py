@@ -20,6 +20,7 @@ ORDER = (
     ("planning",),
     ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution"),
     ("view", "commander"),
+    ("server",),
     ("cli",),
     ("__main__",),
 )
@@ -36,7 +37,7 @@ FORBIDDEN = {
 }
 """What a room may not import although its layer would allow it."""
 
-ONLY_IN = {
+ONLY_IN: dict[str, set[str]] = {
     "mujoco": {"io"},
     "viser": {"view"},
     "matplotlib": {"view"},
@@ -47,6 +48,10 @@ ONLY_IN = {
     "placo": {"kinematics"},
     "pygame": {"execution"},
     "toppra": set(),
+    "msgspec": {"server"},
+    "fastapi": {"server"},
+    "uvicorn": {"server"},
+    "prometheus_client": {"server"},
 }
 """Packages that only some rooms may import."""
 

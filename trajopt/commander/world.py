@@ -17,6 +17,7 @@ from trajopt.commander.outcome import Outcome
 from trajopt.commander.simulated_executor import SimulatedExecutor
 from trajopt.errors import ModelError, shown
 from trajopt.model.description.groups import Group
+from trajopt.model.initial_positions import initial_positions
 from trajopt.model.load import load
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
@@ -70,7 +71,9 @@ class World:
             )
         if executor is not None and start is not None:
             raise ModelError("give a start or an executor: an executor knows where its robot stands")
-        self.executor: Executor = executor or SimulatedExecutor(_standing(self.robot, start))
+        self.executor: Executor = executor or SimulatedExecutor(
+            initial_positions(self.robot) if start is None else self.robot.positions(start)
+        )
         self.rng = np.random.default_rng(seed)
         self.node = Node()
         self._outcome: Outcome | None = None
@@ -192,14 +195,3 @@ def world_or_current(world: World | None) -> World:
             'which robot? Put the script into a block `with World("panda"):`, or give `world=`'
         )
     return found
-
-
-def _standing(robot: Robot, start: str | Mapping[str, float] | None) -> Floats:
-    if start is not None:
-        return robot.positions(start)
-    chosen: dict[str, float] = {}
-    for group in robot.groups:
-        name = next((state for owner, state in robot.states if owner == group), None)
-        if name is not None:
-            chosen = {**robot.state(name, group=group), **chosen}
-    return robot.positions(chosen)

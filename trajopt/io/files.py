@@ -62,7 +62,19 @@ def read_json(path: Path | str) -> object:
     Raises:
         FileFormatError: If it cannot be read or parsed, or a mapping has a key twice.
     """
-    text = read_text(path)
+    return parse_json(read_text(path), path)
+
+
+def parse_json(text: str, path: Path | str) -> object:
+    """Parse JSON text.
+
+    Args:
+        text: The text.
+        path: The file that it is from, or what complaints call it.
+
+    Raises:
+        FileFormatError: If it cannot be parsed, is nested too deep, or a mapping has a key twice.
+    """
     refuse_deep_nesting(path, text)
 
     def mapping(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -1,0 +1,64 @@
+"""Operations that misbehave, for tests of the service."""
+
+import os
+import signal
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+
+import trajopt as to
+from trajopt.io.document import Node
+from trajopt.server import Answer, Lane, Operation, SessionState, Watch
+
+
+def echo(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Return what is given, and what is there."""
+    return Answer({"given": arguments.value, "objects": sorted(state.scene.objects), "pid": os.getpid()})
+
+
+def wait(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Wait until it is cancelled, telling of it."""
+    watch.tell({"waits": True})
+    cancelled = watch.cancel.wait(arguments["seconds"].number(60.0))
+    return Answer({"cancelled": cancelled})
+
+
+def stubborn(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Hear nothing."""
+    watch.tell({"waits": True})
+    time.sleep(60.0)
+    return Answer({})
+
+
+def die(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """End the process."""
+    os.kill(os.getpid(), signal.SIGKILL)
+    return Answer({})
+
+
+def grow(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Take memory."""
+    return Answer({"length": len(bytearray(int(arguments["bytes"].number())))})
+
+
+def fault(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Have a fault that no client caused."""
+    raise ZeroDivisionError("/etc/secret")
+
+
+def add(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Add a sphere."""
+    time.sleep(0.05)  # long enough for others to come in between
+    scene = state.scene.add(arguments["name"].text(), to.Sphere(0.05), to.placement((1.5, 1.5, 0.0)))
+    return Answer({"objects": sorted(scene.objects)}, replace(state, scene=scene))
+
+
+OPERATIONS: Mapping[str, Operation] = {
+    "echo": Operation(echo, Lane.QUICK),
+    "wait": Operation(wait),
+    "stubborn": Operation(stubborn),
+    "die": Operation(die),
+    "grow": Operation(grow),
+    "fault": Operation(fault),
+    "add": Operation(add, edits=True),
+}

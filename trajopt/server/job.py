@@ -1,0 +1,134 @@
+"""A job: a request on its way, waiting or in the hands of a worker, until it is answered or refused."""
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import msgspec
+
+from trajopt.arrays import Value
+from trajopt.server.messages import Answered, Cancel, Changed, Feedback, Request
+from trajopt.server.refusals import Refusal, Why
+from trajopt.server.state import PackedScene
+from trajopt.server.worker_process import WorkerProcess
+
+Listener: TypeAlias = Callable[[msgspec.Raw], None]
+"""Called with JSON that says how far a request is."""
+
+
+@dataclass(frozen=True)
+class Assignment(Value):
+    """What a worker is to do.
+
+    Attributes:
+        operation: Name of the operation.
+        scene: What the session holds.
+        positions: Where its robot is, of all joints [rad | m].
+        body: The arguments, JSON.
+        seconds: Time that it may take, waiting included [s].
+        listener: Told how far it is.
+        moved: Told where the robot is while it is driven [rad | m].
+    """
+
+    operation: str
+    scene: PackedScene
+    positions: Sequence[float]
+    body: bytes
+    seconds: float
+    listener: Listener | None = None
+    moved: Callable[[list[float]], None] | None = None
+
+
+class Job:
+    """A request on its way.
+
+    Attributes:
+        owner: The session's id.
+        assignment: What is to be done.
+        number: Told in messages to and from workers.
+        done: Becomes its answer, or the refusal.
+        begun: When a worker began with it, on the loop's clock [s].
+    """
+
+    def __init__(self, number: int, owner: str, assignment: Assignment, grace: float) -> None:
+        """Begin to wait."""
+        loop = asyncio.get_running_loop()
+        self.number, self.owner, self.assignment = number, owner, assignment
+        self.done: asyncio.Future[Answered] = loop.create_future()
+        self.done.add_done_callback(lambda done: done.cancelled() or done.exception())  # nobody may wait
+        self.created, self.begun = loop.time(), 0.0
+        self._grace, self._loop = grace, loop
+        self._until = self.created + assignment.seconds
+        self._worker: WorkerProcess | None = None
+        self._wanted: Refusal | None = None
+        self._timers = [loop.call_at(self._until, self._out_of_time)]
+
+    @property
+    def over(self) -> bool:
+        """Whether it is answered or refused."""
+        return self.done.done()
+
+    def begin(self, worker: WorkerProcess) -> None:
+        """Give it to a worker."""
+        self._worker, self.begun = worker, self._loop.time()
+        assignment = self.assignment
+        request = Request(
+            self.number,
+            assignment.operation,
+            assignment.scene.robot,
+            assignment.scene.data,
+            assignment.scene.key,
+            list(assignment.positions),
+            assignment.body,
+            max(self._until - self.begun, 0.0),
+            assignment.listener is not None or assignment.moved is not None,
+        )
+        worker.send(request)
+
+    def cancel(self) -> None:
+        """End it soon: what a worker has so far is the answer; without a worker there is none."""
+        self._end(Refusal(Why.CANCELLED, "it was cancelled"))
+
+    def change(self, scene: PackedScene) -> None:
+        """Tell the worker, if there is one, that the session's scene is another now."""
+        if self._worker is not None and not self.over:
+            self._worker.send(Changed(self.number, scene.robot, scene.data, scene.key))
+
+    def tell(self, feedback: Feedback) -> None:
+        """Pass on how far it is."""
+        if feedback.positions is not None and self.assignment.moved is not None:
+            self.assignment.moved(feedback.positions)
+        if self.assignment.listener is not None and not self.over:
+            self.assignment.listener(msgspec.Raw(feedback.body))
+
+    def answer(self, answered: Answered) -> None:
+        """Answer it."""
+        self._finish()
+        if not self.over:
+            self.done.set_result(answered)
+
+    def refuse(self, refusal: Refusal) -> None:
+        """Refuse it: with why its worker was told to end, if it was."""
+        self._finish()
+        if not self.over:
+            self.done.set_exception(self._wanted or refusal)
+
+    def _out_of_time(self) -> None:
+        waited = "" if self._worker is not None else ", all of which it waited for a process"
+        self._end(Refusal(Why.OUT_OF_TIME, f"it took longer than {self.assignment.seconds:g} s{waited}"))
+
+    def _end(self, refusal: Refusal) -> None:
+        if self.over or self._wanted is not None:
+            return
+        self._wanted = refusal
+        if self._worker is None:
+            self.refuse(refusal)
+            return
+        self._worker.send(Cancel(self.number))
+        self._timers.append(self._loop.call_later(self._grace, self._worker.kill))
+
+    def _finish(self) -> None:
+        self._worker = None
+        for timer in self._timers:
+            timer.cancel()

@@ -1,0 +1,63 @@
+"""Operation: a thing that clients can ask for; a function that runs in a worker."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum, auto
+from importlib import import_module
+from typing import TypeAlias, cast
+
+from trajopt.arrays import Value
+from trajopt.io.document import Node
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+
+
+class Lane(Enum):
+    """Which processes do it: those that plan, the one for what takes milliseconds, or those that drive."""
+
+    PLANNING = auto()
+    QUICK = auto()
+    DRIVING = auto()
+
+
+@dataclass(frozen=True)
+class Answer(Value):
+    """What an operation returns.
+
+    Attributes:
+        document: The answer, plain data that JSON can hold.
+        state: What the session holds from now on; None where it stays as it was.
+    """
+
+    document: object
+    state: SessionState | None = None
+
+
+Run: TypeAlias = Callable[[SessionState, Node, Watch], Answer]
+"""What the session holds, the arguments, and how to tell of it -> the answer.
+
+It raises a `TrajoptError` where the arguments are wrong: the client is told what it says.
+"""
+
+
+@dataclass(frozen=True)
+class Operation(Value):
+    """A thing that clients can ask for.
+
+    Attributes:
+        run: Does it.
+        lane: Which processes do it.
+        edits: Whether it may change what the session holds: such requests wait for each other.
+    """
+
+    run: Run
+    lane: Lane = Lane.PLANNING
+    edits: bool = False
+
+
+def operations_of(modules: tuple[str, ...]) -> Mapping[str, Operation]:
+    """Return the operations of some modules by name: what each of them calls `OPERATIONS`."""
+    found: dict[str, Operation] = {}
+    for module in modules:
+        found.update(cast("Mapping[str, Operation]", import_module(module).OPERATIONS))
+    return found

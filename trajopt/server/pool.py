@@ -1,0 +1,187 @@
+"""A pool of workers: a bounded queue, fair between sessions, that survives the death of any of them."""
+
+import asyncio
+import logging
+from contextlib import suppress
+from itertools import count
+
+from trajopt.server.fair_queue import FairQueue
+from trajopt.server.job import Assignment, Job
+from trajopt.server.limits import Limits
+from trajopt.server.messages import Answered, Feedback, FromWorker, Hello, Rejected
+from trajopt.server.refusals import Refusal, Why
+from trajopt.server.worker_process import WorkerLost, WorkerProcess, lost
+
+_LOG = logging.getLogger("trajopt.server")
+AGAIN = 1.0
+"""A worker that did not come up is tried again after so long [s]; as long as clients wait before they do."""
+MEMORY = 0.01
+"""Weight of the newest request in the mean of how long requests take: the last hundred or so count."""
+
+
+class Pool:
+    """Workers and the requests that wait for them.
+
+    Attributes:
+        restarts: Workers that were started in place of one that had ended.
+        busy: Workers at work.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        hello: Hello,
+        size: int,
+        limits: Limits,
+        *,
+        eager: bool = True,
+    ) -> None:
+        """Take what the workers are told; they are started by `start`.
+
+        Args:
+            name: For the log.
+            hello: What each worker is told first.
+            size: Workers.
+            limits: Of the queue and of requests.
+            eager: Whether workers are started before anything is asked of them.
+        """
+        self.restarts = self.busy = 0
+        self._name, self._hello, self._size, self._limits = name, hello, size, limits
+        self._eager = eager
+        self._queue: FairQueue[Job] = FairQueue()
+        self._slots: list[asyncio.Task[None]] = []
+        self._workers: dict[int, WorkerProcess] = {}
+        self._up, self._numbers, self._mean = asyncio.Semaphore(0), count(1), 0.0
+
+    @property
+    def waiting(self) -> int:
+        """Requests that wait."""
+        return len(self._queue)
+
+    @property
+    def pids(self) -> tuple[int, ...]:
+        """Ids of the workers' processes."""
+        return tuple(self._workers)
+
+    @property
+    def size(self) -> int:
+        """Workers that there are to be."""
+        return self._size
+
+    async def start(self) -> None:
+        """Start the workers; returns when they are ready.
+
+        Raises:
+            WorkerLost: If one does not come up.
+        """
+        self._slots = [asyncio.create_task(self._slot()) for _ in range(self._size)]
+        if self._eager:
+            up = asyncio.gather(*(self._up.acquire() for _ in self._slots))
+            await asyncio.wait((up, *self._slots), return_when=asyncio.FIRST_COMPLETED)
+            if not up.done():
+                up.cancel()
+                raise next(error for slot in self._slots if slot.done() and (error := slot.exception()))
+
+    async def close(self) -> None:
+        """End all workers and refuse what waits."""
+        for slot in self._slots:
+            slot.cancel()
+        await asyncio.gather(*self._slots, return_exceptions=True)
+        while self.waiting:
+            (await self._queue.take()).refuse(Refusal(Why.CLOSING, "the server is closing"))
+
+    def submit(self, owner: str, assignment: Assignment) -> Job:
+        """Let a request wait for a worker.
+
+        Args:
+            owner: Id of its session.
+            assignment: What is to be done.
+
+        Raises:
+            Refusal: If too many wait, of this session or of all.
+        """
+        if self._queue.of(owner) >= self._limits.waiting_per_session:
+            raise self._full(f"{self._queue.of(owner)} requests of this session wait already")
+        if self.waiting >= self._limits.waiting:
+            raise self._full(f"{self.waiting} requests wait already")
+        job = Job(next(self._numbers), owner, assignment, self._limits.grace)
+        job.done.add_done_callback(lambda _: self._queue.discard(owner, job))
+        self._queue.put(owner, job)
+        return job
+
+    def _full(self, reason: str) -> Refusal:
+        wait = max(self._mean * self.waiting / self._size, 0.05)
+        return Refusal(Why.FULL, reason, retry_after=wait)
+
+    async def _slot(self) -> None:
+        """Keep one worker, and give it one request after the other."""
+        worker: WorkerProcess | None = None
+        try:
+            if self._eager:
+                worker = await self._started()
+                self._up.release()
+            while True:
+                job = await self._queue.take()
+                try:
+                    worker = worker or await self._started()
+                except WorkerLost as error:
+                    job.refuse(lost(error))
+                    await asyncio.sleep(AGAIN)
+                    continue
+                if not await self._served(worker, job):
+                    self._workers.pop(worker.pid)
+                    await worker.close()
+                    worker, self.restarts = None, self.restarts + 1
+                    with suppress(WorkerLost):
+                        worker = await self._started() if self._eager else None
+        finally:
+            if worker is not None:
+                self._workers.pop(worker.pid, None)
+                await worker.close()
+
+    async def _started(self) -> WorkerProcess:
+        worker = await WorkerProcess.started(self._hello)
+        self._workers[worker.pid] = worker
+        _LOG.info("worker ready", extra={"pool": self._name, "pid": worker.pid})
+        return worker
+
+    async def _served(self, worker: WorkerProcess, job: Job) -> bool:
+        """Have a worker do a request; say whether the worker can do another."""
+        if job.over:
+            return True
+        self.busy += 1
+        job.begin(worker)
+        try:
+            said = await worker.receive()
+            while isinstance(said, Feedback):
+                job.tell(said)
+                said = await worker.receive()
+        except WorkerLost as error:
+            _LOG.warning("worker lost", extra={"pool": self._name, "pid": worker.pid, "ended": str(error)})
+            self._over(job, lost(error))
+            return False
+        except asyncio.CancelledError:
+            self._over(job, Refusal(Why.CLOSING, "the server is closing"))
+            raise
+        finally:
+            self.busy -= 1
+        return self._finished(worker, job, said)
+
+    def _finished(self, worker: WorkerProcess, job: Job, said: FromWorker) -> bool:
+        """Pass on what a worker said at the end; say whether it has not grown so much that it must go."""
+        match said:
+            case Answered():
+                self._over(job, said)
+            case Rejected():
+                self._over(job, Refusal(Why(said.why), said.reason))
+            case _:
+                raise WorkerLost(f"it said {type(said).__name__} at the end of a request")
+        return said.memory - worker.memory < self._limits.memory // 2
+
+    def _over(self, job: Job, ended: Answered | Refusal) -> None:
+        taken = asyncio.get_running_loop().time() - job.begun
+        self._mean += (taken - self._mean) * (MEMORY if self._mean else 1.0)
+        if isinstance(ended, Answered):
+            job.answer(ended)
+        else:
+            job.refuse(ended)

@@ -1,0 +1,40 @@
+"""Why a request got no answer: told to the client in words, and in one of a few kinds."""
+
+from enum import Enum
+
+from trajopt.errors import TrajoptError
+
+
+class Why(Enum):
+    """Kinds of refusals; each value is what the wire calls it."""
+
+    MALFORMED = "malformed"
+    UNKNOWN = "unknown"
+    TOO_LARGE = "too large"
+    BUSY = "busy"
+    FULL = "full"
+    OUT_OF_TIME = "out of time"
+    OUT_OF_MEMORY = "out of memory"
+    WORKER_LOST = "worker lost"
+    CANCELLED = "cancelled"
+    CLOSING = "closing"
+    FAILED = "failed"
+
+
+class Refusal(TrajoptError):
+    """A request got no answer.
+
+    Attributes:
+        why: The kind.
+        reason: What was wrong, in a sentence.
+        retry_after: When it may be worth to ask again [s]; None where it is not.
+    """
+
+    def __init__(self, why: Why, reason: str, *, retry_after: float | None = None) -> None:
+        """Keep kind and reason."""
+        self.why, self.reason, self.retry_after = why, reason, retry_after
+        super().__init__(f"{why.value}: {reason}")
+
+    def as_dict(self) -> dict[str, object]:
+        """Return plain data that JSON can hold."""
+        return {"error": {"kind": self.why.value, "reason": self.reason}}

@@ -1,0 +1,118 @@
+"""Sessions: what each client has the server remember."""
+
+import asyncio
+import secrets
+import time
+from dataclasses import dataclass, field
+
+from trajopt.server.job import Job
+from trajopt.server.limits import Limits
+from trajopt.server.refusals import Refusal, Why
+from trajopt.server.state import PackedScene
+
+ID_BYTES = 16
+"""Length of a session's id: nobody guesses 128 random bits, so who knows it may use the session."""
+
+
+@dataclass(eq=False)
+class Session:
+    """A robot in a scene of its own.
+
+    Attributes:
+        id: Its id.
+        scene: What is around the robot, as workers keep it.
+        positions: Where the joints are [rad | m].
+        revision: How many times the scene was changed.
+        kept: Whether it stays although nobody uses it.
+        used: When it was last used, on the monotonic clock [s].
+        editing: Held while the scene is changed: one change at a time.
+        editors: How many changes wait for that.
+        run: The request that drives the robot, if one does.
+    """
+
+    id: str
+    scene: PackedScene
+    positions: list[float]
+    revision: int = 0
+    kept: bool = False
+    used: float = field(default_factory=time.monotonic)
+    editing: asyncio.Lock = field(default_factory=asyncio.Lock)
+    editors: int = 0
+    run: Job | None = None
+
+    @property
+    def robot(self) -> str:
+        """Name by which the server knows the robot."""
+        return self.scene.robot
+
+    def move(self, positions: list[float]) -> None:
+        """Take note of where the robot is [rad | m]."""
+        self.positions = positions
+
+    def replace(self, scene: PackedScene | None, positions: list[float] | None) -> None:
+        """Take what a worker returned: a new scene, or where the robot is now."""
+        if scene is not None and scene.key != self.scene.key:
+            self.scene, self.revision = scene, self.revision + 1
+            if self.run is not None:
+                self.run.change(scene)
+        if positions is not None:
+            self.positions = positions
+
+
+class Sessions:
+    """All sessions, no more than there may be."""
+
+    def __init__(self, limits: Limits) -> None:
+        """Have none yet."""
+        self._limits, self._all = limits, dict[str, Session]()
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._all)
+
+    def add(self, scene: PackedScene, positions: list[float], *, kept: bool = False) -> Session:
+        """Add a session; the one that is unused for longest goes where there are too many.
+
+        Raises:
+            Refusal: If all are in use.
+        """
+        if len(self._all) >= self._limits.sessions:
+            self._forget_one()
+        session = Session(secrets.token_urlsafe(ID_BYTES), scene, list(positions), kept=kept)
+        self._all[session.id] = session
+        return session
+
+    def get(self, name: str) -> Session:
+        """Return a session by its id.
+
+        Raises:
+            Refusal: If there is none.
+        """
+        session = self._all.get(name)
+        if session is None:
+            raise Refusal(Why.UNKNOWN, "there is no such session, or it was unused for too long")
+        session.used = time.monotonic()
+        return session
+
+    def remove(self, name: str) -> None:
+        """Forget a session; what it is driving stops.
+
+        Raises:
+            Refusal: If there is none.
+        """
+        session = self.get(name)
+        if session.run is not None:
+            session.run.cancel()
+        del self._all[name]
+
+    def _forget_one(self) -> None:
+        free = [each for each in self._all.values() if not each.kept and each.run is None]
+        oldest = min(free, key=lambda each: each.used, default=None)
+        idle = 0.0 if oldest is None else time.monotonic() - oldest.used
+        if oldest is None or idle < self._limits.idle:
+            raise Refusal(
+                Why.FULL,
+                f"there are {len(self._all)} sessions, all in use: close one that is not needed",
+                retry_after=max(self._limits.idle - idle, 1.0),
+            )
+        del self._all[oldest.id]

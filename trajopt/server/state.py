@@ -1,0 +1,85 @@
+"""What a session holds: a scene and where its robot stands, and how both are kept as bytes.
+
+The process that clients talk to never looks into these bytes: only workers make them and read them.
+"""
+
+import pickle
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import blake2b
+from io import BytesIO
+from typing import Any, cast
+
+from trajopt.arrays import Floats, Value
+from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class SessionState(Value):
+    """A robot among objects, and where its joints are.
+
+    Attributes:
+        robot: Name by which the server knows the robot.
+        scene: What is around it.
+        positions: Of all joints, shape (number of joints,) [rad | m].
+        extra: What a face of the server remembers of the scene beside this, plain data by name.
+    """
+
+    robot: str
+    scene: Scene
+    positions: Floats
+    extra: Mapping[str, object] = field(default_factory=dict[str, object])
+
+    @property
+    def named_positions(self) -> dict[str, float]:
+        """Where all joints are, by name [rad | m]."""
+        return dict(zip(self.scene.robot.joint_names, self.positions.tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class PackedScene(Value):
+    """A scene as bytes.
+
+    Attributes:
+        robot: Name by which the server knows the robot.
+        data: The scene and what belongs to it.
+        key: The same for the same bytes.
+    """
+
+    robot: str
+    data: bytes
+    key: bytes
+
+    @staticmethod
+    def of(robot: str, data: bytes) -> "PackedScene":
+        """Return bytes with their key."""
+        return PackedScene(robot, data, blake2b(data, digest_size=16).digest())
+
+
+def packed(state: SessionState, robots: Mapping[str, Robot]) -> PackedScene:
+    """Return the scene of a state as bytes; robots that every worker has are named in them, not held."""
+    names = {id(robot): name for name, robot in robots.items()}
+
+    class Pickler(pickle.Pickler):
+        def persistent_id(self, obj: Any) -> str | None:
+            return names.get(id(obj)) if isinstance(obj, Robot) else None
+
+    buffer = BytesIO()
+    Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump((state.scene, dict(state.extra)))
+    return PackedScene.of(state.robot, buffer.getvalue())
+
+
+def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> tuple[Scene, Mapping[str, object]]:
+    """Return the scene of `packed`, and what belongs to it.
+
+    Args:
+        scene: What `packed` returned, in this process or in another of the same server; nothing else.
+        robots: The robots by name, those with which it was packed.
+    """
+
+    class Unpickler(pickle.Unpickler):
+        def persistent_load(self, pid: Any) -> Robot:
+            return robots[pid]
+
+    return cast("tuple[Scene, Mapping[str, object]]", Unpickler(BytesIO(scene.data)).load())

@@ -1,0 +1,188 @@
+"""A worker: a process that does one request after the other, and tells how far it is.
+
+It reads messages from the socket whose number is its argument, and ends when that is closed.
+"""
+
+import ctypes
+import os
+import pickle
+import signal
+import socket
+import sys
+import time
+import traceback
+from collections.abc import Mapping
+from queue import SimpleQueue
+from threading import Thread
+from typing import cast
+
+import msgspec
+import numpy as np
+
+from trajopt.errors import TrajoptError
+from trajopt.io.document import Node
+from trajopt.io.files import parse_json
+from trajopt.model.cached import LruCache
+from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
+from trajopt.server.memory import limit_memory, memory_used
+from trajopt.server.messages import (
+    LENGTH,
+    TO_WORKER,
+    Answered,
+    Cancel,
+    Changed,
+    Feedback,
+    FromWorker,
+    Hello,
+    Ready,
+    Rejected,
+    Request,
+    ToWorker,
+    framed,
+)
+from trajopt.server.operation import Answer, operations_of
+from trajopt.server.refusals import Refusal, Why
+from trajopt.server.state import PackedScene, SessionState, packed, unpacked
+from trajopt.server.watch import Watch
+
+SCENES = 8
+"""Scenes that are kept unpacked, with what was computed of them."""
+DEATH_SIGNAL = 1
+"""Linux' `PR_SET_PDEATHSIG`: a process is killed when its parent ends, however that ends."""
+REQUEST = "request"
+"""What complaints call the file that a request would be."""
+_JSON = msgspec.json.Encoder()
+
+
+class Channel:
+    """The socket to the server, message by message."""
+
+    def __init__(self, connected: socket.socket) -> None:
+        """Take a connected socket."""
+        self._socket, self._stream = connected, connected.makefile("rb")
+
+    def receive(self) -> ToWorker | None:
+        """Return the next message; None at the end."""
+        head = self._stream.read(LENGTH.size)
+        if len(head) < LENGTH.size:
+            return None
+        return TO_WORKER.decode(self._stream.read(LENGTH.unpack(head)[0]))
+
+    def send(self, message: FromWorker) -> None:
+        """Send a message."""
+        self._socket.sendall(framed(message))
+
+
+class Worker:
+    """Does what the server asks, one request after the other."""
+
+    def __init__(self, channel: Channel, hello: Hello) -> None:
+        """Load the robots and the operations."""
+        self._channel, self._hello = channel, hello
+        self._robots = {name: cast(Robot, pickle.loads(data)) for name, data in hello.robots.items()}
+        self._operations = operations_of(hello.modules)
+        self._scenes: LruCache[bytes, tuple[Scene, Mapping[str, object]]] = LruCache(SCENES)
+        self._waiting: SimpleQueue[tuple[Request, Watch]] = SimpleQueue()
+        self._watches: dict[int, Watch] = {}
+
+    def serve(self) -> None:
+        """Do requests until the server closes the socket."""
+        limit_memory(self._hello.memory)
+        Thread(target=self._listen, name="listen", daemon=True).start()
+        self._channel.send(Ready(memory_used()))
+        while True:
+            request, watch = self._waiting.get()
+            begin = time.process_time()
+            try:
+                said = self._answered(request, watch)
+            except Refusal as refusal:
+                said = Rejected(request.number, refusal.why.value, refusal.reason, 0.0, 0)
+            self._watches.pop(request.number, None)
+            used = time.process_time() - begin
+            self._channel.send(msgspec.structs.replace(said, cpu=used, memory=memory_used()))
+
+    def _answered(self, request: Request, watch: Watch) -> Answered | Rejected:
+        """Do a request.
+
+        Raises:
+            Refusal: If it cannot be done.
+        """
+        try:
+            answer = self._run(request, watch)
+            body = _JSON.encode(answer.document)
+            state = answer.state
+            if state is None:
+                return Answered(request.number, body, None, None, 0.0, 0)
+            scene = packed(state, self._robots)
+        except Refusal:
+            raise
+        except TrajoptError as error:
+            raise Refusal(Why.MALFORMED, str(error)) from error
+        except MemoryError as error:
+            raise Refusal(Why.OUT_OF_MEMORY, "it took more memory than one request may") from error
+        except Exception as error:
+            # The reason is for who runs the server, not for who asked: it may tell of the server's files.
+            traceback.print_exc()
+            raise Refusal(Why.FAILED, f"a fault of the server ({type(error).__name__})") from error
+        self._scenes.get(scene.key, lambda: (state.scene, state.extra))
+        return Answered(request.number, body, scene.data, state.positions.tolist(), 0.0, 0)
+
+    def _run(self, request: Request, watch: Watch) -> Answer:
+        try:
+            text = request.body.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise Refusal(Why.MALFORMED, f"{REQUEST}: is no UTF-8 text: {error}") from error
+        arguments = Node(parse_json(text, REQUEST) if text else {}, REQUEST)
+        if not isinstance(arguments.value, dict):
+            raise arguments.error("must be a mapping")
+        scene, extra = self._scene(request)
+        positions = np.array(request.positions)
+        state = SessionState(request.robot, scene, positions, extra)
+        return self._operations[request.operation].run(state, arguments, watch)
+
+    def _scene(self, request: Request | Changed) -> tuple[Scene, Mapping[str, object]]:
+        scene = PackedScene(request.robot, request.scene, request.key)
+        return self._scenes.get(scene.key, lambda: unpacked(scene, self._robots))
+
+    def _listen(self) -> None:
+        """Take in messages while requests are done."""
+        while (message := self._channel.receive()) is not None:
+            match message:
+                case Request():
+                    watch = self._watch(message)
+                    self._watches[message.number] = watch
+                    self._waiting.put((message, watch))
+                case Cancel(number=number) if number in self._watches:
+                    self._watches[number].cancel.set()
+                case Changed(number=number) if number in self._watches:
+                    self._watches[number].change(self._scene(message)[0])
+                case _:
+                    pass
+        os._exit(0)  # in the midst of a request nobody waits for
+
+    def _watch(self, request: Request) -> Watch:
+        def tell(document: Mapping[str, object], positions: list[float] | None) -> None:
+            self._channel.send(Feedback(request.number, _JSON.encode(document), positions))
+
+        listener = tell if request.feedback else None
+        return Watch(request.seconds, listener, triangles=self._hello.triangles, points=self._hello.points)
+
+
+def _die_with_parent() -> None:
+    """Have the system end this process when the server ends, where it can: even in the midst of a core."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(DEATH_SIGNAL, signal.SIGKILL)
+
+
+def main() -> None:
+    """Serve the socket whose number is the argument."""
+    _die_with_parent()
+    channel = Channel(socket.socket(fileno=int(sys.argv[1])))
+    hello = channel.receive()
+    if isinstance(hello, Hello):
+        Worker(channel, hello).serve()
+
+
+if __name__ == "__main__":
+    main()

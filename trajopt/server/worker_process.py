@@ -1,0 +1,111 @@
+"""A worker as the server sees it: a process at the other end of a socket."""
+
+import asyncio
+import os
+import signal
+import socket
+import subprocess
+import sys
+
+from trajopt.server.memory import memory_used
+from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, Ready, ToWorker, framed
+from trajopt.server.refusals import Refusal, Why
+
+START = 120.0
+"""A worker that has not loaded its robots after so long is given up [s]."""
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""The libraries' own threads would take the cores of the other workers."""
+
+
+class WorkerLost(Exception):
+    """A worker has ended; says how."""
+
+
+class WorkerProcess:
+    """A process that does one request after the other.
+
+    Attributes:
+        pid: Its id.
+        memory: What it had of memory when it was ready [bytes].
+    """
+
+    def __init__(
+        self,
+        process: subprocess.Popen[bytes],
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+    ) -> None:
+        """Take a process and the socket to it."""
+        self._process, self._reader, self._writer = process, reader, writer
+        self.pid, self.memory = process.pid, 0
+
+    @staticmethod
+    async def started(hello: Hello) -> "WorkerProcess":
+        """Start a worker, and wait until it has loaded its robots.
+
+        Raises:
+            WorkerLost: If it ends before, or takes too long.
+        """
+        mine, its = socket.socketpair()
+        with its:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "trajopt.server.worker", str(its.fileno())],
+                pass_fds=(its.fileno(),),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,  # the terminal's Ctrl-C is for the server, which ends its workers
+                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
+            )
+        worker = WorkerProcess(process, *await asyncio.open_connection(sock=mine))
+        try:
+            worker.send(hello)
+            ready = await asyncio.wait_for(worker.receive(), START)
+        except TimeoutError as error:
+            raise WorkerLost(f"it was not ready after {START:g} s") from error
+        finally:
+            if not worker.memory:
+                worker.memory = memory_used(worker.pid)
+        if not isinstance(ready, Ready):
+            worker.kill()
+            raise WorkerLost("it did not say that it was ready")
+        worker.memory = ready.memory
+        return worker
+
+    def send(self, message: ToWorker) -> None:
+        """Send a message; one that has ended hears nothing."""
+        self._writer.write(framed(message))
+
+    async def receive(self) -> FromWorker:
+        """Return the next message.
+
+        Raises:
+            WorkerLost: If the worker has ended.
+        """
+        try:
+            head = await self._reader.readexactly(LENGTH.size)
+            return FROM_WORKER.decode(await self._reader.readexactly(LENGTH.unpack(head)[0]))
+        except (asyncio.IncompleteReadError, ConnectionError) as error:
+            raise WorkerLost(await self._ending()) from error
+
+    def kill(self) -> None:
+        """End it at once, whatever it does."""
+        if self._process.poll() is None:
+            self._process.kill()
+
+    async def close(self) -> None:
+        """End it, and wait until it has ended."""
+        self._writer.close()
+        self.kill()
+        await asyncio.to_thread(self._process.wait)
+
+    async def _ending(self) -> str:
+        """Say how it ended."""
+        self.kill()  # a socket that is closed while the process lives is of no use either
+        code = await asyncio.to_thread(self._process.wait)
+        self._writer.close()
+        return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
+
+
+def lost(error: WorkerLost) -> Refusal:
+    """Return what the client of the request is told that its worker did not survive."""
+    return Refusal(Why.WORKER_LOST, f"the process that did it has ended ({error}); others go on")
