@@ -52,6 +52,20 @@ def test_the_core_brakes_as_the_same_in_plain_python(
         assert last == pytest.approx(wanted_last, abs=1e-9)
 
 
+def test_the_core_takes_the_stops_of_the_same_in_plain_python(
+    case: tuple[to.Problem, to.Trajectory, StopsAlong],
+) -> None:
+    problem, motion, stops = case
+    plain = stopping.PlainStops(motion, problem.limits)
+    for time, ahead in ((0.0, 0.0), (0.1, 0.12), (motion.duration / 2.0, 0.0), (motion.duration - 0.1, 0.0)):
+        found, wanted = (each.earliest(time, after=time + ahead) for each in (stops, plain))
+        assert found.leaves == wanted.leaves
+        assert found.trajectory.times == pytest.approx(wanted.trajectory.times, abs=1e-9)
+        for order in range(3):
+            times = wanted.trajectory.times
+            assert found.trajectory(times, order) == pytest.approx(wanted.trajectory(times, order), abs=1e-6)
+
+
 def moments(motion: to.Trajectory) -> Floats:
     return np.linspace(MOMENT, motion.duration - MOMENT, 15)
 

@@ -1,6 +1,6 @@
 """Stub of the native core `timing`; the same in plain Python is in tests/oracles."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import Enum
 
 from trajopt.arrays import Floats
@@ -165,6 +165,54 @@ def motion_extremes(coefficients: Floats, widths: Floats) -> tuple[Floats, Float
     Raises:
         ValueError: If the shapes do not match.
     """
+
+class Stops:
+    """Stops of a motion along its own path, each tabulated when it is first asked for."""
+
+    def __init__(
+        self,
+        times: Floats,
+        coefficients: Floats,
+        acceleration: Floats,
+        jerk: Floats,
+        shares: Sequence[float],
+        every: Sequence[int],
+        ramp: float,
+        kept: float,
+        step: float,
+        moment: float,
+        excess: float,
+    ) -> None:
+        """Take the motion.
+
+        Args:
+            times: Of the motion's points, shape (k + 1,) [s].
+            coefficients: Of the time in each piece, highest power first, shape (6, k, n).
+            acceleration: Limits, shape (n,).
+            jerk: Limits, shape (n,); infinite where there is none.
+            shares: Of the limits to brake with, tried one after the other.
+            every: Each so many steps are a point of the stop, tried one after the other.
+            ramp: As of `brake` [s].
+            kept: As of `brake`.
+            step: As of `brake` [s].
+            moment: Time between the moments at which braking may begin [s].
+            excess: Relative excess of a limit that is accepted.
+
+        Raises:
+            ValueError: If the shapes do not match.
+        """
+
+    def earliest(self, time: float, after: float) -> tuple[Floats, Floats, Floats, Floats, float] | None:
+        """Return the motion from a time on that is at rest first, None where that is its own end.
+
+        Args:
+            time: On the motion [s].
+            after: Until then it goes on as it was [s].
+
+        Returns:
+            Times, shape (k,), positions, velocities and accelerations, each of shape (k, n), and until when
+            it goes on as it was [s].
+        """
 
 def brake(
     times: Floats,

@@ -14,6 +14,7 @@
 #include "../arrays.hpp"
 #include "../gil.hpp"
 #include "../leaks.hpp"
+#include "path_stop.hpp"
 #include "stopping.hpp"
 #include "timer.hpp"
 
@@ -201,6 +202,36 @@ auto brake(const Vector<double>& times, const Block<double>& coefficients, const
   return std::make_tuple(hand_over(std::move(rows), {3, count}), found.last);
 }
 
+// Stops of a motion along its own path, tabulated when they are first asked for.
+class Stops {
+ public:
+  Stops(const Vector<double>& times, const Block<double>& coefficients, const Vector<double>& acceleration,
+        const Vector<double>& jerk, Numbers shares, std::vector<std::size_t> every, double ramp, double kept,
+        double step, double moment, double excess)
+      : joints_(coefficients.shape(2)),
+        stops_(copied(times), Numbers(coefficients.data(), coefficients.data() + coefficients.size()),
+               copied(acceleration), copied(jerk),
+               {std::move(shares), std::move(every), ramp, kept, step, moment, excess}) {
+    expect(coefficients.shape(0) == 6 && coefficients.shape(1) > 0 && times.shape(0) == coefficients.shape(1) + 1,
+           "coefficients must be (6, pieces, joints), times (pieces + 1,)");
+    expect(acceleration.shape(0) == joints_ && jerk.shape(0) == joints_, "limits must have one value for each joint");
+  }
+
+  nb::object earliest(double time, double after) {
+    auto found = stops_.earliest(time, after);
+    if (!found) return nb::none();
+    auto& [points, leaves] = *found;
+    const std::size_t count = points.times.size();
+    const auto rows = [&](Numbers& values) { return nb::cast(hand_over(std::move(values), {count, joints_})); };
+    return nb::make_tuple(nb::cast(hand_over(std::move(points.times), {count})), rows(points.positions),
+                          rows(points.velocities), rows(points.accelerations), leaves);
+  }
+
+ private:
+  std::size_t joints_;
+  stopping::PathStops stops_;
+};
+
 }  // namespace
 
 NB_MODULE(timing, m) {
@@ -258,5 +289,11 @@ NB_MODULE(timing, m) {
         "first_gap"_a, "gap"_a);
   m.def("brake", &brake, "times"_a, "coefficients"_a, "acceleration"_a, "jerk"_a, "ramp"_a, "begin"_a, "share"_a,
         "kept"_a, "step"_a);
+  nb::class_<Stops>(m, "Stops")
+      .def(nb::init<const Vector<double>&, const Block<double>&, const Vector<double>&, const Vector<double>&, Numbers,
+                    std::vector<std::size_t>, double, double, double, double, double>(),
+           "times"_a, "coefficients"_a, "acceleration"_a, "jerk"_a, "shares"_a, "every"_a, "ramp"_a, "kept"_a,
+           "step"_a, "moment"_a, "excess"_a)
+      .def("earliest", &Stops::earliest, "time"_a, "after"_a);
   m.def("motion_extremes", &motion_extremes, "coefficients"_a, "widths"_a);
 }
