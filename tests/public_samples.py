@@ -16,9 +16,11 @@ from trajopt.execution import (
     FaultKind,
     IdealExecutor,
     JointVelocities,
+    Logbook,
     Order,
     Played,
     Recorder,
+    Recording,
     Said,
     Servo,
     Stream,
@@ -42,7 +44,7 @@ RETURNED = frozenset(
     PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
     SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
-    Event RobotState Rule Run StopTaken
+    Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -152,6 +154,8 @@ def by_call() -> Mapping[str, Any]:
         "Stream.said": (said(),),
         "Played.stream": Stream((said(),)),
         "Recorder.source": played(),
+        "Logbook.look.watched": Servo(ideal(), problem()),
+        "write_recording.recording": recording(),
         "guide.servo": Servo(ideal(), problem()),
         "guide.source": played(),
         "JointVelocities.velocities": {"joint1": 0.1},
@@ -307,10 +311,17 @@ def instances() -> Mapping[str, Any]:
         "Supervisor": Supervisor(ideal(), asked),
         "Servo": Servo(ideal(), asked),
         "Order": said().order,
+        "Logbook": Logbook(),
         "Played": played(),
         "Recorder": Recorder(played()),
         "Stream": Stream((said(),)),
     }
+
+
+def recording() -> Recording:
+    logbook = Logbook()
+    logbook.look(Servo(ideal(), problem()))
+    return logbook.recording
 
 
 def said() -> Said:

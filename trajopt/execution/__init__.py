@@ -11,8 +11,15 @@ from trajopt.execution.faults import Fault as Fault
 from trajopt.execution.faults import FaultKind as FaultKind
 from trajopt.execution.gamepad import Gamepad as Gamepad
 from trajopt.execution.ideal import IdealExecutor as IdealExecutor
+from trajopt.execution.logbook import Logbook as Logbook
 from trajopt.execution.options import SupervisorOptions as SupervisorOptions
 from trajopt.execution.random_surprise import random_surprise as random_surprise
+from trajopt.execution.recording import Moment as Moment
+from trajopt.execution.recording import Recording as Recording
+from trajopt.execution.recording import Sighting as Sighting
+from trajopt.execution.recording import TimedMotion as TimedMotion
+from trajopt.execution.recording_file import read_recording as read_recording
+from trajopt.execution.recording_file import write_recording as write_recording
 from trajopt.execution.run import Run as Run
 from trajopt.execution.run import run as run
 from trajopt.execution.servo import Servo as Servo

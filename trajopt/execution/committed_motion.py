@@ -58,6 +58,11 @@ class CommittedMotion:
         return len(self._pieces)
 
     @property
+    def pieces(self) -> tuple[tuple[float, Trajectory], ...]:
+        """The motions that it keeps, of all joints, with when each begins [s]; it ends with the next."""
+        return tuple((piece.begin, piece.trajectory) for piece in self._pieces)
+
+    @property
     def end(self) -> float:
         """When the last motion ends, on the clock [s]; minus infinity if there is none."""
         pieces = self._pieces
@@ -162,7 +167,7 @@ class CommittedMotion:
             else:
                 gap = begin - time - rest.duration
                 rest = rest.followed_by(part) if gap <= INSTANT else _one_after_the_other(rest, gap, part)
-        return None if rest is None else _of(rest, joint_names)
+        return None if rest is None else of_joints(rest, joint_names)
 
     def _columns(self, trajectory: Trajectory) -> list[int]:
         return [self.joint_names.index(name) for name in trajectory.joint_names]
@@ -182,7 +187,7 @@ def _rates(motion: Trajectory) -> list[Floats]:
     return [rows for rows in (motion.velocities, motion.accelerations) if rows is not None]
 
 
-def _of(motion: Trajectory, joint_names: tuple[str, ...]) -> Trajectory:
+def of_joints(motion: Trajectory, joint_names: tuple[str, ...]) -> Trajectory:
     """Return the part of a motion that some joints make, in their order."""
     columns = [motion.joint_names.index(name) for name in joint_names]
     rows = [rows[:, columns] for rows in (motion.positions, *_rates(motion))]

@@ -7,6 +7,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value
 from trajopt.errors import JointNotFound
+from trajopt.execution.committed_motion import CommittedMotion
 from trajopt.execution.executor import Executor
 from trajopt.model.cached import LruCache
 from trajopt.model.deviation import largest_deviation
@@ -98,6 +99,13 @@ class Guard(Value):
         reduced = self._reduced(motion, world.at(begin))
         return Judge(reduced, self.options).certify(motion, self._specification(motion, requirements=True))
 
+    def why_not(self, motion: Trajectory, world: Seen, begin: float) -> str:
+        """Say which check fails, or of what nothing is known any more; arguments as of `proven`."""
+        if stale := world.stale(begin):
+            return stale
+        checks = self.certificate(motion, world, begin).checks
+        return next((check.detail for check in checks if not check.holds), "")
+
     @cached_property
     def options(self) -> VerifyOptions:
         """The judge's own, and how far the robot can be off taken off every distance."""
@@ -140,6 +148,20 @@ def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
         scene: What is around the robot.
     """
     return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
+
+
+def standing(problem: Problem, committed: CommittedMotion, time: float, scene: Scene) -> Problem:
+    """Return a problem as if the robot stood in a scene where it has to be at a time.
+
+    Args:
+        problem: What is asked.
+        committed: What the robot has to do.
+        time: On the executor's clock [s].
+        scene: What is around the robot.
+    """
+    positions = np.array(problem.start_positions)
+    positions[scene.robot.index(committed.joint_names)] = committed(time)[0]
+    return start_from(problem, scene.robot.followed(positions), scene)
 
 
 def guard_of(problem: Problem, executor: Executor) -> Guard:

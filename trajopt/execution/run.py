@@ -1,6 +1,6 @@
 """run(problem): a problem planned, driven in the simulated world among surprises, and measured."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
 
@@ -99,6 +99,7 @@ def run(
     surprises: Surprises = NONE,
     options: SupervisorOptions = DEFAULT,
     longest: float = LONGEST,
+    watch: Callable[[Supervisor], object] | None = None,
 ) -> Run:
     """Plan a problem and drive it in the simulated world, as fast as the machine goes.
 
@@ -109,6 +110,7 @@ def run(
         surprises: What nobody said before; the supervisor sees it as late as the sensors are.
         options: Of the supervisor.
         longest: Most simulated time [s].
+        watch: Called after each cycle: `logbook.look`, for a view or a recording.
     """
     world = surprises.world(problem.scene)
     arm = _Remembering(world, problem.start_positions, sensors=surprises.sensors, faults=surprises.faults)
@@ -130,6 +132,8 @@ def run(
         while changes and changes[0] <= arm.now():
             supervisor.see(surprises.seen(problem.scene, changes.pop(0) - surprises.sensors.delay), 0.0)
         supervisor.cycle()
+        if watch is not None:
+            watch(supervisor)
         advance(steps)
     duration = arm.now()
     advance(round(SETTLING / arm.period))

@@ -90,6 +90,21 @@ class Servo(Printed):
         return self._seen.scene
 
     @property
+    def seen(self) -> Seen:
+        """The world as it was last told, and when."""
+        return self._seen
+
+    @property
+    def committed(self) -> CommittedMotion:
+        """What the robot will do whatever comes; not to be changed."""
+        return self._committed
+
+    @property
+    def intended(self) -> None:
+        """A servo is on its way to nowhere."""
+        return
+
+    @property
     def moving(self) -> bool:
         """Whether the robot has to move now, or will have to."""
         return self.executor.now() < self._committed.end

@@ -12,7 +12,7 @@ from trajopt.errors.arguments import checked
 from trajopt.execution.committed_motion import REST, CommittedMotion
 from trajopt.execution.events import Event, Kind
 from trajopt.execution.executor import Executor
-from trajopt.execution.guard import Guard, Seen, guard_of, start_from
+from trajopt.execution.guard import Guard, Seen, guard_of, standing
 from trajopt.execution.intention import Intention
 from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.recovery import recovery
@@ -79,6 +79,21 @@ class Supervisor(Printed):
     def scene(self) -> Scene:
         """The world as it was last told."""
         return self._seen.scene
+
+    @property
+    def seen(self) -> Seen:
+        """The world as it was last told, and when."""
+        return self._seen
+
+    @property
+    def committed(self) -> CommittedMotion:
+        """What the robot will do whatever comes; not to be changed."""
+        return self._committed
+
+    @property
+    def intended(self) -> Intention | None:
+        """The motion to the goal that it is on; None while there is none."""
+        return self._intended
 
     @property
     def moving(self) -> bool:
@@ -181,7 +196,7 @@ class Supervisor(Printed):
         at = self.executor.now() + self.options.ahead
         if self._stale(at):
             return False
-        here = self._standing(self.problem, at, self._seen.at(at))
+        here = standing(self.problem, self._committed, at, self._seen.at(at))
         found = recovery(here, here.scene, here.start_positions, goal, scaling=scaling)
         if found.trajectory is None:
             self._note(Kind.NO_PLAN, found.words)
@@ -194,8 +209,7 @@ class Supervisor(Printed):
         """Judge what is committed, and what is left of the motion, in the world as it is known now."""
         begun = time.process_time()
         begin = now + self.executor.latency
-        names = self.problem.reduced.joint_names
-        committed = self._committed.ahead(begin, names)
+        committed = self._committed.ahead(begin, self.problem.reduced.joint_names)
         if committed is not None and not self._proven(committed, begin):
             self._wanted = self._wanted or (None if self._intended is None else self.problem)
             self._stop(now, "what it was to do is not clear any more")
@@ -242,17 +256,10 @@ class Supervisor(Printed):
 
     def _planned(self, problem: Problem, at: float) -> Result:
         """Plan from where the robot will be at a time."""
-        here = self._standing(problem, at, self._seen.at(at))
+        here = standing(problem, self._committed, at, self._seen.at(at))
         running = self._committed.ahead(at, problem.reduced.joint_names)
         asked = here if running is None else on_the_way(here, running, 0.0)
         return plan(asked, budget=self.options.budget)
-
-    def _standing(self, problem: Problem, at: float, scene: Scene) -> Problem:
-        """Return a problem as if the robot stood in a scene where it will be at a time."""
-        driven = self.executor.joint_names
-        positions = np.array(problem.start_positions)
-        positions[scene.robot.index(driven)] = self._committed(at)[0]
-        return start_from(problem, scene.robot.followed(positions), scene)
 
     def _extend(self, now: float) -> None:
         """Commit the next piece of the motion, and a stop after it."""
@@ -295,7 +302,7 @@ class Supervisor(Printed):
         if intended is not None and intended.begin <= begin < self._parting:
             along = intended.stops.earliest(begin - intended.begin).trajectory
         # How hard joints may brake does not depend on the scene, of which nothing may be known any more.
-        here = self._standing(self.problem, begin, self.problem.scene)
+        here = standing(self.problem, self._committed, begin, self.problem.scene)
         self._stale(begin + ahead.duration)
         motion, taken = soonest_stop(self._guard, self._seen, begin, here, ahead, along)
         if motion is not ahead:
@@ -303,7 +310,7 @@ class Supervisor(Printed):
         self._parting = begin
         self._note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
         if not taken.proven:
-            self._note(Kind.UNPROVEN_STOP, self._why_not(motion, begin))
+            self._note(Kind.UNPROVEN_STOP, self._guard.why_not(motion, self._seen, begin))
         self._spent("stop", begun)
         return taken
 
@@ -319,13 +326,6 @@ class Supervisor(Printed):
 
     def _proven(self, motion: Trajectory, begin: float) -> bool:
         return not self._stale(begin) and self._guard.proven(motion, self._seen, begin)
-
-    def _why_not(self, motion: Trajectory, begin: float) -> str:
-        """Say which check of a motion fails, or of what nothing is known any more."""
-        if stale := self._seen.stale(begin):
-            return stale
-        checks = self._guard.certificate(motion, self._seen, begin).checks
-        return next((check.detail for check in checks if not check.holds), "")
 
     def _stale(self, time: float) -> bool:
         """Whether nothing is known any more at a time of something that moves; it is noted when it begins."""

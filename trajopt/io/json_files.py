@@ -10,14 +10,19 @@ from trajopt.errors import FileFormatError, shown
 from trajopt.io.document import write_text
 
 
-def write_json(path: Path | str, document: Mapping[str, object]) -> None:
+def write_json(path: Path | str, document: Mapping[str, object], *, indent: int | None = 1) -> None:
     """Write a document as JSON, in one step; numbers are written exactly.
+
+    Args:
+        path: The file.
+        document: What it is to hold.
+        indent: Of each level, for whoever reads it; None for one long line, where there is much.
 
     Raises:
         FileFormatError: If it holds what JSON cannot say (such as nan), or cannot be written.
     """
     _check(document, str(path), "")
-    write_text(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
+    write_text(path, json.dumps(document, indent=indent, allow_nan=False) + "\n")
 
 
 def _check(value: object, path: str, place: str) -> None:
