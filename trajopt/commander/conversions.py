@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from trajopt.commander.exception import MoveItCommanderException
-from trajopt.commander.geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform, Vector3
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.errors import shown
 from trajopt.messages import document_of, is_message
 from trajopt.messages.builtin_interfaces import Time
+from trajopt.messages.geometry_msgs import Pose, PoseStamped
 from trajopt.model.placement import Placement, placement
-from trajopt.moveit.pose import read_placement
+from trajopt.moveit.pose import pose_of, read_placement
 
 
 def pose_to_list(pose_msg: Pose) -> list[float]:
@@ -27,17 +27,6 @@ def list_to_pose(pose_list: Sequence[float]) -> Pose:
 def list_to_pose_stamped(pose_list: Sequence[float], target_frame: str) -> PoseStamped:
     """Return the pose of such a list, in a frame."""
     return stamped(placement_of(pose_list), target_frame)
-
-
-def pose_of(where: Placement) -> Pose:
-    """Return a placement as a pose."""
-    return Pose(Point(*where.translation.tolist()), Quaternion(*where.quaternion.tolist()))
-
-
-def transform_of(where: Placement) -> Transform:
-    """Return a placement as a transform."""
-    x, y, z = where.translation.tolist()
-    return Transform(Vector3(x, y, z), Quaternion(*where.quaternion.tolist()))
 
 
 def stamped(where: Placement, frame: str) -> PoseStamped:

@@ -21,7 +21,6 @@ from trajopt.commander.planning import reading_in
 from trajopt.commander.robot_states import state_positions
 from trajopt.commander.settings import Settings
 from trajopt.commander.targets import Part, PoseTarget
-from trajopt.commander.trajectories import trajectory_message
 from trajopt.errors import shown
 from trajopt.grasping import GraspingOptions, PickPlaceResult, grasps_of, gripper_of
 from trajopt.messages import document_of, field_names, is_message
@@ -31,6 +30,7 @@ from trajopt.model.placement import Placement
 from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
 from trajopt.moveit.constraints import read_constraints
+from trajopt.moveit.trajectory_message import trajectory_message
 
 R = TypeVar("R")
 _LOG = logging.getLogger("trajopt.commander")

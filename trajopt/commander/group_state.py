@@ -10,10 +10,11 @@ from trajopt.commander.conversions import stamped
 from trajopt.commander.geometry_msgs.msg import PoseStamped
 from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import PlannerInterfaceDescription, RobotState
-from trajopt.commander.robot_states import joint_names, state_message, state_positions, within_bounds
+from trajopt.commander.robot_states import joint_names, state_positions, within_bounds
 from trajopt.commander.settings import PIPELINE, PLANNERS
 from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.reduced import reduce_model
+from trajopt.moveit.state_message import state_message
 from trajopt.query import Query
 
 

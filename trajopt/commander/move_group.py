@@ -24,11 +24,12 @@ from trajopt.commander.planning import problem_of, solved
 from trajopt.commander.robot_states import link_names, state_positions
 from trajopt.commander.settings import PIPELINE
 from trajopt.commander.targets import goal_constraints
-from trajopt.commander.trajectories import ALGORITHMS, retimed, trajectory_message, trajectory_of
+from trajopt.commander.trajectories import ALGORITHMS, retimed, trajectory_of
 from trajopt.errors import ObjectNotFound, SolverNotFound
 from trajopt.model.reduced import reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
+from trajopt.moveit.trajectory_message import trajectory_message
 from trajopt.planning.result import Result
 
 _LOG = logging.getLogger("trajopt.commander")

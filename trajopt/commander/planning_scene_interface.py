@@ -7,39 +7,27 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from trajopt.commander.conversions import framed_placement, pose_of
+from trajopt.commander.conversions import framed_placement
 from trajopt.commander.exception import speaks_moveit
 from trajopt.commander.geometry_msgs.msg import Pose
 from trajopt.commander.moveit_msgs.msg import (
     AttachedCollisionObject,
     CollisionObject,
-    LinkPadding,
-    LinkScale,
     PlanningScene,
-    PlanningSceneComponents,
-    PlanningSceneWorld,
 )
 from trajopt.commander.planning import reading_in
-from trajopt.commander.robot_states import state_message
-from trajopt.commander.scene_messages import (
-    attached_messages,
-    matrix_message,
-    mesh_message,
-    world_messages,
-)
 from trajopt.commander.shape_msgs.msg import Plane, SolidPrimitive
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World, world_or_current
 from trajopt.io.document import Node
 from trajopt.messages import document_of, is_message
-from trajopt.model.collisions.clearances import Clearances
 from trajopt.model.meshes.mesh_file import load_mesh
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
-from trajopt.moveit.collision_matrix import apply_matrix
-from trajopt.moveit.collision_object import apply_object, read_object
-from trajopt.moveit.frames import Reading
-from trajopt.moveit.planning_scene import with_padding
+from trajopt.moveit.pose import pose_of
+from trajopt.moveit.scene_edits import edit_object, edit_scene
+from trajopt.moveit.scene_messages import attached_messages, mesh_message, world_messages
+from trajopt.moveit.state_message import scene_message
 
 T = TypeVar("T")
 Three = Sequence[float]
@@ -61,7 +49,7 @@ class PlanningSceneInterface:
 
     def add_object(self, collision_object: Any) -> None:
         """Do what a CollisionObject says: add, remove, append or move."""
-        self._apply(document_of(collision_object, "collision object"), _with_object)
+        self._apply(document_of(collision_object, "collision object"), edit_object)
 
     def add_sphere(self, name: str, pose: Any, radius: float = 1) -> None:
         """Add a sphere [m] at a PoseStamped, in place of any object of its name."""
@@ -213,31 +201,14 @@ class PlanningSceneInterface:
 
     def get_planning_scene(self, components: int) -> PlanningScene:
         """Return the scene, as much of it as a sum of constants of PlanningSceneComponents asks for."""
-        scene, message = self._world.scene, PlanningScene(robot_model_name=self._world.robot.name)
-        asked = PlanningSceneComponents
-        if components & (asked.ROBOT_STATE | asked.ROBOT_STATE_ATTACHED_OBJECTS):
-            message.robot_state = state_message(scene, self._world.positions)
-            if not components & asked.ROBOT_STATE_ATTACHED_OBJECTS:
-                message.robot_state.attached_collision_objects = []
-        if components & (asked.WORLD_OBJECT_NAMES | asked.WORLD_OBJECT_GEOMETRY):
-            objects = world_messages(scene, self._world.robot.links[0])
-            if not components & asked.WORLD_OBJECT_GEOMETRY:
-                objects = {name: CollisionObject(id=name) for name in objects}
-            message.world = PlanningSceneWorld(list(objects.values()))
-        if components & asked.ALLOWED_COLLISION_MATRIX:
-            message.allowed_collision_matrix = matrix_message(scene)
-        if components & asked.LINK_PADDING_AND_SCALING:
-            message.link_padding = [LinkPadding(*item) for item in scene.clearances.links.items()]
-            scales = {body.owner: body.scale for body in scene.robot.bodies if body.scale != 1.0}
-            message.link_scale = [LinkScale(*item) for item in scales.items()]
-        return message
+        return scene_message(self._world.scene, self._world.positions, components)
 
     def apply_planning_scene(self, planning_scene_message: Any) -> bool:
         """Replace the scene by that of a PlanningScene, or change it where that is a difference.
 
         Where the robot is, its executor says: positions in the message change nothing.
         """
-        self._apply(document_of(planning_scene_message, "planning scene"), _with_scene)
+        self._apply(document_of(planning_scene_message, "planning scene"), edit_scene)
         return True
 
     @staticmethod
@@ -302,33 +273,3 @@ def _emptied(scene: Scene) -> Scene:
         frames = {item.frame for item in scene.objects.values()}
         scene = scene.remove(next(name for name in scene.objects if name not in frames))
     return scene
-
-
-def _empty(scene: Scene) -> Scene:
-    """Return a scene with the robot of its first size, its tools, and what is to be kept from everything."""
-    everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
-    robot = scene.robot
-    if any(body.scale != 1.0 for body in robot.bodies):
-        robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
-    return Scene(
-        robot,
-        margin=scene.margin,
-        kind_margins=scene.kind_margins,
-        clearances=everywhere,
-        tools=scene.tools_on_links,
-    )
-
-
-def _with_object(node: Node, scene: Scene, reading: Reading) -> Scene:
-    return apply_object(read_object(node, reading), scene, reading)
-
-
-def _with_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
-    if not node["is_diff"].flag():
-        scene = _empty(scene)
-    for element in node["world"]["collision_objects"].elements():
-        scene = _with_object(element, scene, reading)
-    for element in node["robot_state"]["attached_collision_objects"].elements():
-        scene = apply_attached(element, scene, reading)
-    scene = apply_matrix(node["allowed_collision_matrix"], scene, reading.notes)
-    return with_padding(node, scene, reading.notes)

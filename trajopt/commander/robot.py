@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from trajopt.arrays import Floats
-from trajopt.commander.conversions import pose_of, stamped
+from trajopt.commander.conversions import stamped
 from trajopt.commander.exception import MoveItCommanderException, speaks_moveit
 from trajopt.commander.geometry_msgs.msg import PoseStamped, Vector3
 from trajopt.commander.move_group import MoveGroupCommander
 from trajopt.commander.moveit_msgs.msg import RobotState
-from trajopt.commander.robot_states import joint_names, link_names, state_message, state_positions
+from trajopt.commander.robot_states import joint_names, link_names, state_positions
 from trajopt.commander.std_msgs.msg import ColorRGBA, Header
 from trajopt.commander.visualization_msgs.msg import Marker, MarkerArray
 from trajopt.commander.world import World, world_or_current
@@ -18,6 +18,8 @@ from trajopt.messages import is_message
 from trajopt.model.description.urdf import MeshReference
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Cylinder, Sphere
+from trajopt.moveit.pose import pose_of
+from trajopt.moveit.state_message import state_message
 
 GREY = (0.5, 0.5, 0.5, 1.0)
 """Colour of what the description leaves without one."""

@@ -6,35 +6,14 @@ from typing import cast
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.commander.conversions import transform_of
 from trajopt.commander.moveit_msgs.msg import RobotState
-from trajopt.commander.scene_messages import attached_messages
-from trajopt.commander.sensor_msgs.msg import JointState, MultiDOFJointState
-from trajopt.commander.std_msgs.msg import Header
 from trajopt.commander.world import World
 from trajopt.messages import document_of
+from trajopt.messages.sensor_msgs import JointState
 from trajopt.model.description.groups import Group
 from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names
 from trajopt.model.robot import Robot
-from trajopt.model.scene import Scene
-from trajopt.moveit.planar_joints import planar_joints, planar_placement
 from trajopt.moveit.robot_state import checked_joint_positions, layered_positions
-
-
-def state_message(scene: Scene, positions: Floats) -> RobotState:
-    """Return positions of all joints, and what the robot carries, as a message."""
-    robot, at = scene.robot, positions.tolist()
-    named = dict(zip(robot.joint_names, at, strict=True))
-    several = MultiDOFJointState()
-    if planar_joints(robot.base.joints):
-        x, y, yaw = (named.pop(joint) for joint in robot.base.joints)
-        transform = transform_of(planar_placement(x, y, yaw))
-        several = MultiDOFJointState(Header(frame_id=robot.base.frame), [robot.base.name], [transform])
-    return RobotState(
-        joint_state=JointState(name=list(named), position=list(named.values())),
-        multi_dof_joint_state=several,
-        attached_collision_objects=list(attached_messages(scene).values()),
-    )
 
 
 def within_bounds(message: object, robot: Robot) -> RobotState:

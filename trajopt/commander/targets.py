@@ -7,7 +7,6 @@ from itertools import zip_longest
 
 import numpy as np
 
-from trajopt.commander.conversions import pose_of
 from trajopt.commander.geometry_msgs.msg import Pose
 from trajopt.commander.moveit_msgs.msg import (
     BoundingVolume,
@@ -20,6 +19,7 @@ from trajopt.commander.settings import Settings
 from trajopt.commander.shape_msgs.msg import SolidPrimitive
 from trajopt.commander.std_msgs.msg import Header
 from trajopt.model.placement import Placement
+from trajopt.moveit.pose import pose_of
 
 
 class Part(Enum):

@@ -4,21 +4,13 @@ from collections.abc import Mapping
 
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.moveit_msgs.msg import RobotTrajectory
-from trajopt.commander.std_msgs.msg import Header
-from trajopt.commander.trajectory_msgs.msg import (
-    JointTrajectory,
-    JointTrajectoryPoint,
-    MultiDOFJointTrajectory,
-    MultiDOFJointTrajectoryPoint,
-)
-from trajopt.messages import decode, document_of, is_message
-from trajopt.messages.builtin_interfaces import Duration
+from trajopt.messages import document_of, is_message
 from trajopt.methods.timing import retime_path
 from trajopt.model.description.groups import Group
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import joint_positions
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.moveit.planar_joints import multi_dof_points, planar_joints, split, turned_from
+from trajopt.moveit.planar_joints import turned_from
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
 from trajopt.problem import Problem
 from trajopt.retime import RetimeFailure
@@ -62,44 +54,6 @@ def retimed(
     if isinstance(motion, RetimeFailure):
         raise MoveItCommanderException(f"retime_trajectory: {motion.reason}")
     return motion.trajectory
-
-
-def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotTrajectory:
-    """Return a trajectory as a message, times to the nanosecond; an empty one for none."""
-    if trajectory is None:
-        return RobotTrajectory()
-    single, several = split(trajectory)
-    message = RobotTrajectory()
-    if single is not None:
-        names = list(single.joint_names)
-        message.joint_trajectory = JointTrajectory(Header(frame_id=frame), names, _points(single))
-    if several is not None:
-        message.multi_dof_joint_trajectory = MultiDOFJointTrajectory(
-            Header(frame_id=frame), list(planar_joints(several.joint_names)), _transforms(several)
-        )
-    return message
-
-
-def _points(trajectory: Trajectory) -> list[JointTrajectoryPoint]:
-    return [
-        JointTrajectoryPoint(
-            trajectory.positions[place].tolist(),
-            [] if trajectory.velocities is None else trajectory.velocities[place].tolist(),
-            [] if trajectory.accelerations is None else trajectory.accelerations[place].tolist(),
-            time_from_start=Duration(moment),
-        )
-        for place, moment in enumerate(trajectory.times.tolist())
-    ]
-
-
-def _transforms(trajectory: Trajectory) -> list[MultiDOFJointTrajectoryPoint]:
-    points: list[MultiDOFJointTrajectoryPoint] = []
-    for document, moment in zip(multi_dof_points(trajectory), trajectory.times.tolist(), strict=True):
-        stated = {key: value for key, value in document.items() if key != "time_from_start"}
-        point = decode(MultiDOFJointTrajectoryPoint, stated)
-        point.time_from_start = Duration(moment)
-        points.append(point)
-    return points
 
 
 def trajectory_of(message: object, name: str, group: Group, start: Mapping[str, float]) -> Trajectory | None:

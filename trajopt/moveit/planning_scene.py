@@ -10,6 +10,7 @@ from trajopt.errors.arguments import checked
 from trajopt.io.document import Node, read_document
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import Placement
+from trajopt.model.requirements import WORLD
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
@@ -81,9 +82,9 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
         notes.append("is_diff: read as a whole scene, starting from an empty world")
     scene = Scene(robot)
     for node in document["fixed_frame_transforms"].elements():
-        scene = _with_fixed_frame(node, scene, reading)
+        scene = with_fixed_frame(node, scene, reading)
     world = document["world"].only(("collision_objects", "octomap"))
-    _refuse_octomap(world["octomap"])
+    refuse_octomap(world["octomap"])
     for node in world["collision_objects"].elements():
         scene = apply_object(read_object(node, reading), scene, reading)
     for node in document["robot_state"]["attached_collision_objects"].elements():
@@ -107,7 +108,18 @@ def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:
     return frozenset(names - set(robot.frame_names))
 
 
-def _with_fixed_frame(node: Node, scene: Scene, reading: Reading) -> Scene:
+def with_fixed_frame(node: Node, scene: Scene, reading: Reading, *, again: bool = False) -> Scene:
+    """Return the scene with the frame of a transform: in the world, or a tool's on one of the robot's.
+
+    Args:
+        node: The transform.
+        scene: The scene.
+        reading: What names mean.
+        again: Whether a frame that is there already is put there now.
+
+    Raises:
+        FileFormatError: If it is malformed, hangs on no frame that is known, or is there already.
+    """
     # MoveIt writes the world into child_frame_id and the frame's name into the header; tf the
     # other way round. Either way the transform is that of the frame, seen from the world.
     node.only(("header", "child_frame_id", "transform"))
@@ -128,6 +140,8 @@ def _with_fixed_frame(node: Node, scene: Scene, reading: Reading) -> Scene:
         reading.notes.append(f"{node.place}: {name!r} is a frame of the robot, which comes first")
         return scene
     if name in scene.objects:
+        if again and not scene.object(name).parts:
+            return scene.move(name, where, frame=WORLD)
         raise node.error(f"the frame {name!r} is given twice")
     return scene.add(name, (), where)
 
@@ -140,7 +154,12 @@ def _with_tool(node: Node, scene: Scene, where: Placement, on: str, name: str) -
         raise node.error(str(error)) from error
 
 
-def _refuse_octomap(node: Node) -> None:
+def refuse_octomap(node: Node) -> None:
+    """Refuse what would leave obstacles out.
+
+    Raises:
+        FileFormatError: If there is an octomap.
+    """
     octomap = node.only(("header", "origin", "octomap"))["octomap"]
     if octomap.has("data") and octomap["data"].value:
         raise octomap.error("octomaps are not supported; use boxes, and leave no obstacle out")

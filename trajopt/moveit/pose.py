@@ -4,6 +4,7 @@ from math import hypot, inf
 
 from trajopt.errors import SizeError
 from trajopt.io.document import Node
+from trajopt.messages.geometry_msgs import Point, Pose, Quaternion, Transform, Vector3
 from trajopt.model.placement import IDENTITY, Placement, placement
 
 
@@ -70,6 +71,17 @@ def read_quaternion(node: Node, notes: list[str]) -> tuple[float, ...]:
     if abs(length - 1.0) > 1e-3:
         notes.append(f"{node.place}: a quaternion of length {length:.6g}, normalised")
     return tuple(part / length for part in parts)
+
+
+def pose_of(where: Placement) -> Pose:
+    """Return a placement as a pose."""
+    return Pose(Point(*where.translation.tolist()), Quaternion(*where.quaternion.tolist()))
+
+
+def transform_of(where: Placement) -> Transform:
+    """Return a placement as a transform."""
+    x, y, z = where.translation.tolist()
+    return Transform(Vector3(x, y, z), Quaternion(*where.quaternion.tolist()))
 
 
 LEAST_TOLERANCE = 1e-4

@@ -2,24 +2,24 @@
 
 from collections.abc import Mapping
 
-from trajopt.commander.conversions import pose_of
-from trajopt.commander.geometry_msgs.msg import Point
-from trajopt.commander.moveit_msgs.msg import (
+from trajopt.messages.geometry_msgs import Point
+from trajopt.messages.moveit_msgs import (
     AllowedCollisionEntry,
     AllowedCollisionMatrix,
     AttachedCollisionObject,
     CollisionObject,
 )
-from trajopt.commander.shape_msgs.msg import Mesh as MeshMessage
-from trajopt.commander.shape_msgs.msg import MeshTriangle, SolidPrimitive
-from trajopt.commander.shape_msgs.msg import Plane as PlaneMessage
-from trajopt.commander.std_msgs.msg import Header
+from trajopt.messages.shape_msgs import Mesh as MeshMessage
+from trajopt.messages.shape_msgs import MeshTriangle, SolidPrimitive
+from trajopt.messages.shape_msgs import Plane as PlaneMessage
+from trajopt.messages.std_msgs import Header
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere
+from trajopt.moveit.pose import pose_of
 
 
 def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:

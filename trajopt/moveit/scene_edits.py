@@ -1,0 +1,72 @@
+"""What messages do to a scene that is there: whole scenes, differences of scenes, and objects."""
+
+from dataclasses import replace
+
+from trajopt.io.document import Node
+from trajopt.model.collisions.clearances import Clearances
+from trajopt.model.scene import Scene
+from trajopt.moveit.attached_object import apply_attached
+from trajopt.moveit.collision_matrix import apply_matrix
+from trajopt.moveit.collision_object import apply_object, read_object
+from trajopt.moveit.frames import Reading
+from trajopt.moveit.planning_scene import SCENE_FIELDS, refuse_octomap, with_fixed_frame, with_padding
+
+
+def edit_object(node: Node, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene after a collision object message.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: What names mean; its positions are those where the robot stands now.
+
+    Raises:
+        FileFormatError: If the message is malformed, or cannot be carried out.
+        NameNotFound: If it names an unknown frame, or moves an unknown object.
+    """
+    return apply_object(read_object(node, reading), scene, reading)
+
+
+def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
+    """Return the scene after a planning scene message: the message's alone, or changed where it `is_diff`.
+
+    Where the robot stands, and which robot it is, stays as it is.
+
+    Args:
+        node: The message.
+        scene: The scene.
+        reading: What names mean; its positions are those where the robot stands, by the message if it says
+            so.
+
+    Raises:
+        FileFormatError: If the message is malformed, cannot be carried out, or holds an octomap.
+        NameNotFound: If it names an unknown link, frame or object.
+    """
+    node.only(SCENE_FIELDS)
+    if not node["is_diff"].flag():
+        scene = _empty(scene)
+    for element in node["fixed_frame_transforms"].elements():
+        scene = with_fixed_frame(element, scene, reading, again=True)
+    world = node["world"].only(("collision_objects", "octomap"))
+    refuse_octomap(world["octomap"])
+    for element in world["collision_objects"].elements():
+        scene = edit_object(element, scene, reading)
+    for element in node["robot_state"]["attached_collision_objects"].elements():
+        scene = apply_attached(element, scene, reading)
+    scene = apply_matrix(node["allowed_collision_matrix"], scene, reading.notes)
+    return with_padding(node, scene, reading.notes)
+
+
+def _empty(scene: Scene) -> Scene:
+    """Return a scene with the robot of its first size, its tools, and what is to be kept from everything."""
+    everywhere = Clearances(scene.clearances.everywhere, kinds=scene.clearances.kinds)
+    robot = scene.robot
+    if any(body.scale != 1.0 for body in robot.bodies):
+        robot = replace(robot, bodies=tuple(body.scaled(1.0) for body in robot.bodies))
+    return Scene(
+        robot,
+        margin=scene.margin,
+        kind_margins=scene.kind_margins,
+        clearances=everywhere,
+        tools=scene.tools_on_links,
+    )

@@ -1,0 +1,52 @@
+"""Trajectories as messages, what MoveIt sends to be executed."""
+
+from trajopt.messages import decode
+from trajopt.messages.builtin_interfaces import Duration
+from trajopt.messages.moveit_msgs import RobotTrajectory
+from trajopt.messages.std_msgs import Header
+from trajopt.messages.trajectory_msgs import (
+    JointTrajectory,
+    JointTrajectoryPoint,
+    MultiDOFJointTrajectory,
+    MultiDOFJointTrajectoryPoint,
+)
+from trajopt.model.trajectory import Trajectory
+from trajopt.moveit.planar_joints import multi_dof_points, planar_joints, split
+
+
+def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotTrajectory:
+    """Return a trajectory as a message, times to the nanosecond; an empty one for none."""
+    if trajectory is None:
+        return RobotTrajectory()
+    single, several = split(trajectory)
+    message = RobotTrajectory()
+    if single is not None:
+        names = list(single.joint_names)
+        message.joint_trajectory = JointTrajectory(Header(frame_id=frame), names, _points(single))
+    if several is not None:
+        message.multi_dof_joint_trajectory = MultiDOFJointTrajectory(
+            Header(frame_id=frame), list(planar_joints(several.joint_names)), _transforms(several)
+        )
+    return message
+
+
+def _points(trajectory: Trajectory) -> list[JointTrajectoryPoint]:
+    return [
+        JointTrajectoryPoint(
+            trajectory.positions[place].tolist(),
+            [] if trajectory.velocities is None else trajectory.velocities[place].tolist(),
+            [] if trajectory.accelerations is None else trajectory.accelerations[place].tolist(),
+            time_from_start=Duration(moment),
+        )
+        for place, moment in enumerate(trajectory.times.tolist())
+    ]
+
+
+def _transforms(trajectory: Trajectory) -> list[MultiDOFJointTrajectoryPoint]:
+    points: list[MultiDOFJointTrajectoryPoint] = []
+    for document, moment in zip(multi_dof_points(trajectory), trajectory.times.tolist(), strict=True):
+        stated = {key: value for key, value in document.items() if key != "time_from_start"}
+        point = decode(MultiDOFJointTrajectoryPoint, stated)
+        point.time_from_start = Duration(moment)
+        points.append(point)
+    return points
