@@ -1,10 +1,12 @@
 """Attached collision object messages: things that a link carries."""
 
+from dataclasses import replace
+
 from trajopt.errors import FrameNotFound, ObjectNotFound
 from trajopt.io.document import Node
 from trajopt.model.requirements import WORLD
 from trajopt.model.scene import Scene
-from trajopt.moveit.collision_object import ObjectMessage, add, read_object
+from trajopt.moveit.collision_object import ObjectMessage, add, append, read_object
 from trajopt.moveit.frames import Reading, placement_in_world, read_frame, require
 
 ATTACHED_FIELDS = ("link_name", "object", "touch_links", "detach_posture", "weight")
@@ -14,7 +16,7 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
     """Return the scene after a message on an attached object.
 
     With shapes the object is made anew; without any, the object of that id is taken from where
-    it stands. REMOVE leaves it in the world, where it is.
+    it stands. APPEND adds shapes to what the link carries. REMOVE leaves it in the world, where it is.
 
     Args:
         node: The message.
@@ -29,7 +31,7 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
     message = read_object(node["object"], reading)
     if message.operation == "REMOVE":
         return _detach(node, message.name, scene, reading)
-    if message.operation != "ADD":
+    if message.operation == "MOVE":
         raise node["object"].error(f"{message.operation} of an attached object is not supported")
     if node["weight"].number(0.0) != 0.0:
         reading.notes.append(f"{node.place}: the weight of {message.name!r} is ignored")
@@ -38,10 +40,28 @@ def apply_attached(node: Node, scene: Scene, reading: Reading) -> Scene:
     touch = [link_node.text() for link_node in node["touch_links"].elements()]
     for link_node in node["touch_links"].elements():
         require(link_node, FrameNotFound, "link", link_node.text(), (*scene.frame_names, *scene.objects))
+    if message.operation == "APPEND" and _carries(link, message.name, scene):
+        return _append(message, frozenset(touch), scene, reading)
     if message.parts:
         return _attach_new(message, link, frozenset(touch), scene, reading)
     require(node["object"]["id"], ObjectNotFound, "object", message.name, scene.objects)
     return scene.attach(message.name, link, at=reading.positions, touch_links=touch)
+
+
+def _carries(link: str, name: str, scene: Scene) -> bool:
+    """Say whether a link, or a tool frame, carries an object."""
+    return name in scene.objects and link in (scene.object(name).frame, scene.holder(name).link)
+
+
+def _append(message: ObjectMessage, touch: frozenset[str], scene: Scene, reading: Reading) -> Scene:
+    """Return the scene with more shapes on an object that is carried, and more that it may touch."""
+    frame = read_frame(message.node["header"], scene, reading)
+    here = placement_in_world(message.name, scene, reading).inverse()
+    there = here * placement_in_world(frame, scene, reading) * message.placement
+    scene = append(message, there, scene, reading)
+    item = scene.object(message.name)
+    item = replace(item, touch_links=frozenset(item.touch_links) | touch)
+    return replace(scene, objects={**scene.objects, message.name: item})
 
 
 def _attach_new(

@@ -7,9 +7,10 @@ from trajopt.model.collisions.clearances import Clearances
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.collision_matrix import apply_matrix
-from trajopt.moveit.collision_object import apply_object, read_object
+from trajopt.moveit.collision_object import apply_object, read_object, without
 from trajopt.moveit.frames import Reading
 from trajopt.moveit.planning_scene import SCENE_FIELDS, refuse_octomap, with_fixed_frame, with_padding
+from trajopt.moveit.scene_messages import attached_messages
 
 
 def edit_object(node: Node, scene: Scene, reading: Reading) -> Scene:
@@ -45,6 +46,8 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
     node.only(SCENE_FIELDS)
     if not node["is_diff"].flag():
         scene = _empty(scene)
+    elif _says_all(node["robot_state"]):
+        scene = _let_go(scene)
     for element in node["fixed_frame_transforms"].elements():
         scene = with_fixed_frame(element, scene, reading, again=True)
     world = node["world"].only(("collision_objects", "octomap"))
@@ -55,6 +58,23 @@ def edit_scene(node: Node, scene: Scene, reading: Reading) -> Scene:
         scene = apply_attached(element, scene, reading)
     scene = apply_matrix(node["allowed_collision_matrix"], scene, reading.notes)
     return with_padding(node, scene, reading.notes)
+
+
+def _says_all(state: Node) -> bool:
+    """Say whether a robot state is told, and whole: nothing is carried then but what it says."""
+    told = (
+        state["joint_state"]["name"],
+        state["multi_dof_joint_state"]["transforms"],
+        state["attached_collision_objects"],
+    )
+    return not state["is_diff"].flag() and any(each.elements() for each in told)
+
+
+def _let_go(scene: Scene) -> Scene:
+    """Return the scene without what links carry."""
+    for name in attached_messages(scene):
+        scene = without(scene, name)
+    return scene
 
 
 def _empty(scene: Scene) -> Scene:

@@ -30,7 +30,7 @@ def world_messages(scene: Scene, frame: str) -> Mapping[str, CollisionObject]:
         frame: Name of the planning frame.
     """
     return {
-        name: object_message(item, scene.holder(name).placement, frame)
+        name: object_message(item, scene.holder(name).placement, frame, scene)
         for name, item in scene.objects.items()
         if item.parts and scene.holder(name).link == WORLD
     }
@@ -45,22 +45,27 @@ def attached_messages(scene: Scene) -> Mapping[str, AttachedCollisionObject]:
             link, where = holder.link, holder.placement
             if item.frame in scene.frame_names:
                 link, where = item.frame, item.placement
-            message = object_message(item, where, link)
+            message = object_message(item, where, link, scene)
             found[name] = AttachedCollisionObject(link, message, sorted(item.touch_links))
     return found
 
 
-def object_message(item: SceneObject, where: Placement, frame: str) -> CollisionObject:
+def object_message(item: SceneObject, where: Placement, frame: str, scene: Scene) -> CollisionObject:
     """Return an object as a message.
 
     Args:
         item: The object.
         where: Of the object in the frame.
         frame: The frame.
+        scene: What it is in: frames of its own belong to it.
     """
     message = CollisionObject(header=Header(frame_id=frame), pose=pose_of(where), id=item.name)
     for shape, inner in item.parts:
         _enter(message, shape, inner)
+    for key, inner in scene.objects.items():
+        if inner.frame == item.name and not inner.parts and key.startswith(f"{item.name}/"):
+            message.subframe_names.append(key.removeprefix(f"{item.name}/"))
+            message.subframe_poses.append(pose_of(inner.placement))
     return message
 
 
