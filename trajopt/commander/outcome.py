@@ -26,6 +26,7 @@ CODES = {
     Status.TOO_LATE: MoveItErrorCodes.PLANNING_FAILED,
     Status.BLOCKED_IN_TIME: MoveItErrorCodes.PLANNING_FAILED,
     Status.INEVITABLE: MoveItErrorCodes.START_STATE_IN_COLLISION,
+    Status.FIXED_LINK_MET: MoveItErrorCodes.START_STATE_IN_COLLISION,
     Status.GOAL_OCCUPIED: MoveItErrorCodes.GOAL_IN_COLLISION,
     Status.NO_SEED: MoveItErrorCodes.PLANNING_FAILED,
     Status.OUT_OF_TIME: MoveItErrorCodes.TIMED_OUT,

@@ -17,7 +17,7 @@ from trajopt.explanation.change import (
     stronger_joint,
     with_requirement,
 )
-from trajopt.explanation.change_in_time import changes_in_time
+from trajopt.explanation.change_in_time import changes_in_time, may_touch
 from trajopt.explanation.explanation import Explanation
 from trajopt.explanation.nearest import NearestFree, least_missed
 from trajopt.infeasibility.reasons import Block, BlockKind
@@ -44,7 +44,13 @@ AT_THE_GOAL = {
     Status.NO_INVERSE_KINEMATICS,
     Status.CONFLICTING_CONSTRAINTS,
 }
-IN_TIME = {Status.INEVITABLE, Status.GOAL_OCCUPIED, Status.BLOCKED_IN_TIME, Status.TOO_LATE}
+IN_TIME = {
+    Status.INEVITABLE,
+    Status.FIXED_LINK_MET,
+    Status.GOAL_OCCUPIED,
+    Status.BLOCKED_IN_TIME,
+    Status.TOO_LATE,
+}
 SPARE = 1.05
 """Factor on the amount of the elastic relaxation: the program keeps a reserve."""
 SMALLEST = 1e-3
@@ -56,6 +62,8 @@ PAIRS = 3
 def candidates(known: Explanation) -> Iterator[Change]:
     """Yield changes that may make the problem of a failure solvable, the most promising first."""
     problem = known.problem
+    if known.status is Status.FIXED_LINK_MET:
+        yield from (may_touch(problem, *block.subjects) for block in known.blocks)
     if known.status in IN_TIME:
         yield from changes_in_time(problem, known.blocks)
         return

@@ -76,6 +76,20 @@ def longer(problem: Problem, deadline: float) -> Change:
     )
 
 
+def may_touch(problem: Problem, link: str, name: str) -> Change:
+    """Return the change that lets something touch a link."""
+    touching = replace(problem, scene=problem.scene.allow(link, name))
+    return Change(
+        what=f"contact of {link} and {name}",
+        unit="",
+        first=1.0,
+        largest=1.0,
+        words=lambda _: f"let {name} touch {link}",
+        apply=lambda amount: touching if amount >= 1.0 else problem,
+        whole=True,
+    )
+
+
 def removed(problem: Problem, name: str) -> Change:
     """Return the change that takes something out of the scene, with what is placed on it."""
     without = replace(problem, scene=_without(problem.scene, name))

@@ -242,6 +242,20 @@ def _swept(result: Result) -> Explanation:
     )
 
 
+def _fixed_link_met(result: Result) -> Explanation:
+    """Explain that something meets a link that no joint of the group moves."""
+    if result.certainty is Certainty.PROVEN:
+        grounds = (
+            "the two are as near to each other whatever the joints do, the judge measured how near, and by "
+            "their own limits the joints are not all at the goal before"
+        )
+    else:
+        grounds = "the motion planned without what changes takes longer; another may be over before"
+    return _with(
+        _plain(result, grounds), blocks=result.blocks, configuration=result.problem.reduced.start_positions
+    )
+
+
 def _occupied(result: Result) -> Explanation:
     """Explain a goal that is never free."""
     if result.certainty is Certainty.PROVEN:
@@ -314,6 +328,7 @@ _BY_STATUS: Mapping[Status, Callable[[Result], Explanation]] = {
     Status.METHOD_CANNOT: _cannot,
     Status.PROVEN_INFEASIBLE: _walled_in,
     Status.INEVITABLE: _swept,
+    Status.FIXED_LINK_MET: _fixed_link_met,
     Status.GOAL_OCCUPIED: _occupied,
     Status.BLOCKED_IN_TIME: _in_time,
     Status.NO_TIMING: _timing,

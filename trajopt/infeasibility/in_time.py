@@ -133,19 +133,23 @@ class InTime:
     def inevitable(self, *, proven: bool) -> Sweep | None:
         """Find something that sweeps the start and that no motion escapes.
 
+        What meets a link that no joint of the group moves is left out: there is nothing to escape.
+
         Args:
             proven: Whether only a proof counts.
         """
         # Whatever comes after the arm may have arrived sweeps no start.
-        start, times = self.problem.reduced.start_positions, self._looks[self._looks <= self._earliest]
-        sample, pair, depth = self.occupancy.too_near(np.tile(start, (len(times), 1)), times)
+        start, times = self.problem.reduced.start_positions, self.looks[self.looks <= self.earliest]
+        moved = ~self.occupancy.fixed
+        sample, pair, depth = self.occupancy.too_near(np.tile(start, (len(times), 1)), times, moved)
         rows = np.argsort(-self._spare(times[sample], pair, depth), kind="stable")
         first = np.sort(np.unique(sample[rows], return_index=True)[1])[:MOMENTS]
         likely = [row for row in rows[first].tolist() if self._under_way(float(times[sample[row]]))]
         begin = float(times[sample].min(initial=inf))
         for row in likely:
             time = float(times[sample[row]])
-            met = self.occupancy.throughout(*by_then(self.problem, time), time, time, most=MOST_BOXES)
+            box = by_then(self.problem, time)
+            met = self.occupancy.throughout(*box, time, time, most=MOST_BOXES, which=moved)
             if met:
                 return _sweep(met, begin, time)
         for row in () if proven else likely:
@@ -164,7 +168,7 @@ class InTime:
             goals: Configurations at the goal, each of shape (n,) [rad | m].
             proven: Whether only a proof counts.
         """
-        times = self._looks[self._looks >= self._earliest]
+        times = self.looks[self.looks >= self.earliest]
         if not goals or not len(times) or self.goal_moves:
             return None
         spans: list[Span] = []
@@ -182,7 +186,7 @@ class InTime:
         settled = self._settled <= last
         return Occupied(
             things=_joined(spans, last if settled else inf),
-            begin=self._earliest,
+            begin=self.earliest,
             until=inf if settled else last,
             dwell=self.problem.dwell if longest > 0.0 else 0.0,
             longest=longest,
@@ -247,7 +251,8 @@ class InTime:
         lower, upper = by_then(self.problem, time)
         share = np.random.default_rng(0).random((SAMPLES, len(lower)))
         share[: SAMPLES // 2] = np.round(share[: SAMPLES // 2])  # half of them are corners
-        return not self.occupancy.free(lower + share * (upper - lower), np.full(SAMPLES, time)).any()
+        drawn, moved = lower + share * (upper - lower), ~self.occupancy.fixed
+        return not self.occupancy.free(drawn, np.full(SAMPLES, time), moved).any()
 
     def _under_way(self, time: float) -> bool:
         """Say whether no motion within the limits can be at the goal by a time."""
@@ -258,9 +263,9 @@ class InTime:
         return any(box_breaks(goal, self.problem.reduced, *box) for goal in still)
 
     @cached_property
-    def _earliest(self) -> float:
+    def earliest(self) -> float:
         """The last look by which no motion within the limits can be at the goal [s]."""
-        looks = self._looks
+        looks = self.looks
         early, late = 0, len(looks)  # the goal can be reached by none of the looks before
         while early < late:
             middle = (early + late) // 2
@@ -268,7 +273,7 @@ class InTime:
         return float(looks[early - 1]) if early else 0.0
 
     @cached_property
-    def _looks(self) -> Floats:
+    def looks(self) -> Floats:
         """Times to look at, until nothing changes any more or nothing is known [s]."""
         last = min(self._settled, LONGEST, self._deadline)
         return np.append(np.arange(0.0, last, LOOK), last)

@@ -89,19 +89,24 @@ class Occupancy:
         """Make the workspace for distances."""
         self._query = Query(self.timed.reduced, self.counts)
 
-    def free(self, positions: Floats, times: Floats) -> Bools:
-        """Say which configurations (s, n) seem clear of what changes at times (s,)."""
+    def free(self, positions: Floats, times: Floats, which: Bools | None = None) -> Bools:
+        """Say which configurations (s, n) seem clear of what changes at times (s,); as `too_near`."""
         free = np.ones(len(times), dtype=np.bool_)
-        free[self.too_near(positions, times)[0]] = False
+        free[self.too_near(positions, times, which)[0]] = False
         return free
 
-    def met(self, positions: Floats, times: Floats) -> tuple[Span, ...]:
+    def met(self, positions: Floats, times: Floats, which: Bools | None = None) -> tuple[Span, ...]:
         """Return what seems too near to configurations (s, n) at increasing times (s,).
+
+        Args:
+            positions: The configurations [rad | m].
+            times: The times [s].
+            which: The pairs that are looked at, shape (p,); all when None.
 
         Returns:
             One for each thing and unbroken row of times, in order of time.
         """
-        sample, pair, depth = self.too_near(positions, times)
+        sample, pair, depth = self.too_near(positions, times, which)
         things = np.array([self.names(each)[0] for each in pair.tolist()], dtype=np.str_)
         spans: list[Span] = []
         for thing in np.unique(things).tolist():
@@ -122,24 +127,62 @@ class Occupancy:
                 )
         return tuple(sorted(spans, key=lambda span: (span.begin, span.end)))
 
-    def too_near(self, positions: Floats, times: Floats) -> tuple[Ints, Ints, Floats]:
+    def too_near(
+        self, positions: Floats, times: Floats, which: Bools | None = None
+    ) -> tuple[Ints, Ints, Floats]:
         """Measure configurations (s, n) at times (s,) as the optimiser does: evidence, no proof.
+
+        Args:
+            positions: The configurations [rad | m].
+            times: The times [s].
+            which: The pairs that are looked at, shape (p,); all when None.
 
         Returns:
             At which of them a pair is too near, which pair, and by how much [m], shape (k,) each.
         """
         known = self._pairs
-        reach = np.where(
-            known.changes, known.required + known.error_at(float(times.max()), slice(None)), -inf
-        )
+        farthest = known.required + known.error_at(float(times.max(initial=0.0)), slice(None))
+        reach = np.where(known.changes if which is None else known.changes & which, farthest, -inf)
         found = self._query.close_pairs(self.timed.positions(positions, times), reach)
         sample, pair, when = found.sample, found.pair, times[found.sample]
         depth = known.required[pair] + known.error_at(when, pair) - found.distance
         near = (when >= known.appears[pair]) & (when <= known.expires[pair]) & (depth > 0.0)
         return sample[near], pair[near], depth[near]
 
+    def is_met(self, positions: Floats, time: float, which: Bools) -> bool:
+        """Prove that a pair is too near at a configuration (n,) at a time [s].
+
+        Args:
+            positions: The configuration [rad | m].
+            time: The time [s].
+            which: The pairs that are looked at, shape (p,).
+        """
+        known, times = self._pairs, np.array((time,))
+        _, pair, _ = self.too_near(positions[None], times, which)
+        # At the very moments at which something appears or expires contact is accepted.
+        pair = pair[(known.appears[pair] < time) & (known.expires[pair] > time)]
+        poses = self._kinematics.poses(self.timed.positions(positions[None], times))
+        kept = known.required[pair] + known.error_at(time, pair)
+        return bool((self._farthest(poses, 0, pair) < kept).any())
+
+    @cached_property
+    def fixed(self) -> Bools:
+        """Whether no joint of the group moves either of a pair, shape (p,)."""
+        reduced = self.timed.reduced
+        own = len(reduced.joint_names) - len(self.timed.driven.names)
+        moved = np.append(False, (reduced.mimic_matrix[:, :own] != 0.0).any(axis=1))
+        carried = np.array([moved[list(reduced.model.supports[body.joint])].any() for body in reduced.bodies])
+        return ~(carried[reduced.pairs.first] | carried[reduced.pairs.second])
+
     def throughout(
-        self, lower: Floats, upper: Floats, begin: float, end: float, *, most: int
+        self,
+        lower: Floats,
+        upper: Floats,
+        begin: float,
+        end: float,
+        *,
+        most: int,
+        which: Bools | None = None,
     ) -> tuple[Meeting, ...]:
         """Prove that things are in the way of every configuration of a box, at all times of an interval.
 
@@ -149,6 +192,7 @@ class Occupancy:
             begin: Start of the interval [s].
             end: Its end, may be the same [s].
             most: Boxes that are looked at before it is left undecided.
+            which: The pairs that count, shape (p,); all when None.
 
         Returns:
             What is met, in the middle of the whole box first; empty where nothing is proven.
@@ -164,7 +208,7 @@ class Occupancy:
             if most < 0:
                 return ()
             closed, axis = np.zeros(len(middle), dtype=np.bool_), np.zeros(len(middle), dtype=np.int64)
-            for box, meeting, along in self._closing(middle, half, begin, end):
+            for box, meeting, along in self._closing(middle, half, (begin, end), which):
                 axis[box] = along
                 if meeting is not None:
                     closed[box] = True
@@ -175,13 +219,14 @@ class Occupancy:
         return tuple(met)
 
     def _closing(
-        self, middle: Floats, half: Floats, begin: float, end: float
+        self, middle: Floats, half: Floats, span: tuple[float, float], which: Bools | None
     ) -> Iterator[tuple[int, Meeting | None, int]]:
         """Yield what closes each box, or None and the joint to halve it along; -1 where it is open."""
-        known = self._pairs
+        known, (begin, end) = self._pairs, span
         # At the very moments at which something appears or expires contact is accepted.
         inside = (known.appears < begin) & (known.expires > end) if begin == end else True
-        there = known.changes & inside & (known.appears <= begin) & (known.expires >= end)
+        counts = known.changes if which is None else known.changes & which
+        there = counts & inside & (known.appears <= begin) & (known.expires >= end)
         kept = np.where(there, known.required + known.error_at(max(begin, 0.0), slice(None)), -inf)
         reach = np.where(np.isfinite(self._levers).all(axis=1), kept, -inf)
         found = self._query.close_pairs(middle, reach)
@@ -197,13 +242,17 @@ class Occupancy:
             pairs = found.pair[best]
             depth = kept[pairs] - self._farthest(poses, box, pairs)
             spare = depth - self._levers[pairs] @ half[box]
-            which = int(spare.argmax())
-            pair = int(pairs[which])
+            closest = int(spare.argmax())
+            pair = int(pairs[closest])
             along = int((self._levers[pair] * half[box]).argmax())
-            if spare[which] > 0.0:
-                yield box, self._meeting(pair, float(depth[which]), float(depth[which] - spare[which])), along
+            if spare[closest] > 0.0:
+                yield (
+                    box,
+                    self._meeting(pair, float(depth[closest]), float(depth[closest] - spare[closest])),
+                    along,
+                )
             else:
-                yield box, None, along if depth[which] > 0.0 else -1
+                yield box, None, along if depth[closest] > 0.0 else -1
 
     def _farthest(self, poses: Poses, box: int, pairs: Ints) -> Floats:
         """Return upper bounds of the distances of pairs in the middle of a box [m]."""

@@ -60,6 +60,10 @@ class Status(Enum):
         "something sweeps the start, and no motion within the limits escapes it: keep it away, start "
         "elsewhere, or let the arm be faster"
     )
+    FIXED_LINK_MET = (
+        "something meets a link that no joint of the group moves, before a motion is over: keep it away, let "
+        "the two touch, or begin when it has passed"
+    )
     GOAL_OCCUPIED = (
         "the goal is never free when the arm could be there: remove what occupies it, start later, or choose "
         "another goal"

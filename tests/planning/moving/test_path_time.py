@@ -61,11 +61,45 @@ def test_blocked_cells_are_what_is_seen_every_millisecond(arm: to.Robot, seed: i
     assert (found[always] != FREE).all() and (found[never] == FREE).all()
     soon = blocked_cells(looks, motion, edges, times[:71], hurried=True)
     reached = (times[1:71] > edges[:-1, None]) & (1.4 - times[:70] > 1.0 - edges[1:, None])
-    assert (soon[reached] == found[:, :70][reached]).all() and (soon == FREE).sum() >= (
-        found[:, :70] == FREE
-    ).sum()
+    within = reached & entered(found[:, :70] == FREE)
+    assert (soon[within] == found[:, :70][within]).all() and within.any()
+    assert (soon == FREE).sum() >= (found[:, :70] == FREE).sum()
     for pair in np.unique(found[found != FREE]).tolist():
         assert looks.mover(pair).startswith("ball")
+
+
+def entered(free: np.ndarray) -> np.ndarray:
+    """Return the cells that a motion can be in or would come to next, if it gets on by a cell at a time."""
+    found = np.zeros_like(free)
+    found[:2, 0] = True
+    for moment in range(free.shape[1] - 1):
+        for part in np.flatnonzero(found[:, moment] & free[:, moment]).tolist():
+            found[part : part + 2, moment + 1] = True
+    return found
+
+
+def test_behind_what_closes_the_way_for_good_nothing_is_looked_at(arm: to.Robot) -> None:
+    scene = alone(arm)
+    reduced = reduce_model(scene, "all", np.zeros(len(arm.joint_names)))
+    motion = swinging(reduced, np.random.default_rng(0))
+    # It falls on the arm, wherever that is by then, and stays there.
+    hand = scene.placement_of(arm.links[-1], reduced.all_positions(motion(0.0)))
+    away = to.placement(hand.translation + np.array((0.0, 0.0, 3.0)))
+    falls = to.Track.through([0.0, 1.0], [away, hand])
+    reduced = reduce_model(
+        scene.add("ball", to.Sphere(1.5), motion=falls), "all", np.zeros(len(arm.joint_names))
+    )
+    timed = timed_model(reduced)
+    assert timed is not None
+    edges, times = np.linspace(0.0, 1.0, 51), np.linspace(0.0, 20.0, 1001)
+    looked: dict[bool, int] = {}
+    for hurried in (False, True):
+        looks = Looks(timed, Counts())
+        looks.leave_room(motion(np.zeros(1)))
+        found = blocked_cells(looks, motion, edges, times, hurried=hurried)
+        looked[hurried] = looks.counts.forward_kinematics
+        assert (found[0, 40:64] != FREE).any()
+    assert looked[True] < looked[False] / 2
 
 
 def test_the_plane_of_a_plan_shows_that_it_passes_where_nothing_is_in_the_way(arm: to.Robot) -> None:

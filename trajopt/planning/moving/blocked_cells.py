@@ -10,12 +10,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Bools, Floats, Ints
 from trajopt.planning.moving.looks import Looks
 
 SIDE = 8
 """Cells along each side of the largest blocks: with fewer, most looks are at what is far away; with more,
 most are at blocks that have to be cut."""
+STRETCH = 8 * SIDE
+"""Intervals of time that are looked at before it is asked where a motion can have got to: few enough that
+little is looked at in vain, enough that a look is at many blocks at once."""
 FREE = -1
 """In place of a pair, of a cell in which nothing is too near."""
 
@@ -31,60 +34,99 @@ def blocked_cells(looks: Looks, along: Along, edges: Floats, times: Floats, *, h
         along: The path.
         edges: Parameters of the path at which its m cells begin and end, increasing, shape (m + 1,).
         times: When the k intervals begin and end, increasing, shape (k + 1,) [s].
-        hurried: Whether the parameter is the time of the fastest motion along the path, and all is over by
-            the end of the times: then cells that no motion can be in so soon or so late are not looked at.
+        hurried: Whether the parameter is the time of the fastest motion along the path, no interval is longer
+            than a cell, and all is over by the end of the times: then only cells that a motion can be in are
+            looked at: not so soon or so late, nor behind what it cannot have passed.
 
     Returns:
         The pair that is too near in each cell, or FREE, shape (m, k).
     """
-    parts, moments = len(edges) - 1, len(times) - 1
-    found = np.full((parts, moments), FREE, dtype=np.int64)
-    robot, others = _travel(looks, along, edges, times)
-    size = SIDE
-    begin: Ints = np.stack(np.meshgrid(np.arange(0, parts, size), np.arange(0, moments, size)), -1).reshape(
-        -1, 2
-    )
-    while len(begin):
-        end = np.minimum(begin + size, (parts, moments))
-        if hurried:
-            met = times[end[:, 1]] > edges[begin[:, 0]]
-            met &= times[-1] - times[begin[:, 1]] > edges[-1] - edges[end[:, 0]]
-            begin, end = begin[met], end[met]
-        place, late = _middles(edges, begin[:, 0], end[:, 0]), _middles(times, begin[:, 1], end[:, 1])
-        travel = _away(robot, edges, place, begin[:, 0], end[:, 0])
-        travel += _away(others, times, late, begin[:, 1], end[:, 1])
-        around = np.stack((late - times[begin[:, 1]], times[end[:, 1]] - late), axis=1)
-        seen = looks.seen(along(place), late, around, travel if size > 1 else np.zeros(len(travel)))
-        whole = seen.near if size == 1 else seen.throughout
-        for (part, moment), (last, until), pair in zip(
-            begin[whole].tolist(), end[whole].tolist(), seen.pair[whole].tolist(), strict=True
-        ):
-            found[part:last, moment:until] = pair
-        size //= 2
-        begin = _quarters(begin[seen.within & ~whole], size, parts, moments)
-    return found
+    plane = _Plane(looks, along, edges, times, hurried)
+    parts, moments = plane.found.shape
+    if not hurried:
+        plane.look((0, parts), (0, moments))
+        return plane.found
+    reached: Bools = np.arange(parts) == 0
+    for begin in range(0, moments, STRETCH):
+        end = min(begin + STRETCH, moments)
+        there = np.flatnonzero(reached)
+        if not len(there):
+            break
+        plane.look((int(there[0]), min(int(there[-1]) + 1 + end - begin, parts)), (begin, end))
+        reached = _reached(reached, plane.found[:, begin:end] == FREE)
+    return plane.found
 
 
-def _quarters(begin: Ints, size: int, parts: int, moments: int) -> Ints:
-    """Return where the quarters of blocks begin, where there are cells in them; nothing of single cells."""
+def _reached(before: Bools, free: Bools) -> Bools:
+    """Return the cells, of m, in which a motion can be in the last of some intervals.
+
+    Args:
+        before: Those in which it can be in the interval before, or begin, shape (m,).
+        free: Which are free, shape (m, k).
+    """
+    reached = before
+    for column in free.T:
+        # In an interval it gets on by the length of a cell at the most.
+        reached = (reached | np.append(False, reached[:-1])) & column
+    return reached
+
+
+class _Plane:
+    """The plane of a path and time, in which blocks of cells are looked at."""
+
+    def __init__(self, looks: Looks, along: Along, edges: Floats, times: Floats, hurried: bool) -> None:
+        """Begin with nothing found; arguments as of `blocked_cells`."""
+        self.found = np.full((len(edges) - 1, len(times) - 1), FREE, dtype=np.int64)
+        self._looks, self._along, self._edges, self._times = looks, along, edges, times
+        self._hurried = hurried
+        self._robot = self._travelled(along(edges), np.zeros(len(edges)))
+
+    def look(self, parts: tuple[int, int], moments: tuple[int, int]) -> None:
+        """Look at the cells from some to before others."""
+        size, edges, times = SIDE, self._edges, self._times
+        ahead = slice(moments[0], moments[1] + 1)
+        standing = np.repeat(self._along(edges[:1]), ahead.stop - ahead.start, axis=0)
+        others = self._travelled(standing, times[ahead])
+        corners = np.meshgrid(np.arange(*parts, size), np.arange(*moments, size))
+        begin: Ints = np.stack(corners, -1).reshape(-1, 2)
+        last = np.array((parts[1], moments[1]))
+        while len(begin):
+            end = np.minimum(begin + size, last)
+            if self._hurried:
+                met = times[end[:, 1]] > edges[begin[:, 0]]
+                met &= times[-1] - times[begin[:, 1]] > edges[-1] - edges[end[:, 0]]
+                begin, end = begin[met], end[met]
+            place, late = _middles(edges, begin[:, 0], end[:, 0]), _middles(times, begin[:, 1], end[:, 1])
+            travel = _away(self._robot, edges, place, begin[:, 0], end[:, 0])
+            travel += _away(others, times[ahead], late, begin[:, 1] - ahead.start, end[:, 1] - ahead.start)
+            around = np.stack((late - times[begin[:, 1]], times[end[:, 1]] - late), axis=1)
+            room = travel if size > 1 else np.zeros(len(travel))
+            seen = self._looks.seen(self._along(place), late, around, room)
+            whole = seen.near if size == 1 else seen.throughout
+            for (part, moment), (after, until), pair in zip(
+                begin[whole].tolist(), end[whole].tolist(), seen.pair[whole].tolist(), strict=True
+            ):
+                self.found[part:after, moment:until] = pair
+            size //= 2
+            begin = _quarters(begin[seen.within & ~whole], size, last)
+
+    def _travelled(self, positions: Floats, times: Floats) -> Floats:
+        """Bound how far anything has come at configurations (s, n) at times (s,), shape (s,) [m]."""
+        rows = self._looks.timed.positions(positions, times)
+        return np.append(0.0, np.cumsum(self._looks.query.displacement(rows[:-1], rows[1:])))
+
+
+def _quarters(begin: Ints, size: int, last: Ints) -> Ints:
+    """Return where the quarters of blocks begin, before the last cells; nothing of single cells."""
     if not size:
         return begin[:0]
     offsets = np.array(((0, 0), (0, size), (size, 0), (size, size)))
     quarters = (begin[:, None] + offsets).reshape(-1, 2)
-    return quarters[(quarters < (parts, moments)).all(axis=1)]
+    return quarters[(quarters < last).all(axis=1)]
 
 
 def _middles(edges: Floats, begin: Ints, end: Ints) -> Floats:
     return (edges[begin] + edges[end]) / 2.0
-
-
-def _travel(looks: Looks, along: Along, edges: Floats, times: Floats) -> tuple[Floats, Floats]:
-    """Bound how far the robot, and what moves by itself, have come at the edges of cells [m]."""
-    query, timed = looks.query, looks.timed
-    robot = timed.positions(along(edges), np.zeros(len(edges)))
-    others = timed.positions(np.repeat(along(edges[:1]), len(times), axis=0), times)
-    both = [query.displacement(rows[:-1], rows[1:]) for rows in (robot, others)]
-    return np.append(0.0, np.cumsum(both[0])), np.append(0.0, np.cumsum(both[1]))
 
 
 def _away(travelled: Floats, edges: Floats, middle: Floats, begin: Ints, end: Ints) -> Floats:

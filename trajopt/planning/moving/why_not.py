@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.infeasibility.fixed_links import FixedLinkMet, FixedLinks, met_words
 from trajopt.infeasibility.in_time import LOOK, InTime, Occupied, Sweep
 from trajopt.infeasibility.occupied import Span
 from trajopt.infeasibility.reasons import Block, BlockKind
@@ -64,6 +65,7 @@ def explained(failure: Result, alone: Result, tracker: BudgetTracker) -> Result:
     blocks = why.on_the_way()
     said = [block.words for block in blocks[:NAMED]]
     said += [f"{len(blocks) - NAMED} more"] * (len(blocks) > NAMED)
+    said += [words for words in (why.ends_before(),) if words]
     said += [check.detail for check in _unknown(failure)]
     return replace(failure, blocks=blocks, message="; ".join(said) or failure.message)
 
@@ -99,14 +101,16 @@ class _WhyNot:
     def refusal(self, *, proven: bool) -> Result | None:
         """Return a refusal, only a proven one or one that much speaks for; None if there is none."""
         with self.tracker.stage("proof"):
-            sweep = self._in_time.inevitable(proven=proven)
-            occupied = None
-            if sweep is None:
+            sweep, occupied = self._in_time.inevitable(proven=proven), None
+            met = self._fixed_links.met(None if proven else self.alone.duration) if sweep is None else None
+            if sweep is None and met is None:
                 goals = self._goals(several=not proven)
                 occupied = self._in_time.goal_occupied(goals, proven=proven)
         self._count()
         if sweep is not None:
             return self._result(Status.INEVITABLE, sweep, (_swept(sweep),))
+        if met is not None:
+            return self._result(Status.FIXED_LINK_MET, met, (_meets(met.span),))
         return (
             None if occupied is None else self._result(Status.GOAL_OCCUPIED, occupied, _occupying(occupied))
         )
@@ -155,7 +159,16 @@ class _WhyNot:
             goals += found.free
         return goals
 
-    def _result(self, status: Status, found: Sweep | Occupied, blocks: tuple[Block, ...]) -> Result:
+    def ends_before(self) -> str:
+        """Say by when a motion has to be over, where something meets a link that no joint moves."""
+        with self.tracker.stage("proof"):
+            spans = self._fixed_links.spans
+        self._count()
+        return f"a motion has to be over before {met_words(spans[0])}" if spans else ""
+
+    def _result(
+        self, status: Status, found: Sweep | Occupied | FixedLinkMet, blocks: tuple[Block, ...]
+    ) -> Result:
         certainty = Certainty.PROVEN if found.proven else Certainty.EVIDENCE
         failure = Workspace(self.problem, self.tracker).result(status, found.words, certainty=certainty)
         return replace(failure, blocks=blocks)
@@ -166,6 +179,10 @@ class _WhyNot:
         self._counted = replace(self._counts)
 
     @cached_property
+    def _fixed_links(self) -> FixedLinks:
+        return FixedLinks(self._in_time)
+
+    @cached_property
     def _in_time(self) -> InTime:
         timed = timed_model(self.problem.reduced)
         assert timed is not None  # nothing is in the way in time where nothing changes
@@ -174,6 +191,18 @@ class _WhyNot:
 
 def _how(span: Span) -> str:
     return f"it is {in_length(span.depth)} nearer to {span.link} than it may be"
+
+
+def _meets(span: Span) -> Block:
+    return Block(
+        kind=BlockKind.CONTACT,
+        subjects=(span.link, span.thing),
+        amount=span.depth,
+        place=None,
+        words=met_words(span),
+        begin=span.begin,
+        end=span.end,
+    )
 
 
 def _swept(sweep: Sweep) -> Block:
