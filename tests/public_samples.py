@@ -147,6 +147,7 @@ def by_call() -> Mapping[str, Any]:
         "Track.constant_velocity.velocity": UP,
         "Fault.begin": 0.0,
         "Fault.end": 1.0,
+        "SimulatedExecutor.change.begin": 0.0,
         "Supervisor.executor": ideal(),
         "Servo.executor": ideal(),
         "Servo.command.command": JointVelocities({"joint1": 0.1}),

@@ -8,6 +8,7 @@ import pytest
 import trajopt as to
 from tests.commander.jumping import JumpingExecutor
 from trajopt.commander import World
+from trajopt.execution import SimulatedExecutor
 
 LINK = """
   <link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>
@@ -46,6 +47,19 @@ SRDF = """<robot name="lab">
 """
 
 
+class Clock:
+    """A clock that a test sets."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+
+
 @pytest.fixture(scope="session")
 def lab_arm(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
     folder = tmp_path_factory.mktemp("lab")
@@ -74,3 +88,15 @@ def constraints_folder(tmp_path: Path) -> Path:
         "joint_constraints: [{joint_name: wrist, position: 0.2, tolerance_above: 0.5, tolerance_below: 0.5}]"
     )
     return tmp_path
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def timed(lab_arm: to.Robot, clock: Clock) -> World:
+    """A simulated world whose time a test tells."""
+    executor = SimulatedExecutor(to.Scene(lab_arm), lab_arm.positions("bent"), clock=clock)
+    return World(lab_arm, executor=executor, wait=clock.wait)

@@ -1,30 +1,27 @@
-"""An executor without physics: the smallest thing that keeps the protocol."""
+"""An executor that takes no time: it is at the end of a motion at once."""
 
 from trajopt.arrays import Floats
-from trajopt.model.reduced import ReducedModel
+from trajopt.execution import CommittedMotion, IdealExecutor
 from trajopt.model.trajectory import Trajectory
 
+JOINTS = ("shoulder", "elbow", "wrist")
 
-class JumpingExecutor:
+
+class JumpingExecutor(IdealExecutor):
     """Is at the end of a trajectory at once, or short of it by a given amount in every joint."""
 
     def __init__(self, positions: Floats, *, short_by: float = 0.0) -> None:
-        self.at = positions
+        super().__init__(JOINTS, positions)
         self.followed: list[Trajectory] = []
         self._short_by = short_by
 
-    def positions(self) -> Floats:
-        return self.at
+    def splice(self, trajectory: Trajectory, at: float) -> str:
+        refused = super().splice(trajectory, at)
+        if not refused:
+            self.followed.append(trajectory)
+            self.advance(self.committed.end - self.now() + 1.0)
+            self.displace(self._displaced - self._short_by)
+        return refused
 
-    def start(self, reduced: ReducedModel, trajectory: Trajectory) -> None:
-        self.followed.append(trajectory)
-        self.at = reduced.all_positions(trajectory.positions[-1] - self._short_by)
-
-    def moving(self) -> bool:
-        return False
-
-    def wait(self) -> str:
-        return ""
-
-    def stop(self) -> None:
-        pass
+    def stand_at(self, positions: Floats) -> None:
+        self.committed = CommittedMotion(JOINTS, positions)

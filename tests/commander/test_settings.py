@@ -130,7 +130,7 @@ def test_position_orientation_and_visibility_constraints(arm: MoveGroupCommander
     )
     seen.sensor_pose.header.frame_id = "hand"
     arm.set_joint_value_target([0.4, 0.2, -0.3])
-    jumping.executor.at = jumping.robot.positions({"shoulder": -0.8, "elbow": 0.9, "wrist": 0.2})
+    jumping.executor.stand_at(jumping.robot.positions({"shoulder": -0.8, "elbow": 0.9, "wrist": 0.2}))
     arm.set_path_constraints(
         Constraints(
             position_constraints=[box], orientation_constraints=[upright], visibility_constraints=[seen]

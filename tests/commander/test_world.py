@@ -71,7 +71,7 @@ def test_edits_from_many_threads_are_all_kept(lab_arm: to.Robot) -> None:
 def test_leaving_the_block_stops_the_robot(lab_arm: to.Robot) -> None:
     with World(lab_arm) as world:
         MoveGroupCommander("arm").go("straight", wait=False)
-    assert not world.executor.moving()
+    assert not world.moving
     assert np.abs(world.positions - lab_arm.positions("bent")).max() < 0.2
 
 

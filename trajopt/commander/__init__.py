@@ -18,12 +18,10 @@ from trajopt.commander import std_msgs as std_msgs
 from trajopt.commander import tf as tf
 from trajopt.commander import trajectory_msgs as trajectory_msgs
 from trajopt.commander.exception import MoveItCommanderException as MoveItCommanderException
-from trajopt.commander.execution import Executor as Executor
 from trajopt.commander.move_group import MoveGroupCommander as MoveGroupCommander
 from trajopt.commander.outcome import Outcome as Outcome
 from trajopt.commander.planning_scene_interface import PlanningSceneInterface as PlanningSceneInterface
 from trajopt.commander.robot import RobotCommander as RobotCommander
-from trajopt.commander.simulated_executor import SimulatedExecutor as SimulatedExecutor
 from trajopt.commander.world import World as World
 
 

@@ -121,7 +121,10 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
         return self._executed(motion, wait)
 
     def stop(self) -> None:
-        """Bring the robot to rest where it is, on the path that it was following."""
+        """Bring the robot to rest as soon as is proven to be clear of everything; return when it is.
+
+        `get_last_outcome` says how long that took.
+        """
         self._world.stop()
 
     def get_last_outcome(self) -> Outcome | None:
@@ -243,7 +246,7 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
 
     def _executed(self, trajectory: Trajectory, wait: bool) -> bool:
         reduced = reduce_model(self._world.scene, self._group.name, self._world.positions)
-        execution = Execution(self._world.executor, reduced, trajectory, self._tip)
+        execution = Execution(reduced, trajectory, self._tip)
         outcome = self._world.execute(execution, wait=wait)
         return outcome.error_code.val == MoveItErrorCodes.SUCCESS
 

@@ -53,12 +53,14 @@ class Outcome:
             nothing was executed, or the motion is under way.
         position_error: Distance of the end effector from there [m]; None if the group has none.
         rotation_error: Angle between its orientation and the one there [rad].
+        stopping_time: From `stop()` to rest [s]; None where the motion was not stopped.
     """
 
     error_code: MoveItErrorCodes
     joint_error: float | None = None
     position_error: float | None = None
     rotation_error: float | None = None
+    stopping_time: float | None = None
 
     @property
     def reached(self) -> bool:

@@ -74,7 +74,7 @@ def executed(result: PickPlaceResult, world: World, tip: str) -> bool:
     """
     for segment in result.require():
         reduced = segment.result.problem.reduced
-        execution = Execution(world.executor, reduced, segment.trajectory, tip)
+        execution = Execution(reduced, segment.trajectory, tip)
         if not world.execute(execution, wait=True).reached:
             return False
     item = result.final_scene.object(result.name)

@@ -2,11 +2,11 @@
 
 The rule, the same for every robot: the motion to the goal is planned in the world as it is known. A time is
 drawn evenly from the first nine tenths of it, and a later time of the motion, at least `NOTICE` after the
-robot could have come to rest. The box appears at the first time, where the tip of the group is at the second:
-its edges are drawn from 4 to 12 cm, it is turned about the vertical by any angle, and off the tip by up to
-half an edge along each axis. It is drawn anew while it is within `ROOM` of the robot as it is then or
-anywhere on the way on which it would come to rest, or of the robot at the start or the goal: no robot could
-avoid the first, and none would get there with the others.
+robot could have come to rest. The box appears at the first time, where the tip of the group (one of them, if
+it has several) is at the second: its edges are drawn from 4 to 12 cm, it is turned about the vertical by any
+angle, and off the tip by up to half an edge along each axis. It is drawn anew while it is within `ROOM` of
+the robot as it is then or anywhere on the way on which it would come to rest, or of the robot at the start or
+the goal: no robot could avoid the first, and none would get there with the others.
 """
 
 from math import pi
@@ -21,7 +21,7 @@ from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box
-from trajopt.model.stated import tool_of
+from trajopt.model.stated import ends_of
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
 from trajopt.retime.stops import StopsAlong
@@ -54,7 +54,8 @@ def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprise
     """
     rng, stops = np.random.default_rng(seed), StopsAlong(motion, problem.limits)
     scene, reduced = problem.scene, problem.reduced
-    tip = tool_of(scene, problem.group)
+    ends = ends_of(scene, problem.group)
+    tip = ends[int(rng.integers(len(ends))) if len(ends) > 1 else 0]
     for _ in range(DRAWS):
         at = float(rng.uniform(0.0, 0.9 * motion.duration))
         rest = stops.earliest(at).trajectory

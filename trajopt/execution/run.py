@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isfinite
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from trajopt.arrays import Floats, Value
 from trajopt.errors.arguments import checked
 from trajopt.execution.committed_motion import CommittedMotion
 from trajopt.execution.events import Event, Kind
+from trajopt.execution.executor import Executor
 from trajopt.execution.guard import Guard, Seen
 from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.simulated import SimulatedExecutor
@@ -28,6 +30,40 @@ DEFAULT = SupervisorOptions()
 PERCENTILES = (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0))
 
 
+class Pilot(Protocol):
+    """Tells an executor what to drive: a `Supervisor`, or something that is compared with it.
+
+    Attributes:
+        events: What happened, in order.
+        seconds: CPU time that each stage took, each time [s].
+    """
+
+    events: list[Event]
+    seconds: dict[str, list[float]]
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is a goal that is not reached."""
+        ...
+
+    @property
+    def blocked(self) -> bool:
+        """Whether the robot stands, and nothing but a change of the world lets it go on."""
+        ...
+
+    def go(self, problem: Problem) -> None:
+        """Ask for a goal."""
+        ...
+
+    def see(self, scene: Scene, stamp: float | None = None) -> None:
+        """Tell it what the world is like; the scene's clock shows 0 at the stamp [s]."""
+        ...
+
+    def cycle(self) -> None:
+        """Do what is to be done now."""
+        ...
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Run(Value):
     """What happened in a run.
@@ -39,7 +75,9 @@ class Run(Value):
         contacts_at_fault: What of that was touched while the robot moved.
         clearance_measured: Smallest distance that the simulated robot had to what was really there [m].
         clearance_proven: The same that is proven for what was commanded [m]; None where the robot did not
-        follow it. events: What happened, in order. seconds: CPU time that each stage took, each time [s].
+            follow it.
+        events: What happened, in order.
+        seconds: CPU time that each stage took, each time [s].
         measured: How the robot moved, of the group's joints.
     """
 
@@ -79,6 +117,9 @@ class Run(Value):
         }
 
 
+P = TypeVar("P", bound=Pilot)
+
+
 class _Remembering(SimulatedExecutor):
     """A simulated executor that remembers everything it was given to do, from the begin."""
 
@@ -112,15 +153,44 @@ def run(
         longest: Most simulated time [s].
         watch: Called after each cycle: `logbook.look`, for a view or a recording.
     """
+    return driven_by(
+        lambda arm: Supervisor(arm, problem, options),
+        problem,
+        surprises=surprises,
+        cycle=options.cycle,
+        longest=longest,
+        watch=watch,
+    )
+
+
+def driven_by(
+    pilot: Callable[[Executor], P],
+    problem: Problem,
+    *,
+    surprises: Surprises,
+    cycle: float,
+    longest: float = LONGEST,
+    watch: Callable[[P], object] | None = None,
+) -> Run:
+    """Let anything drive a problem in the simulated world, and measure it as `run` does.
+
+    Args:
+        pilot: Makes what drives, given the executor.
+        problem: The problem; its scene is what is known of the world before.
+        surprises: What nobody said before.
+        cycle: Time from one cycle to the next [s].
+        longest: Most simulated time [s].
+        watch: Called after each cycle.
+    """
     world = surprises.world(problem.scene)
     arm = _Remembering(world, problem.start_positions, sensors=surprises.sensors, faults=surprises.faults)
-    supervisor = Supervisor(arm, problem, options)
-    supervisor.see(problem.scene, 0.0)
-    supervisor.go(problem)
+    driver = pilot(arm)
+    driver.see(problem.scene, 0.0)
+    driver.go(problem)
     names, samples = problem.reduced.joint_names, list[tuple[float, Floats, Floats]]()
     columns = [arm.joint_names.index(name) for name in names]
     changes = [time + surprises.sensors.delay for time in surprises.times]
-    steps = max(1, round(options.cycle / arm.period))
+    steps = max(1, round(cycle / arm.period))
 
     def advance(count: int) -> None:
         for _ in range(count):
@@ -128,26 +198,26 @@ def run(
             samples.append((truth.stamp, truth.positions[columns], truth.velocities[columns]))
             arm.advance(arm.period)
 
-    while supervisor.busy and arm.now() < longest and (changes or not supervisor.blocked):
+    while driver.busy and arm.now() < longest and (changes or not driver.blocked):
         while changes and changes[0] <= arm.now():
-            supervisor.see(surprises.seen(problem.scene, changes.pop(0) - surprises.sensors.delay), 0.0)
-        supervisor.cycle()
+            driver.see(surprises.seen(problem.scene, changes.pop(0) - surprises.sensors.delay), 0.0)
+        driver.cycle()
         if watch is not None:
-            watch(supervisor)
+            watch(driver)
         advance(steps)
     duration = arm.now()
     advance(round(SETTLING / arm.period))
     measured, guard = _trajectory(names, samples), Guard(problem, arm.tolerance[columns])
     given = None if arm.given is None or arm.fault() else arm.given.ahead(0.0, names)
     return Run(
-        reached=bool(supervisor.events) and supervisor.events[-1].kind is Kind.REACHED,
+        reached=bool(driver.events) and driver.events[-1].kind is Kind.REACHED,
         duration=duration,
         contacts=tuple(contact for contact in arm.contacts if contact.allowance is None),
-        contacts_at_fault=arm.contacts_at_fault,
+        contacts_at_fault=tuple(contact for contact in arm.contacts_at_fault if contact.allowance is None),
         clearance_measured=_clearance(Guard(problem, np.zeros(len(names))), world, measured),
         clearance_proven=None if given is None else _clearance(guard, world, given),
-        events=tuple(supervisor.events),
-        seconds={stage: tuple(times) for stage, times in supervisor.seconds.items()},
+        events=tuple(driver.events),
+        seconds={stage: tuple(times) for stage, times in driver.seconds.items()},
         measured=measured,
     )
 

@@ -3,11 +3,12 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
 from trajopt.arrays import Floats, Value
-from trajopt.errors import JointNotFound
+from trajopt.errors import JointNotFound, ProblemError, shown
 from trajopt.errors.arguments import checked
 from trajopt.execution.committed_motion import CommittedMotion
 from trajopt.execution.executor import RobotState
@@ -58,7 +59,6 @@ class SimulatedExecutor:
         latency: A motion given now can begin so much later [s].
         tolerance: How far each joint may be from where it has to be, shape (n,) [rad | m].
         committed: What it has to do.
-        contacts_at_fault: Contacts that were met while a link of the pair moved.
     """
 
     @checked
@@ -90,8 +90,6 @@ class SimulatedExecutor:
             ModelError: If the robot has no masses.
             JointNotFound: If a fault names a joint that is not driven.
         """
-        from trajopt.simulate.plant import Plant  # MuJoCo takes a second to import
-
         robot, options = world.robot, options or SimulationOptions()
         self.joint_names = tuple(name for name in robot.joint_names if name not in robot.mimics)
         self.period, self.latency = options.dt, latency
@@ -99,18 +97,16 @@ class SimulatedExecutor:
         for fault in faults:
             if fault.joint and fault.joint not in self.joint_names:
                 raise JointNotFound("joint that is driven", fault.joint, self.joint_names)
-        whole = whole_robot(world, self.joint_names, robot.followed(positions))
         begin = positions[robot.index(self.joint_names)]
         self.committed = CommittedMotion(self.joint_names, begin)
-        self._plant = Plant(whole, options.dt)
-        self._controller = ComputedTorque(replace(whole, model=loaded_model(whole)), options)
-        self._plant.reset(begin, np.zeros(len(begin)))
+        self._others, self._options = robot.followed(positions), options
+        self._build(world, begin, np.zeros(len(begin)))
         self._sensors, self._rng = sensors, np.random.default_rng(sensors.seed)
         self._faults = tuple(faults)
         self._clock, self._origin = clock, 0.0 if clock is None else clock()
         self._steps, self._fault = 0, ""
         self._braked: Floats | None = None
-        self._log, self._at_fault = ContactLog(world.allowances, np.inf), ContactLog((), np.inf)
+        self._count(0.0, np.inf)
         self._measured: deque[RobotState] = deque(maxlen=round(sensors.delay / options.dt) + 1)
         self._measure()
 
@@ -168,15 +164,62 @@ class SimulatedExecutor:
         self._measured.clear()
         self._measure()
 
+    @checked
+    def change(self, world: Scene, *, begin: float, duration: float = inf) -> None:
+        """Put the robot, as it is, into another world; contacts are counted anew.
+
+        Args:
+            world: What is really there from now on, with what the robot carries.
+            begin: When the world's clock shows 0, on the executor's [s].
+            duration: Of the motion that begins then: allowances of contact count from both its ends [s].
+
+        Raises:
+            ProblemError: If it is a world of another robot.
+        """
+        self._catch_up()
+        if world.robot.joint_names != self._world.robot.joint_names:
+            raise ProblemError(f"the robot is {shown(self._world.robot.name)}, not {shown(world.robot.name)}")
+        plant, group = self._plant, self._controller.group
+        if world is not self._world:
+            self._build(world, group(plant.positions), group(plant.velocities))
+        self._count(begin, duration)
+
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """All contacts so far."""
+        """All contacts in this world, by its clock."""
         return self._log.contacts()
 
     @property
     def contacts_at_fault(self) -> tuple[Contact, ...]:
-        """Contacts that were met while the robot moved."""
+        """Contacts in this world that were met while the robot moved."""
         return self._at_fault.contacts()
+
+    @property
+    def saturated(self) -> tuple[str, ...]:
+        """Joints whose motor was at its limit in this world."""
+        return tuple(
+            name for name, cut in zip(self.joint_names, self._saturated.tolist(), strict=True) if cut
+        )
+
+    def _build(self, world: Scene, positions: Floats, velocities: Floats) -> None:
+        """Build a world with the robot in it."""
+        from trajopt.simulate.plant import Plant  # MuJoCo takes a second to import
+
+        robot, at = world.robot, np.array(self._others)
+        at[robot.index(self.joint_names)] = positions
+        whole = whole_robot(world, self.joint_names, robot.followed(at))
+        self._world, self._plant = world, Plant(whole, self._options.dt)
+        self._controller = ComputedTorque(replace(whole, model=loaded_model(whole)), self._options)
+        self._plant.reset(positions, velocities)
+        self._effort = whole.limits.effort
+
+    def _count(self, begin: float, duration: float) -> None:
+        """Count contacts from now on, by a clock that shows 0 at the begin."""
+        allowances = self._world.allowances
+        self._begin = begin
+        self._plant.data.time = self._steps * self.period - begin
+        self._log, self._at_fault = ContactLog(allowances, duration), ContactLog(allowances, duration)
+        self._saturated = np.zeros(len(self.joint_names), dtype=np.bool_)
 
     def _catch_up(self) -> None:
         if self._clock is not None:
@@ -195,10 +238,11 @@ class SimulatedExecutor:
             if fault.kind is FaultKind.STUCK:
                 plant.hold(fault.joint, held=fault.at(now))
         torques = self._controller(followed, plant.positions, plant.velocities)
+        self._saturated |= np.abs(torques) > self._effort
         touching = plant.step(torques)
-        self._log.record(now, touching)
+        self._log.record(now - self._begin, touching)
         if np.abs(self._controller.group(plant.velocities)).max() > MOVING:
-            self._at_fault.record(now, touching)
+            self._at_fault.record(now - self._begin, touching)
         self._steps += 1
         self._measure()
 

@@ -219,6 +219,32 @@ def tool_of(scene: Scene, group: str) -> str:
         GroupNotFound: If there is no such group.
         ProblemError: If there is none, or several.
     """
+    candidates = _tools(scene, group)
+    if len(candidates) == 1:
+        return candidates[0]
+    raise ProblemError(
+        f"group {shown(group)} has no single tool frame that a placement could mean: name it in "
+        f"frame_placement(frame, placement); its ends are {listed(ends_of(scene, group))}"
+    )
+
+
+def ends_of(scene: Scene, group: str) -> tuple[str, ...]:
+    """Return the frames at the ends of a group: its tool, or one for each arm that it has.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+    """
+    candidates = _tools(scene, group)
+    if candidates:
+        return tuple(dict.fromkeys(candidates))
+    robot, own = scene.robot, scene.robot.group(group)
+    above = {link_above(robot.model, link) for link in own.links}
+    fixed_to = [item.parent_link for item in robot.end_effectors.values() if item.parent_link in own.links]
+    return tuple(dict.fromkeys((*fixed_to, *(link for link in own.links if link not in above))))
+
+
+def _tools(scene: Scene, group: str) -> list[str]:
+    """Return the frames that a placement may mean, the scene's own first; none where nothing says so."""
     robot, own = scene.robot, scene.robot.group(group)
     effectors = (item.parent_link for item in robot.end_effectors.values() if item.parent_group == group)
     tips = [own.tip] if own.tip is not None else list(dict.fromkeys(effectors))
@@ -227,16 +253,7 @@ def tool_of(scene: Scene, group: str) -> str:
     carried = [
         name for name, link in on.items() if link != WORLD and link_joint(robot.model, link) in carriers
     ]
-    candidates = [name for name in carried if name in scene.tools] or carried or tips
-    if len(candidates) == 1:
-        return candidates[0]
-    above = {link_above(robot.model, link) for link in own.links}
-    fixed_to = [item.parent_link for item in robot.end_effectors.values() if item.parent_link in own.links]
-    several = candidates or [*fixed_to, *(link for link in own.links if link not in above)]
-    raise ProblemError(
-        f"group {shown(group)} has no single tool frame that a placement could mean: name it in "
-        f"frame_placement(frame, placement); its ends are {listed(several)}"
-    )
+    return [name for name in carried if name in scene.tools] or carried or tips
 
 
 def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:
