@@ -149,6 +149,8 @@ def by_call() -> Mapping[str, Any]:
         "Fault.end": 1.0,
         "SimulatedExecutor.change.begin": 0.0,
         "Supervisor.executor": ideal(),
+        "Supervisor.follow_goal.goal": "tool",
+        "Supervisor.follow_goal.tool": "tool",
         "Servo.executor": ideal(),
         "Servo.command.command": JointVelocities({"joint1": 0.1}),
         "Order.command": JointVelocities({"joint1": 0.1}),

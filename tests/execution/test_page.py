@@ -60,6 +60,12 @@ def test_every_block(
     page.run("A world that changes")
     kinds = [event.kind for event in page.names["supervisor"].events]
     assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
+    page.run("Goals one after the other")
+    kinds = [event.kind for event in page.names["supervisor"].events]
+    assert kinds in ([Kind.STARTED, kind, Kind.REACHED] for kind in (Kind.PASSED, Kind.REACHED))
+    page.run("A goal that moves")
+    kinds = [event.kind for event in page.names["supervisor"].events]
+    assert Kind.REPLANNED in kinds and kinds[-1] is Kind.REACHED
     page.run("Servo")
     assert "no command for 0.1" in capsys.readouterr().out
     page.run("Gamepad, and streams of commands")

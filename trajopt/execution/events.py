@@ -14,6 +14,7 @@ class Kind(Enum):
     GOAL_CHANGED = "goal changed"
     WORLD_CHANGED = "world changed"
     STILL_CLEAR = "still clear"
+    SLOWING = "slowing"
     STOPPING = "stopping"
     STOPPED = "stopped"
     NO_PLAN = "no plan"
@@ -23,7 +24,9 @@ class Kind(Enum):
     STALE = "stale prediction"
     FAULT = "fault"
     UNPROVEN_STOP = "unproven stop"
+    RESUMED = "resumed"
     RECOVERING = "recovering"
+    PASSED = "passed"
     REACHED = "reached"
 
 

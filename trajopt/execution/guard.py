@@ -13,6 +13,7 @@ from trajopt.model.cached import LruCache
 from trajopt.model.deviation import largest_deviation
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
+from trajopt.model.track import Prediction
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
@@ -42,6 +43,22 @@ class Seen(Value):
             if motion is not None and motion.until < min(since, objects[name].timing.expires):
                 return f"where {name} is, was known until {self.stamp + motion.until:.3f} s"
         return ""
+
+    def as_certain_as(self, time: float) -> "Seen | None":
+        """Return the world as if everything stayed as well known as it is at a time [s]; None if it is not.
+
+        What moves goes on along its track.
+        """
+        if self.stale(time) or not self._changing:
+            return None if self._changing else self
+        scene = self.at(time)
+        for name in scene.changing:
+            motion = scene.objects[name].timing.motion
+            if motion is not None:
+                timing = scene.objects[name].timing
+                known = Prediction(motion.track, (motion.error[0], 0.0, 0.0))
+                scene = scene.with_motion(name, known, appears=timing.appears, expires=timing.expires)
+        return Seen(scene, time)
 
     def at(self, time: float) -> Scene:
         """Return the scene for a motion that begins at a time on the executor's clock [s].

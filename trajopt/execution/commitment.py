@@ -1,0 +1,105 @@
+"""Commitment: what a robot will do whatever comes, proven in the world as it is known; it ends at rest."""
+
+from dataclasses import dataclass
+
+from trajopt.arrays import Printed
+from trajopt.execution.committed_motion import CommittedMotion
+from trajopt.execution.events import Kind
+from trajopt.execution.executor import Executor
+from trajopt.execution.guard import Guard, Seen, standing
+from trajopt.execution.journal import Journal
+from trajopt.execution.soonest_stop import StopTaken, soonest_stop
+from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning import on_the_way
+from trajopt.problem import Problem
+
+
+@dataclass(eq=False)
+class Commitment(Printed):
+    """What a robot will do whatever comes, proven in the world as it is known; it ends at rest.
+
+    Attributes:
+        executor: What drives the robot.
+        journal: What happened.
+        guard: Proves motions to the goal that the robot is on its way to.
+        world: As it was last told.
+        motion: What the executor has to drive.
+    """
+
+    executor: Executor
+    journal: Journal
+    guard: Guard
+    world: Seen
+    motion: CommittedMotion
+
+    @property
+    def soonest(self) -> float:
+        """When a motion that is given now can begin [s]."""
+        return self.executor.now() + self.executor.latency
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joints of the group."""
+        return self.guard.problem.reduced.joint_names
+
+    def stand(self) -> None:
+        """Be committed to standing where the robot has to be now."""
+        self.motion = CommittedMotion(self.executor.joint_names, self.executor.state().commanded)
+
+    def proven(self, motion: Trajectory, begin: float) -> bool:
+        """Say whether a motion that begins at a time [s] is proven; what is not known any more is noted."""
+        return not self.stale(begin) and self.guard.proven(motion, self.world, begin)
+
+    def stale(self, time: float) -> bool:
+        """Whether nothing is known any more at a time of something that moves; it is noted when it begins."""
+        words = self.world.stale(time)
+        self.journal.note_once(Kind.STALE, words)
+        return bool(words)
+
+    def splice(self, motion: Trajectory, at: float) -> bool:
+        """Have a motion driven from a time on [s]; say whether that is accepted."""
+        refused = self.executor.splice(motion, at)
+        if refused:
+            self.journal.note(Kind.REJECTED, refused)
+            return False
+        self.motion.splice(motion, at, now=self.executor.now())
+        return True
+
+    def from_then(self, problem: Problem, at: float) -> Problem:
+        """Return a problem from where the robot will be at a time [s], among what will be there."""
+        here = self.still_at(problem, at, self.world.at(at))
+        running = self.motion.ahead(at, self.joint_names)
+        return here if running is None else on_the_way(here, running, 0.0)
+
+    def still_at(self, problem: Problem, at: float, scene: Scene) -> Problem:
+        """Return a problem as if the robot stood in a scene where it will be at a time [s]."""
+        return standing(problem, self.motion, at, scene)
+
+    def stop(
+        self, problem: Problem, along: Trajectory | None, why: str
+    ) -> tuple[Trajectory | None, StopTaken]:
+        """Take the soonest proven stop.
+
+        Args:
+            problem: What is required.
+            along: The earliest stop on the path that begins as soon as it can; None where there is none.
+            why: What for.
+
+        Returns:
+            What it does from then on, and how it stops; None where the robot stands.
+        """
+        begin = self.soonest
+        ahead = self.motion.ahead(begin, self.joint_names)
+        if ahead is None:
+            return None, StopTaken(0.0, along=True, proven=True)
+        # How hard joints may brake does not depend on the scene, of which nothing may be known any more.
+        here = self.still_at(problem, begin, problem.scene)
+        self.stale(begin + ahead.duration)
+        motion, taken = soonest_stop(self.guard, self.world, begin, here, ahead, along)
+        if motion is not ahead:
+            self.splice(motion, begin)
+        self.journal.note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
+        if not taken.proven:
+            self.journal.note(Kind.UNPROVEN_STOP, self.guard.why_not(motion, self.world, begin))
+        return motion, taken

@@ -1,0 +1,46 @@
+"""Journal: what happened while a robot was driven, and the CPU time that each stage took."""
+
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+
+from trajopt.arrays import Printed
+from trajopt.execution.events import Event, Kind
+
+
+class Journal(Printed):
+    """What happened while a robot was driven, and the CPU time that each stage took.
+
+    Attributes:
+        events: What happened, in order.
+        seconds: CPU time that each stage took, each time [s].
+    """
+
+    def __init__(self, now: Callable[[], float]) -> None:
+        """Begin.
+
+        Args:
+            now: Tells the time on the executor's clock [s].
+        """
+        self.events = list[Event]()
+        self.seconds = dict[str, list[float]]()
+        self._now, self._said = now, dict[Kind, str]()
+
+    def note(self, kind: Kind, words: str = "") -> None:
+        """Note what happened now."""
+        self.events.append(Event(self._now(), kind, words))
+
+    def note_once(self, kind: Kind, words: str) -> None:
+        """Note what may last only when it begins; empty words say that it is over."""
+        if words and words != self._said.get(kind):
+            self.note(kind, words)
+        self._said[kind] = words
+
+    @contextmanager
+    def stage(self, name: str) -> Generator[None]:
+        """Count the CPU time of what is done inside."""
+        begun = time.process_time()
+        try:
+            yield
+        finally:
+            self.seconds.setdefault(name, []).append(time.process_time() - begun)

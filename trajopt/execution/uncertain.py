@@ -1,0 +1,22 @@
+"""Uncertain: whose place is known too badly to go on."""
+
+from trajopt.execution.guard import Seen
+
+
+def too_uncertain(world: Seen, time: float) -> str:
+    """Say how well it is known where things are at a time on the executor's clock [s], the worst first.
+
+    Args:
+        world: What is known of the world.
+        time: When the robot would go on [s].
+    """
+    since, objects = time - world.stamp, world.scene.objects
+    errors = {
+        name: motion.error_at(since)
+        for name in world.scene.changing
+        if (motion := objects[name].timing.motion) is not None and any(motion.error[1:])
+    }
+    worst = sorted(errors, key=lambda name: -errors[name])
+    said = [f"{name} is, is known to within {1e3 * errors[name]:.0f} mm only" for name in worst]
+    seen = f"seen {since:.2f} s before: it is not gone on so blindly"
+    return f"where {' and where '.join(said)}, {seen}" if said else "what comes next is not proven yet"
