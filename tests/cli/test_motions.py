@@ -48,6 +48,43 @@ def test_a_plan_among_things_that_move_is_shown_among_them(
     assert done.returncode == 0 and "open http" in done.stdout, done.stderr
 
 
+def test_a_deadline_and_a_stay_are_asked_for_and_judged(folder: Path, moving: tuple[Path, Path]) -> None:
+    motions, plan = moving
+    duration = json.loads(plan.read_text())["duration"]
+    ends, written = ("--dwell", 0.5, "--finish-by", duration + 0.1), folder / "ends.json"
+    done = trajopt("plan", *common(folder), "--motions", motions, *ends, "--out", written)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "stays        0.5 s" in done.stdout and "finished by" in done.stdout
+    source = json.loads(written.read_text())["source"]
+    assert source["dwell"] == 0.5 and source["finish_by"] == pytest.approx(duration + 0.1)
+    assert "dwell" not in json.loads(plan.read_text())["source"]
+    least = ("--finish-by", duration / 2.0)
+    late = trajopt("plan", *common(folder), "--motions", motions, *least)
+    assert late.returncode == 1 and "TOO_LATE" in late.stdout
+    judged = trajopt("check", *common(folder), "--motions", motions, *least, plan)
+    assert judged.returncode == 1 and "finish" in judged.stdout
+    assert trajopt("check", *common(folder), "--motions", motions, *ends, plan).returncode == 0
+    for words, why in ((("--dwell", -1.0), "dwell"), (("--finish-by", 0.0), "finish_by must be after")):
+        refused = trajopt("plan", *common(folder), *words)
+        assert refused.returncode == 2 and why in refused.stderr and refused.stderr.count("\n") == 1
+
+
+def test_what_comes_to_the_goal_after_the_end_is_met_by_staying(
+    folder: Path, moving: tuple[Path, Path]
+) -> None:
+    plan = moving[1]
+    duration = json.loads(plan.read_text())["duration"]
+    # It is back where it was when the arm has stayed for a while.
+    back = folder / "back.yaml"
+    back.write_text(
+        f"- object: pillar\n  times: [0.0, 0.6, {duration + 1.0}, {duration + 2.0}]\n"
+        "  positions: [[0.72, 0.0, 0.3], [0.72, 0.0, 2.3], [0.41, 0.63, 2.3], [0.41, 0.63, 0.3]]\n"
+    )
+    assert trajopt("check", *common(folder), "--motions", back, plan).returncode == 0
+    stays = trajopt("check", *common(folder), "--motions", back, "--dwell", 3.0, plan)
+    assert stays.returncode == 1 and "pillar" in stays.stdout
+
+
 def test_bench_takes_the_motions_beside_a_scene(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "set").mkdir()
     for number in (1, 2):
@@ -60,6 +97,8 @@ def test_bench_takes_the_motions_beside_a_scene(folder: Path, tmp_path: Path) ->
     assert done.returncode == 0, done.stdout + done.stderr
     still, moving = json.loads(written.read_text())["problems"]
     assert still["verified"] and moving["verified"]
+    late = trajopt("bench", "--robot", folder / "odd.urdf", "--data", tmp_path, "--finish-by", 0.1)
+    assert '"TOO_LATE": 2' in late.stdout, late.stderr
     robot = to.Robot.from_urdf(folder / "odd.urdf")
     first, second = find_instances(tmp_path, robot)
     assert not first.make().scene.changing and second.make().scene.changing == ("pillar",)

@@ -2,15 +2,19 @@
 
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, cast
 
 import typer
 
-from trajopt.benchmark import Outcome, run
+from trajopt.benchmark import Instance, Outcome, run
 from trajopt.benchmark.folders import by_set, find_instances, row, summary
 from trajopt.cli.options import (
+    DwellOption,
+    Ending,
     ExactOption,
+    FinishByOption,
     LimitsOption,
     PackageOption,
     PortfolioOption,
@@ -49,6 +53,8 @@ def bench(
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
     exact_meshes: ExactOption = False,
+    dwell: DwellOption = 0.0,
+    finish_by: FinishByOption = None,
     portfolio: PortfolioOption = True,
     time_budget: TimeBudgetOption = None,
 ) -> None:
@@ -58,13 +64,13 @@ def bench(
     """
     source = RobotSource(robot, srdf, limits, tuple(package_dir or ()), exact_meshes)
     budget = budget_of(time_budget, portfolio, clock=time.process_time)
-    machine = source.load()
+    ending, machine = Ending(dwell, finish_by), source.load()
     instances = find_instances(data, machine, [name for name in sets.split(",") if name], limit=limit)
     outcomes: list[Outcome] = []
     with quiet_bar() as bar:
         task = bar.add_task("planning", total=len(instances))
         for instance in instances:
-            outcomes.append(run(instance, budget=budget))
+            outcomes.append(run(_ending(instance, ending), budget=budget))
             solved = sum(item.verified for item in outcomes)
             bar.update(task, advance=1, description=f"{solved} of {len(outcomes)} solved")
     total = summary(outcomes)
@@ -87,6 +93,11 @@ def bench(
             name = outcome.problem.replace("/", " ")
             typer.echo(f"  {name}: {outcome.status.name}: {outcome.message}")
     raise typer.Exit(0 if total["success"] in (1.0, None) else 1)
+
+
+def _ending(instance: Instance, ending: Ending) -> Instance:
+    """Return an instance whose motion has to end so."""
+    return replace(instance, make=lambda: ending.of(instance.make()))
 
 
 def table(rows: dict[str, dict[str, object]]) -> str:

@@ -7,7 +7,10 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import (
+    DwellOption,
+    Ending,
     ExactOption,
+    FinishByOption,
     JerkOption,
     JsonOption,
     LimitsOption,
@@ -39,6 +42,8 @@ def check(
     torque_scaling: TorqueOption = 1.0,
     limit_jerk: JerkOption = False,
     motions: MotionsOption = None,
+    dwell: DwellOption = 0.0,
+    finish_by: FinishByOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a trajectory as it is written. Exit status 0 verified, 1 not verified, 2 bad input.
@@ -48,7 +53,7 @@ def check(
     folders = tuple(package_dir or ())
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
     around, asked = read_files(source.load(), scene, request, motions)
-    problem = asked.problem()
+    problem = Ending(dwell, finish_by).of(asked.problem())
     motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)
     # Of several goals any one will do: the verdict is that with the goal that is reached.
     verdicts = [judge(each, motion) for each in problem.alternatives.values() or (problem,)]

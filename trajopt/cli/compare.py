@@ -52,7 +52,7 @@ LimitOption = Annotated[
 ]
 AttemptsOption = Annotated[int, typer.Option("--attempts", min=1, help="Seeds at most.")]
 SecondsOption = Annotated[
-    float, typer.Option("--cpu-seconds", min=0.0, help="No other seed after this much CPU time [s].")
+    float, typer.Option("--cpu-seconds", min=0.0, help=r"No other seed after this much CPU time \[s].")
 ]
 ResultsOption = Annotated[
     list[Path] | None,

@@ -20,7 +20,7 @@ FrameOption = Annotated[
 ]
 CountOption = Annotated[int, typer.Option("--count", min=1, help="How many configurations.")]
 SeedOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of the random numbers.")]
-MarginOption = Annotated[float, typer.Option("--margin", min=0.0, help="Clearance to keep [m].")]
+MarginOption = Annotated[float, typer.Option("--margin", min=0.0, help=r"Clearance to keep \[m].")]
 SceneOption = Annotated[Path | None, typer.Option("--scene", help="MoveIt PlanningScene in YAML, if any.")]
 StateOption = Annotated[
     str | None, typer.Option("--state", help="Named state at which the joints outside the group stand.")

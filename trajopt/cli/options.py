@@ -17,6 +17,7 @@ from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.robot import Robot
 from trajopt.moveit import RequestFile, SceneFile, read_motions, read_request, read_scene
 from trajopt.planning.budget import Budget
+from trajopt.problem import Problem
 
 RobotOption = Annotated[
     str, typer.Option("--robot", help="Installed robot (panda, ur5, ...), or a URDF, xacro or MJCF file.")
@@ -55,9 +56,42 @@ PortfolioOption = Annotated[
     ),
 ]
 TimeBudgetOption = Annotated[
-    float | None, typer.Option("--time-budget", metavar="S", help="Seconds that planning may take.")
+    float | None, typer.Option("--time-budget", metavar="S", help=r"Time that planning may take \[s].")
+]
+DwellOption = Annotated[
+    float, typer.Option("--dwell", help=r"Stay clear at the goal, at rest, for so long after the end \[s].")
+]
+FinishByOption = Annotated[
+    float | None,
+    typer.Option("--finish-by", help=r"Be at the goal so long after the start, or sooner \[s]."),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """What is asked of the end of a motion, beside what a request says.
+
+    Attributes:
+        dwell: How long the robot stays clear at the goal [s].
+        finish_by: When it is to be there at the latest [s]; None for whenever.
+    """
+
+    dwell: float = 0.0
+    finish_by: float | None = None
+
+    def of(self, problem: Problem) -> Problem:
+        """Return a problem whose motion ends so.
+
+        Raises:
+            ProblemError: If a time is negative, or the deadline is no later than the start.
+        """
+        return replace(problem, dwell=self.dwell, finish_by=self.finish_by)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return what is asked, as plain data."""
+        asked = {"dwell": self.dwell or None, "finish_by": self.finish_by}
+        return {name: value for name, value in asked.items() if value is not None}
 
 
 @dataclass(frozen=True)

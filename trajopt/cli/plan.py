@@ -8,7 +8,10 @@ from typing import Annotated
 import typer
 
 from trajopt.cli.options import (
+    DwellOption,
+    Ending,
     ExactOption,
+    FinishByOption,
     JerkOption,
     JsonOption,
     LimitsOption,
@@ -70,6 +73,8 @@ def plan(
     torque_scaling: TorqueOption = 1.0,
     limit_jerk: JerkOption = False,
     motions: MotionsOption = None,
+    dwell: DwellOption = 0.0,
+    finish_by: FinishByOption = None,
     explain: ExplainOption = False,
     as_json: JsonOption = False,
     portfolio: PortfolioOption = True,
@@ -84,9 +89,10 @@ def plan(
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
     budget = budget_of(time_budget, portfolio, improve=improve, workers=workers)
     around, asked = read_files(source.load(), scene, request, motions)
+    ending = Ending(dwell, finish_by)
     with progress_line() as line:
         result = plan_problem(
-            asked.problem(),
+            ending.of(asked.problem()),
             improve=free_duration,
             every_goal=every_goal,
             budget=budget,
@@ -102,6 +108,7 @@ def plan(
             "scene": str(scene.resolve()),
             "request": str(request.resolve()),
             **({} if motions is None else {"motions": str(motions.resolve())}),
+            **ending.as_dict(),
         },
     }
     explanation = result.explain(plan_again=True) if explain and not result.verified else None

@@ -26,7 +26,7 @@ from trajopt.view.reach import plot_reach
 
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the map here (.npz).")]
 PictureOption = Annotated[Path | None, typer.Option("--picture", help="Draw cuts through it here.")]
-CellOption = Annotated[float, typer.Option("--cell", help="Edge of a cell [m].")]
+CellOption = Annotated[float, typer.Option("--cell", help=r"Edge of a cell \[m].")]
 DirectionsOption = Annotated[
     int, typer.Option("--directions", min=1, help="Directions that the sphere around a cell is divided into.")
 ]

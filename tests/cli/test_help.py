@@ -1,0 +1,65 @@
+"""Help says the unit of every number with a fraction: markup takes no brackets away."""
+
+import inspect
+from importlib import import_module
+from typing import Annotated, get_args, get_origin
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from trajopt.cli.app import COMMANDS, app_for
+
+UNITLESS = {"--torque-scaling", "--share", "--level"}
+"""Factors and shares, which have none."""
+UNITS = ("[s]", "[m]", "[rad]", "[deg]", "second")
+
+
+def floats(command: str) -> dict[str, str]:
+    """Return the options of a command that are floats, and what is written as their help."""
+    function = getattr(import_module(f"trajopt.cli.{command}"), command)
+    found: dict[str, str] = {}
+    for parameter in inspect.signature(function, eval_str=True).parameters.values():
+        if get_origin(parameter.annotation) is not Annotated:
+            continue
+        kind, option, *_ = get_args(parameter.annotation)
+        if kind is float or float in get_args(kind):
+            assert isinstance(option, typer.models.OptionInfo) and option.help
+            found[f"--{parameter.name.replace('_', '-')}"] = option.help
+    return found
+
+
+def printed(command: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setenv("COLUMNS", "400")
+    monkeypatch.setenv("TERMINAL_WIDTH", "400")
+    done = CliRunner().invoke(app_for([command]), [command, "--help"])
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_shows_the_unit_of_every_option(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = printed(command, monkeypatch)
+    for name, text in floats(command).items():
+        words = text.replace("\\[", "[")
+        assert words in shown, f"{command} {name}: {text!r} is not shown as it is written"
+        assert name in UNITLESS or any(unit in words.lower() for unit in UNITS), (
+            f"{command} {name}: {text!r} says no unit"
+        )
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_loses_nothing_in_brackets(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = printed(command, monkeypatch)
+    function = getattr(import_module(f"trajopt.cli.{command}"), command)
+    assert "[" not in (function.__doc__ or ""), "markup would take it away"
+    for parameter in inspect.signature(function, eval_str=True).parameters.values():
+        if get_origin(parameter.annotation) is Annotated:
+            help_text = get_args(parameter.annotation)[1].help or ""
+            assert help_text.replace("\\[", "[") in shown, f"{command} {parameter.name}"
+
+
+def test_some_options_have_units() -> None:
+    """So that the tests above look at something."""
+    assert {"--dwell", "--finish-by", "--time-budget"} <= set(floats("plan"))
+    assert "--margin" in floats("sample") and "--cell" in floats("reach")
