@@ -1,5 +1,6 @@
 """The query in plain Python, configuration by configuration and pair by pair."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import coal
@@ -12,7 +13,7 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Shape
 from trajopt.query import Contacts, Counts, Kinematics, Query
-from trajopt.query.dynamics import DynamicsQuery, GravityTorques
+from trajopt.query.dynamics import DynamicsQuery, GravityTorques, TorqueSlopes
 from trajopt.query.geometry import PLANE_EXTENT, BoundingBoxes, closed_triangles, collision_geometry
 from trajopt.query.query import EPA_TOLERANCES, GJK_TOLERANCE
 
@@ -105,11 +106,37 @@ class PlainQuery(Query):
 class PlainDynamics(DynamicsQuery):
     """One state after the other, by pinocchio's own binding."""
 
+    def __init__(self, reduced: ReducedModel) -> None:
+        """Keep the model and scratch memory of pinocchio's."""
+        super().__init__(reduced)
+        self._reduced = reduced
+        self._data = reduced.model.createData()
+
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Return the torques that a motion needs; see `DynamicsQuery.torque`."""
         states = self._states(positions, velocities, accelerations)
         full = np.array([pin.rnea(self._reduced.model, self._data, *state) for state in states])
         return full.reshape(len(positions), -1) @ self._reduced.mimic_matrix
+
+    def torque_slopes(self, positions: Floats, velocities: Floats, accelerations: Floats) -> TorqueSlopes:
+        """Return torques and their derivatives; see `DynamicsQuery.torque_slopes`."""
+        reduced = self._reduced
+        slopes = np.empty((3, len(positions), reduced.model.nv, reduced.model.nv))
+        for row, (q, v, a) in enumerate(self._states(positions, velocities, accelerations)):
+            found = pin.computeRNEADerivatives(reduced.model, self._data, q, v, a)
+            for kind, slope in enumerate(found):
+                slopes[kind, row] = slope
+        moved = reduced.mimic_matrix
+        return TorqueSlopes(self.torque(positions, velocities, accelerations), *(moved.T @ slopes @ moved))
+
+    def _states(
+        self, positions: Floats, velocities: Floats, accelerations: Floats
+    ) -> Iterator[tuple[Floats, Floats, Floats]]:
+        """Yield the model's configuration, velocity and acceleration of each of the group's states."""
+        reduced = self._reduced
+        moved = reduced.mimic_matrix.T
+        q = np.array([reduced.configuration(row) for row in positions])
+        return zip(q, velocities @ moved, accelerations @ moved, strict=True)
 
     def gravity(self, positions: Floats) -> GravityTorques:
         """Return the torques that hold the arm still; see `DynamicsQuery.gravity`."""

@@ -187,6 +187,9 @@ def test_torques(tmp_path: Path) -> None:
     np.testing.assert_allclose(compiled.torque(*states), plain.torque(*states), atol=1e-10)
     with pytest.raises(ValueError, match="one number for each state and joint"):
         compiled.torque(states[0], states[1][:5], states[2])
+    mine, theirs = compiled.torque_slopes(*states), plain.torque_slopes(*states)
+    for name in ("torque", "position", "velocity", "acceleration"):
+        np.testing.assert_allclose(getattr(mine, name), getattr(theirs, name), atol=1e-10, err_msg=name)
     held, expected = compiled.gravity(states[0]), plain.gravity(states[0])
     np.testing.assert_allclose(held.torque, expected.torque, atol=1e-10)
     np.testing.assert_allclose(held.position, expected.position, atol=1e-10)

@@ -10,7 +10,7 @@ from tests.robots_for_tests import odd_arm
 from tests.transcription.both_ways import GOAL, START, descent_of, program, same
 from trajopt import terms
 from trajopt.nlp import ConstraintRows, CostRows
-from trajopt.solvers.compiled import FramePart
+from trajopt.solvers.parts import FramePart
 
 AT = to.placement((0.3, 0.1, 0.2), rpy=(0.4, -0.3, 2.0))
 REGIONS = [

@@ -17,6 +17,7 @@ from trajopt.planning.seeds import straight_line
 from trajopt.solvers import Sqp
 from trajopt.solvers.descent import Limits
 from trajopt.solvers.native_descent import native_descent
+from trajopt.solvers.parts import PythonPart
 from trajopt.terms.motion import Motion
 from trajopt.transcription.bspline import BsplineNlp
 from trajopt.transcription.clearance_in_time import ClearanceInTime
@@ -82,12 +83,21 @@ def test_the_core_and_python_say_the_same(tmp_path: Path) -> None:
     sampling = nlp.sampling(x, fine=True)
     run = native_descent("auto", nlp, sampling, Limits(5, 0.0, 0.0), None, Sqp().trust_region, 5.0)
     assert run is not None
+    assert not any(isinstance(part, PythonPart) for part in run.program.constraints)
+    before = replace(nlp.counts)
     run.begin(x, sampling)
-    mine, theirs = run.linearised(), nlp.linearise(x, sampling)
-    assert [name for name, _ in every_row(mine)] == [name for name, _ in every_row(theirs)]
-    for (_, one), (_, other) in zip(every_row(mine), every_row(theirs), strict=True):
-        order = [np.lexsort((rows.value, rows.component, rows.place)) for rows in (one, other)]
-        same(*({"value": rows.value[index]} for rows, index in zip((one, other), order, strict=True)))
+    mine, core = run.linearised(), nlp.counts.since(before)
+    theirs = nlp.linearise(x, sampling)
+    assert core.distances > 0
+    assert nlp.counts.since(before).forward_kinematics == 2 * core.forward_kinematics
+    names = [name for name, _ in every_row(mine)]
+    assert names == [name for name, _ in every_row(theirs)]
+    assert {"clearance in time", "torque limit"} <= set(names)
+    for (name, one), (_, other) in zip(every_row(mine), every_row(theirs), strict=True):
+        assert len(one.value) == len(other.value), name
+        first, second = (np.lexsort((rows.value, rows.component, rows.place)) for rows in (one, other))
+        for field in ("value", "jacobian", "knots", "component", "place"):
+            same({field: getattr(one, field)[first]}, {field: getattr(other, field)[second]})
 
 
 def test_the_start_has_its_rates_whatever_the_duration(tmp_path: Path) -> None:
@@ -147,7 +157,7 @@ def test_samples_are_dense_where_what_changes_comes_near(tmp_path: Path) -> None
     among = world.timed.positions(rest, times)
     way = robot + world.query.displacement(among[:-1], among[1:])
     alone = BsplineNlp.sampling(nlp, x, fine=True)
-    dense = sampling >= way / SWEEP
+    dense = sampling >= way / (SWEEP / 2.0)
     assert (sampling >= alone).all()
     assert not dense.all() and (sampling[~dense] == alone[~dense]).all()
     # No pair is near its room anywhere in the other pieces: looked at a hundred times in each.

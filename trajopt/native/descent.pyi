@@ -1,4 +1,4 @@
-"""Programs over knots, and descents on them; see `trajopt.solvers.compiled`."""
+"""Programs over knots, and descents on them; see `trajopt.solvers.parts`."""
 
 from collections.abc import Callable, Sequence
 from enum import Enum
@@ -7,6 +7,9 @@ from trajopt.arrays import Bools, Floats, Ints
 
 class RobotQuery:
     """Measures distances and places frames; made by the core `proximity`."""
+
+class RobotDynamics:
+    """Evaluates torques; made by the core `proximity`."""
 
 class Kind(Enum):
     """The losses of costs."""
@@ -162,6 +165,33 @@ class Program:
         view: View,
         term: FrameTerm,
         configurations: int,
+    ) -> None: ...
+    def add_distances_in_time(
+        self,
+        role: Role,
+        knots: Ints,
+        weight: Floats,
+        place: Floats,
+        when: Floats,
+        driven: Floats,
+        among: RobotQuery,
+        reach: Floats,
+        margin: Floats,
+        errors: Floats,
+        appears: Floats,
+        expires: Floats,
+    ) -> None: ...
+    def add_torques(
+        self,
+        role: Role,
+        knots: Ints,
+        position: Floats,
+        velocity: Floats,
+        acceleration: Floats,
+        place: Floats,
+        dynamics: RobotDynamics,
+        effort: Floats,
+        listed: float,
     ) -> None: ...
     def add_outside(self, role: Role) -> None: ...
     def at(self, x: Floats, ask: Callable[[Floats], InPython]) -> Point: ...

@@ -6,7 +6,7 @@ import coal
 import pinocchio as pin
 
 from trajopt.arrays import Floats, Ints
-from trajopt.native.descent import RobotQuery
+from trajopt.native.descent import RobotDynamics, RobotQuery
 
 class Solid:
     """Points of a shape's parts, its closed triangles, and its corners if it is convex, in its own frame."""
@@ -33,11 +33,14 @@ class Cell:
         accuracy: tuple[float, float, float],
     ) -> None: ...
 
-class Dynamics:
+class Dynamics(RobotDynamics):
     """Inverse dynamics of many states."""
 
     def __init__(self, model: pin.Model, expand: Floats, offset: Floats) -> None: ...
     def torques(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats: ...
+    def slopes(
+        self, positions: Floats, velocities: Floats, accelerations: Floats
+    ) -> tuple[Floats, Floats, Floats]: ...
     def gravity(self, positions: Floats) -> tuple[Floats, Floats]: ...
 
 class Query(RobotQuery):

@@ -54,4 +54,18 @@ class RobotQuery {
   virtual Work work() const = 0;
 };
 
+// What a descent asks of a robot's dynamics.
+class RobotDynamics {
+ public:
+  virtual ~RobotDynamics() = default;
+
+  virtual int dofs() const = 0;
+  // Torques of the group's joints at a state of theirs.
+  virtual void torques(const double* positions, const double* velocities, const double* accelerations,
+                       double* torques) = 0;
+  // Their derivatives by positions, velocities and accelerations, row by row.
+  virtual void slopes(const double* positions, const double* velocities, const double* accelerations,
+                      double* by_position, double* by_velocity, double* by_acceleration) = 0;
+};
+
 }  // namespace robot

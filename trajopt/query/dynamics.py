@@ -1,14 +1,10 @@
 """Joint torques of a reduced model, and their derivatives."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
-import pinocchio as pin
 
 from trajopt.arrays import Floats
-from trajopt.model.description.pinocchio_model import configuration
 from trajopt.model.payload import loaded_model
 from trajopt.model.reduced import ReducedModel
 from trajopt.native import proximity
@@ -49,13 +45,13 @@ class DynamicsQuery:
 
     def __init__(self, reduced: ReducedModel) -> None:
         """Keep the model and its scratch memory."""
-        self._reduced = reduced
         mimic_matrix = np.ascontiguousarray(reduced.mimic_matrix)
         self._core = proximity.Dynamics(model=reduced.model, expand=mimic_matrix, offset=reduced.mimic_offset)
 
-    @cached_property
-    def _data(self) -> pin.Data:
-        return self._reduced.model.createData()
+    @property
+    def core(self) -> proximity.Dynamics:
+        """What other cores evaluate torques with."""
+        return self._core
 
     @staticmethod
     def loaded(reduced: ReducedModel) -> "DynamicsQuery":
@@ -77,26 +73,8 @@ class DynamicsQuery:
 
         Source: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
         """
-        mimic_matrix, states = self._reduced.mimic_matrix, len(positions)
-        joints = mimic_matrix.shape[0]
-        torque, slopes = np.empty((states, joints)), np.empty((3, states, joints, joints))
-        for row, (q, v, a) in enumerate(self._states(positions, velocities, accelerations)):
-            found = pin.computeRNEADerivatives(self._reduced.model, self._data, q, v, a)
-            for kind, slope in enumerate(found):
-                slopes[kind, row] = slope
-            torque[row] = self._data.tau
-        return TorqueSlopes(torque @ mimic_matrix, *(mimic_matrix.T @ slopes @ mimic_matrix))
-
-    def _states(
-        self, positions: Floats, velocities: Floats, accelerations: Floats
-    ) -> Iterator[tuple[Floats, Floats, Floats]]:
-        """Yield the model's configuration, velocity and acceleration of each of the group's states."""
-        reduced, model = self._reduced, self._reduced.model
-        mimic_matrix = reduced.mimic_matrix.T
-        q = positions @ mimic_matrix + reduced.mimic_offset
-        if model.nq != model.nv:
-            q = np.array([configuration(model, row) for row in q])
-        return zip(q, velocities @ mimic_matrix, accelerations @ mimic_matrix, strict=True)
+        states = [np.ascontiguousarray(rows) for rows in (positions, velocities, accelerations)]
+        return TorqueSlopes(self._core.torques(*states), *self._core.slopes(*states))
 
     def torque(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Return the torques that a motion needs, by the recursive Newton-Euler algorithm.

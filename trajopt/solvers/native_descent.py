@@ -12,8 +12,9 @@ from trajopt.native import descent
 from trajopt.nlp import CostRows, Linearisation, Nlp
 from trajopt.solvers import banded
 from trajopt.solvers.choice import AUTO, WIDEST
-from trajopt.solvers.compiled import Block, CompilableNlp, CompiledProgram
+from trajopt.solvers.compiled import CompilableNlp, CompiledProgram
 from trajopt.solvers.descent import ACCURACY, QP_FAILURES, Descent, Limits
+from trajopt.solvers.parts import Block
 from trajopt.solvers.solver import Patient, Progress, SolverStatus, SqpStep
 from trajopt.solvers.step import REGULARISATION
 from trajopt.solvers.trust_region import TrustRegion

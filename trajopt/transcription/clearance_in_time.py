@@ -4,6 +4,7 @@ Linearised as `Clearance`, with what moves where it is at each sample's time.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -39,6 +40,12 @@ class ClearanceInTime(Printed):
     name = "clearance in time"
     units = ("m",)
 
+    @cached_property
+    def reach(self) -> Floats:
+        """Distance of interest of every pair, -inf for those that do not change, shape (p,) [m]."""
+        widest = self.margin + ACTIVATION + self.pairs.error_at(self.duration, slice(None))
+        return np.where(self.pairs.changes, widest, -np.inf)
+
     def linearise(self, motion: Motion) -> Rows:
         """Measure the near pairs at all samples and differentiate by the group's positions.
 
@@ -48,9 +55,7 @@ class ClearanceInTime(Printed):
         if not isinstance(motion, MotionInTime):
             raise ProblemError(f"{self.name}: the motion has no times")
         pairs, times = self.pairs, motion.times
-        widest = self.margin + ACTIVATION + pairs.error_at(self.duration, slice(None))
-        reach = np.where(pairs.changes, widest, -np.inf)
-        found = self.query.close_pairs(self.timed.positions(motion.positions, times), reach)
+        found = self.query.close_pairs(self.timed.positions(motion.positions, times), self.reach)
         when = times[found.sample]
         there = (when >= pairs.appears[found.pair]) & (when <= pairs.expires[found.pair])
         pair, sample = found.pair[there], found.sample[there]

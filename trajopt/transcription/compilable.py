@@ -14,9 +14,10 @@ import numpy as np
 from trajopt.arrays import Floats, Ints
 from trajopt.nlp import ConstraintRows, CostRows, Rows
 from trajopt.query import Query
-from trajopt.solvers.compiled import (
+from trajopt.solvers.compiled import CompiledProgram
+from trajopt.solvers.parts import (
     Block,
-    CompiledProgram,
+    ChangingDistancePart,
     DistancePart,
     FramePart,
     LinearPart,
@@ -24,6 +25,7 @@ from trajopt.solvers.compiled import (
     PythonPart,
     Samples,
     Taper,
+    TorquePart,
 )
 from trajopt.terms.clearance import Clearance
 from trajopt.terms.coupled_joints import JointSum
@@ -32,7 +34,7 @@ from trajopt.terms.follows_curve import CurveError
 from trajopt.terms.gravity_torque import GravityShare, HoldingTorque
 from trajopt.terms.joint_positions import JointPosition
 from trajopt.terms.line_of_sight import SightClearance
-from trajopt.terms.motion import Motion
+from trajopt.terms.motion import Motion, MotionInTime
 from trajopt.terms.point_on_arc import ArcCoordinates
 from trajopt.terms.residual import WHOLE, Constraint, Cost, units_of
 from trajopt.terms.residual_from_function import FunctionResidual
@@ -56,9 +58,7 @@ LINEAR = OF_KNOTS | {RestPosture, JointPosition, JointSum}
 OF_FRAMES = {ArcCoordinates, CurveError, SightClearance, SmallestSingularValue, LostManipulability}
 """Terms of frames without a formula in the core. All terms of frames share the placements of the samples:
 with one of these all are evaluated in Python."""
-OTHERS = {
-    GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression, ClearanceInTime, SplineTorque,
-}  # fmt: skip
+OTHERS = {GravityShare, HoldingTorque, Rolling, FunctionResidual, Expression}
 """Other terms, whose rows depend on the knots of one sample too, or on two neighbours."""
 BOUNDED = {Constraint, TaperedConstraint}
 """Constraints whose bounds depend on the component and the place of a row only."""
@@ -131,12 +131,41 @@ class CompilableMotionNlp(MotionNlp):
         within = self.samples_within(motion, item.window)
         if isinstance(residual, Clearance | SoftClearance) and type(item) is not TaperedConstraint:
             return _distance_part(_empty(item, within), residual, within)
+        if type(residual) is ClearanceInTime or type(residual) is SplineTorque:
+            return self._part_in_time(item, residual, within)
         frame = frame_in_core(residual)
         if frame is None:
             return None
         count = 0 if placed and item.window == WHOLE else len(within.place)
         empty = _empty(item, within, frame.term.components)
         return FramePart(empty, _samples(within), frame.view, frame.term, count)
+
+    def _part_in_time(
+        self, item: Cost | Constraint, residual: ClearanceInTime | SplineTorque, within: Motion
+    ) -> Part | None:
+        """Return a constraint of a motion whose samples have times as a part; None for any other."""
+        if isinstance(item, Cost) or item.window != WHOLE or not isinstance(within, MotionInTime):
+            return None
+        empty = _empty(item, within)
+        if isinstance(residual, ClearanceInTime):
+            driven = np.ascontiguousarray(residual.timed.driven.at(within.times))
+            pairs = residual.pairs
+            return ChangingDistancePart(
+                empty,
+                _samples(within),
+                within.times,
+                driven,
+                residual.query.core,
+                residual.reach,
+                residual.margin,
+                pairs.errors,
+                pairs.appears,
+                pairs.expires,
+            )
+        position, velocity, acceleration = (np.ascontiguousarray(weight) for weight in residual.weights)
+        moments = Samples(residual.support, position, residual.place)
+        dynamics = residual.dynamics.core
+        return TorquePart(empty, moments, velocity, acceleration, dynamics, residual.effort, residual.listed)
 
     def _linear(self, item: Cost | Constraint, motion: Motion) -> LinearPart:
         """Return a linear term as a part; of the knots themselves it is the same on all samples."""

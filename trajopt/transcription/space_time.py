@@ -120,8 +120,7 @@ class World(Printed):
     def samples(self, corners: Floats, times: Floats, way: Floats) -> Ints:
         """Return how many samples what changes demands between corners of a motion, shape (s - 1,).
 
-        Where nothing that changes is nearer than it and the robot get on from one corner to the next, it
-        demands none.
+        Where nothing that changes can be too near anywhere between two corners, it demands none.
 
         Args:
             corners: Shape (s, n) [rad | m].
@@ -139,8 +138,9 @@ class World(Printed):
         spare = np.full(len(times), np.inf)
         above = least[found.pair] + pairs.error_at(times[found.sample], found.pair)
         np.minimum.at(spare, found.sample, found.distance - above)
-        near = np.minimum(spare[:-1], spare[1:]) < both
-        return np.where(near, samples_for(both, 1), 1)
+        # A distance that is d1 here and d2 there is nowhere between less than half of d1 + d2 - way.
+        near = spare[:-1] + spare[1:] < both
+        return np.where(near, samples_for(both, 1, SWEEP / 2.0), 1)
 
     def spare_staying(self, positions: Floats, begin: float, dwell: float) -> Floats:
         """Return what each pair has above what is required while the robot stays somewhere, (p,).

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "../arrays.hpp"
 #include "../gil.hpp"
 #include "../leaks.hpp"
+#include "binding.hpp"
 #include "loop.hpp"
 
 namespace nb = nanobind;
@@ -17,33 +17,16 @@ using arrays::Block, arrays::expect, arrays::hand_over, arrays::Matrix, arrays::
 using SharedPoint = std::shared_ptr<Point>;
 
 void bind_frame_terms(nb::module_& m);
+void bind_what_changes(nb::class_<Program>& program);
 
 namespace {
 
 constexpr auto kOwned = nb::rv_policy::automatic;  // arrays that are handed over belong to nothing else
 
-template <class Array>
-auto copied(const Array& array) {
-  return std::vector<std::remove_const_t<typename Array::Scalar>>(array.data(), array.data() + array.size());
-}
-
 Role cost(Kind kind, const Vector<double>& weight) { return {kind, copied(weight), {}, {}, 0.0}; }
 
 Role bounds(const Vector<double>& lower, const Vector<double>& upper, double tolerance) {
   return {Kind::kBounded, {}, copied(lower), copied(upper), tolerance};
-}
-
-// Not one more or less than the loops believe, or one for all.
-void expect_numbers(const Role& role, std::size_t count, bool one_for_all) {
-  const auto fits = [&](const std::vector<double>& numbers) {
-    return numbers.size() == count || (one_for_all && numbers.size() == 1);
-  };
-  expect(role.bounded() ? fits(role.lower) && fits(role.upper) : fits(role.weight), "a weight or bounds for each row");
-}
-
-void expect_knots(const Program& program, const Matrix<std::int64_t>& knots) {
-  const auto known = [&](std::int64_t knot) { return 0 <= knot && knot < program.variables().knots(); };
-  expect(std::all_of(knots.data(), knots.data() + knots.size(), known), "known knots");
 }
 
 void make_program(Program* made, const Matrix<double>& lower, const Matrix<double>& upper, const Vector<double>& scale,
@@ -75,15 +58,6 @@ void add_linear(Program& program, const Role& role, const Vector<double>& consta
   expect_stencils(program, constant.shape(0), jacobian, knots);
   expect_numbers(role, constant.shape(0), false);
   program.add({role, Linear{static_cast<int>(knots.shape(1)), copied(constant), copied(jacobian), copied(knots)}});
-}
-
-Samples samples_of(const Program& program, const Matrix<std::int64_t>& knots, const Matrix<double>& weight,
-                   const Vector<double>& place) {
-  const std::size_t samples = place.shape(0);
-  expect(knots.shape(0) == samples && weight.shape(0) == samples && weight.shape(1) == knots.shape(1),
-         "knots and weights for each sample");
-  expect_knots(program, knots);
-  return {static_cast<int>(knots.shape(1)), copied(knots), copied(weight), copied(place)};
 }
 
 void add_distances(Program& program, const Role& role, const Matrix<std::int64_t>& knots, const Matrix<double>& weight,
@@ -243,6 +217,7 @@ auto line(std::vector<T> Rows::* numbers) {
 NB_MODULE(descent, m) {
   leaks::settle();
   nb::class_<robot::RobotQuery>(m, "RobotQuery");
+  nb::class_<robot::RobotDynamics>(m, "RobotDynamics");
   bind_frame_terms(m);
   nb::enum_<Kind>(m, "Kind")
       .value("SQUARED", Kind::kSquared)
@@ -289,7 +264,8 @@ NB_MODULE(descent, m) {
            },
            nb::kw_only(), "penalty"_a, "relative_gain"_a, "absolute_gain"_a, "accuracy"_a, "regularisation"_a,
            "qp_iterations"_a, "steps"_a, "failures"_a, "until_feasible"_a);
-  nb::class_<Program>(m, "Program")
+  auto program = nb::class_<Program>(m, "Program");
+  program
       .def("__init__", &make_program, "lower"_a, "upper"_a, "scale"_a, "query"_a, nb::keep_alive<1, 5>())
       .def("add_linear", &add_linear, "role"_a, "constant"_a, "jacobian"_a, "knots"_a)
       .def("add_distances", &add_distances, "role"_a, "knots"_a, "weight"_a, "place"_a, "reach"_a, "factor"_a, "margins"_a)
@@ -300,4 +276,5 @@ NB_MODULE(descent, m) {
       .def("descend", &descend_from, "start"_a, "region"_a, "failures"_a, "options"_a, "ask"_a, "tell"_a, "seconds"_a,
            "configurations"_a)
       .def_prop_ro("work", [](const Program& program) { return work_of(program.work()); });
+  bind_what_changes(program);
 }

@@ -13,10 +13,22 @@ Program::Program(Variables variables, std::vector<double> lower, std::vector<dou
       scale_(std::move(scale)),
       query_(query) {}
 
+robot::Work Program::asked() const {
+  robot::Work sum = query_.work();
+  for (const Part& part : parts_) {
+    if (const auto* timed = std::get_if<DistancesInTime>(&part.rows)) {
+      const robot::Work work = timed->among->work();
+      sum.bounds += work.bounds;
+      sum.distances += work.distances;
+    }
+  }
+  return sum;
+}
+
 std::shared_ptr<const Point> Program::at(std::vector<double> x, const Ask& ask) {
   auto point = std::make_shared<Point>();
   point->x = std::move(x);
-  const robot::Work before = query_.work();
+  const robot::Work before = asked();
   Answer answer;
   if (std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return std::holds_alternative<Outside>(part.rows); })) {
     answer = ask(point->x.data());
@@ -29,6 +41,11 @@ std::shared_ptr<const Point> Program::at(std::vector<double> x, const Ask& ask) 
     } else if (const auto* distances = std::get_if<Distances>(&part.rows)) {
       distances->evaluate(variables_, part.role, query_, point->x.data(), rows);
       work_.configurations += distances->samples.count();
+    } else if (const auto* timed = std::get_if<DistancesInTime>(&part.rows)) {
+      timed->evaluate(variables_, part.role, point->x.data(), rows);
+      work_.configurations += timed->samples.count();
+    } else if (const auto* torques = std::get_if<Torques>(&part.rows)) {
+      torques->evaluate(variables_, part.role, point->x.data(), rows);
     } else if (const auto* frames = std::get_if<Frames>(&part.rows)) {
       frames->evaluate(variables_, part.role, query_, point->x.data(), rows);
       work_.configurations += frames->configurations;
@@ -47,7 +64,7 @@ std::shared_ptr<const Point> Program::at(std::vector<double> x, const Ask& ask) 
     point->rows.push_back(std::move(rows));
   }
   point->kept = std::move(answer.kept);
-  const robot::Work after = query_.work();
+  const robot::Work after = asked();
   work_.bounds += after.bounds - before.bounds;
   work_.distances += after.distances - before.distances;
   return point;

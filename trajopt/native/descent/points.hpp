@@ -5,7 +5,7 @@
 #include <memory>
 #include <variant>
 
-#include "blocks.hpp"
+#include "timed_blocks.hpp"
 
 namespace descent {
 
@@ -16,7 +16,7 @@ struct Outside {
 
 struct Part {
   Role role;
-  std::variant<Linear, Distances, Frames, Outside> rows;
+  std::variant<Linear, Distances, DistancesInTime, Frames, Torques, Outside> rows;
 };
 
 // What was evaluated outside: rows of each part, what they were made of, and configurations evaluated for them.
@@ -76,6 +76,9 @@ class Program {
   Variables variables_;
   std::vector<double> lower_, upper_;  // of each variable
   std::vector<double> scale_;          // of each joint
+  // Bounds and distances of all that is asked.
+  robot::Work asked() const;
+
   robot::RobotQuery& query_;
   std::vector<Part> parts_;
   Work work_;

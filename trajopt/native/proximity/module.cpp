@@ -207,10 +207,30 @@ Numpy<double> torques(Dynamics& dynamics, const Matrix<double>& positions, const
   {
     gil::Released released;
     for (size_t at = 0; at < result.size(); at += dofs) {
-      dynamics(positions.data() + at, velocities.data() + at, accelerations.data() + at, result.data() + at);
+      dynamics.torques(positions.data() + at, velocities.data() + at, accelerations.data() + at, result.data() + at);
     }
   }
   return hand_over(std::move(result), {states, dofs});
+}
+
+// Their derivatives by positions, velocities and accelerations.
+auto slopes(Dynamics& dynamics, const Matrix<double>& positions, const Matrix<double>& velocities,
+            const Matrix<double>& accelerations) {
+  const size_t states = positions.shape(0), dofs = dynamics.dofs();
+  for (const auto* rows : {&positions, &velocities, &accelerations}) {
+    expect(rows->shape(0) == states && rows->shape(1) == dofs, "one number for each state and joint of the group");
+  }
+  std::vector<double> by_position(states * dofs * dofs), by_velocity(by_position), by_acceleration(by_position);
+  {
+    gil::Released released;
+    for (size_t state = 0; state < states; ++state) {
+      const size_t at = state * dofs, row = at * dofs;
+      dynamics.slopes(positions.data() + at, velocities.data() + at, accelerations.data() + at, by_position.data() + row,
+                      by_velocity.data() + row, by_acceleration.data() + row);
+    }
+  }
+  const auto made = [&](std::vector<double>& numbers) { return hand_over(std::move(numbers), {states, dofs, dofs}); };
+  return std::make_tuple(made(by_position), made(by_velocity), made(by_acceleration));
 }
 
 std::tuple<Numpy<double>, Numpy<double>> gravity(Dynamics& dynamics, const Matrix<double>& positions) {
@@ -238,9 +258,10 @@ NB_MODULE(proximity, m) {
                                   "accuracy"_a, nb::keep_alive<1, 2>());
   m.def("search_path", &search_path, "cell"_a, "start"_a, "goals"_a, "lower"_a, "upper"_a, "unit"_a, "reach"_a, "step"_a, "looks"_a,
         "shortening"_a, "seed"_a, "check"_a);
-  nb::class_<Dynamics>(m, "Dynamics")
+  nb::class_<Dynamics, robot::RobotDynamics>(m, "Dynamics")
       .def("__init__", &make_dynamics, "model"_a, "expand"_a, "offset"_a, nb::keep_alive<1, 2>())
       .def("torques", &torques, "positions"_a, "velocities"_a, "accelerations"_a)
+      .def("slopes", &slopes, "positions"_a, "velocities"_a, "accelerations"_a)
       .def("gravity", &gravity, "positions"_a);
   nb::class_<Query, robot::RobotQuery>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
