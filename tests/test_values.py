@@ -42,10 +42,11 @@ from trajopt.terms.expression import Expression
 from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
-    "BudgetTracker", "Cancellation", "CommittedMotion", "Counts", "Gamepad", "GoalSearch", "IdealExecutor",
-    "Judge", "KnotsNlp", "Logbook", "MoveGroupCommander", "PlanningSceneInterface", "Played", "Printed",
-    "Query", "Recorder", "RobotCommander", "Search", "Service", "Servo", "Session", "SimulatedExecutor",
-    "Supervisor", "SymbolicKinematics", "Timeline", "Value", "Viewer", "Watch", "Workspace", "World",
+    "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
+    "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "Logbook", "MoveGroupCommander",
+    "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "Search",
+    "Service", "Servo", "Session", "SimulatedExecutor", "Supervisor", "SymbolicKinematics", "Timeline",
+    "Value", "Viewer", "Watch", "Workspace", "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""
 

@@ -30,24 +30,15 @@ async def why(asked: Awaitable[Any]) -> Why:
     return refused.value.why
 
 
-GOAL = {
-    "group_name": "",
-    "goal_constraints": [
-        {
-            "joint_constraints": [
-                {"joint_name": "joint1", "position": 0.4},
-                {"joint_name": "joint2", "position": 0.3},
-            ]
-        }
-    ],
-}
+JOINTS = [{"joint_name": "joint1", "position": 0.4}, {"joint_name": "joint2", "position": 0.3}]
+GOAL = {"request": {"goal_constraints": [{"joint_constraints": JOINTS}]}}
 
 
 def test_a_plan_with_feedback() -> None:
     async def test(service: Service) -> None:
         heard: list[msgspec.Raw] = []
         session = service.create()
-        reply = await service.ask(session, "plan_request", GOAL, listener=heard.append)
+        reply = await service.ask(session, "plan", GOAL, listener=heard.append)
         assert reply.document()["verified"]
         assert reply.cpu > 0.0
         stages = [msgspec.json.decode(bytes(each))["stage"] for each in heard]
@@ -86,7 +77,7 @@ def test_what_is_asked_wrongly_is_refused_with_the_reason() -> None:
     async def test(service: Service) -> None:
         session = service.create()
         with pytest.raises(Refusal, match="gaol_constraints") as refused:
-            await service.ask(session, "plan_request", {"gaol_constraints": []})
+            await service.ask(session, "plan", {"gaol_constraints": []})
         assert refused.value.why is Why.MALFORMED
         for body in (b"{", b"[]", b"\xff", b'{"a": 1, "a": 2}', b"[" * 200 + b"]" * 200):
             assert await why(service.ask(session, "echo", body)) is Why.MALFORMED
@@ -113,7 +104,7 @@ def test_a_worker_that_dies_takes_only_its_request_with_it() -> None:
     async def test(service: Service) -> None:
         session = service.create()
         assert await why(service.ask(session, "die")) is Why.WORKER_LOST
-        assert (await service.ask(session, "plan_request", GOAL)).document()["verified"]
+        assert (await service.ask(session, "plan", GOAL)).document()["verified"]
         assert service.pools[Lane.PLANNING].restarts == 1
 
     served(test)

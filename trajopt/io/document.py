@@ -53,6 +53,10 @@ class Node:
                 raise self.error(f"unknown key {shown(key)}{hint}")
         return self
 
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of this mapping's members; none where it is missing."""
+        return tuple(str(key) for key in self._mapping())
+
     def has_only(self, fields: Iterable[str]) -> bool:
         """Say whether this mapping has no other members than these."""
         return self._mapping().keys() <= set(fields)

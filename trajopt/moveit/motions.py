@@ -53,8 +53,17 @@ def read_motions(path: Path | str, scene: Scene) -> Scene:
         FileFormatError: If the file does not say what it must, names an object that is not there, or twice,
             or the times do not increase.
     """
+    return apply_motions(read_list(path), scene)
+
+
+def apply_motions(document: Node, scene: Scene) -> Scene:
+    """Return the scene in which objects move as a list says; as `read_motions` does of a file.
+
+    Raises:
+        FileFormatError: If the list does not say what it must.
+    """
     done: set[str] = set()
-    entries = list(read_list(path).elements())
+    entries = list(document.elements())
     for entry in entries:
         name = entry.only(FIELDS)["object"].text()
         if name in done:

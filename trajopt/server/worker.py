@@ -43,6 +43,7 @@ from trajopt.server.messages import (
 )
 from trajopt.server.operation import Answer, operations_of
 from trajopt.server.refusals import Refusal, Why
+from trajopt.server.sizes import check_sizes
 from trajopt.server.state import PackedScene, SessionState, packed, unpacked
 from trajopt.server.watch import Watch
 
@@ -133,10 +134,12 @@ class Worker:
             text = request.body.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             raise Refusal(Why.MALFORMED, f"{REQUEST}: is no UTF-8 text: {error}") from error
-        arguments = Node(parse_json(text, REQUEST) if text else {}, REQUEST)
-        if not isinstance(arguments.value, dict):
+        document: object = parse_json(text, REQUEST) if text else {}
+        arguments = Node(document, REQUEST)
+        if not isinstance(document, dict):
             raise arguments.error("must be a mapping")
         scene, extra = self._scene(request)
+        check_sizes(cast(object, document), watch)
         positions = np.array(request.positions)
         state = SessionState(request.robot, scene, positions, extra)
         return self._operations[request.operation].run(state, arguments, watch)

@@ -2,10 +2,24 @@
 
 from collections.abc import Mapping
 
-from trajopt.server.operation import Operation
-from trajopt.server.operations.planning import plan_request
+from trajopt.server.operation import Lane, Operation
+from trajopt.server.operations.driving import execute
+from trajopt.server.operations.following import follow_curve
+from trajopt.server.operations.kinematics import forward_kinematics, inverse_kinematics, validity
+from trajopt.server.operations.planning import check, explain, plan
+from trajopt.server.operations.scenes import edit, read, set_motions
 
 OPERATIONS: Mapping[str, Operation] = {
-    "plan_request": Operation(plan_request),
+    "plan": Operation(plan),
+    "explain": Operation(explain),
+    "follow": Operation(follow_curve),
+    "check": Operation(check, Lane.QUICK),
+    "forward_kinematics": Operation(forward_kinematics, Lane.QUICK),
+    "inverse_kinematics": Operation(inverse_kinematics, Lane.QUICK),
+    "validity": Operation(validity, Lane.QUICK),
+    "read": Operation(read, Lane.QUICK),
+    "edit": Operation(edit, Lane.QUICK, edits=True),
+    "motions": Operation(set_motions, Lane.QUICK, edits=True),
+    "execute": Operation(execute, Lane.DRIVING),
 }
 """What can be asked for, by name."""

@@ -1,32 +1,65 @@
-"""Planning: MoveIt's motion plan request, or a problem in the words of the Python API."""
+"""Planning, explaining, judging."""
 
 from dataclasses import replace
-from pathlib import Path
 
+from trajopt.errors import ProblemError
+from trajopt.explanation import explain as explain_result
 from trajopt.io.document import Node
-from trajopt.moveit.frames import world_names
-from trajopt.moveit.motion_plan_request import request_of
-from trajopt.moveit.planning_scene import SceneFile
 from trajopt.planning.budget import Budget, Stop
-from trajopt.planning.plan import plan
+from trajopt.planning.judgement import judge
+from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, Status
 from trajopt.problem import Problem
 from trajopt.server.operation import Answer
+from trajopt.server.operations.asking import ABOUT, problem_in, trajectory_in
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
+PLANNING = ("method", "seconds", "improve", "every_goal", "free_duration", "certificate")
+"""How to plan: the arguments of `plan`, and whether the certificate is wanted."""
 
-def planned(problem: Problem, watch: Watch, *, seconds: float | None = None) -> Result:
+
+def plan(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Plan a problem, or what MoveIt's motion plan request asks.
+
+    The answer is that of `trajopt plan --json`. How near the motion comes to everything takes a few
+    milliseconds to measure, so the certificate is there where `certificate` says so; `verified` always is.
+    """
+    arguments.only((*ABOUT, *PLANNING))
+    problem, notes = problem_in(state, arguments)
+    result = planned(problem, watch, arguments)
+    return Answer(answer_of(result, notes, certificate=arguments["certificate"].flag()))
+
+
+def answer_of(result: Result, notes: tuple[str, ...] = (), *, certificate: bool = False) -> dict[str, object]:
+    """Return a result as plain data.
+
+    Args:
+        result: The result.
+        notes: Sentences on how the request was read.
+        certificate: Whether the judge's measurements are in it.
+    """
+    shown = result if certificate else replace(result, judged=None)
+    return {**shown.as_dict(), "notes": [*notes, *result.remarks]}
+
+
+def planned(problem: Problem, watch: Watch, how: Node) -> Result:
     """Plan, telling whoever listens.
 
     Args:
         problem: The problem.
         watch: Of the request.
-        seconds: Time that is asked for [s]; when None, planning ends when its seeds are attempted.
+        how: The members named by `PLANNING`, where they are there.
     """
-    result = plan(
+    seconds, improve = how["seconds"].number(0.0), how["improve"].flag()
+    if seconds < 0.0 or (improve and not seconds):
+        raise ProblemError("seconds must be positive, and improving takes as many as it is given")
+    result = plan_problem(
         problem,
-        budget=Budget(seconds),
+        method=how["method"].text("") or None,
+        improve=how["free_duration"].flag(),
+        every_goal=how["every_goal"].flag(),
+        budget=Budget(seconds or None, improve=improve),
         cancel=watch.cancel,
         progress=watch.progress if watch.heard else None,
         on_incumbent=watch.incumbent if watch.heard else None,
@@ -36,9 +69,20 @@ def planned(problem: Problem, watch: Watch, *, seconds: float | None = None) -> 
     return result
 
 
-def plan_request(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Plan what a `moveit_msgs/MotionPlanRequest` asks."""
-    around = SceneFile(Path(), state.scene, state.named_positions, world_names(state.scene.robot), ())
-    asked = request_of(arguments, around)
-    result = planned(asked.problem(), watch, seconds=asked.allowed_planning_time)
-    return Answer({**result.as_dict(), "notes": [*asked.notes, *result.remarks]})
+def explain(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Plan, and say why it ended so, and what would change that (`plan_again`: found by planning)."""
+    arguments.only((*ABOUT, *PLANNING, "plan_again"))
+    problem, notes = problem_in(state, arguments)
+    result = planned(problem, watch, arguments)
+    found = explain_result(result, plan_again=arguments["plan_again"].flag())
+    return Answer({**answer_of(result, notes), "explanation": found.as_dict(), "words": str(found)})
+
+
+def check(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Judge a trajectory by what a problem requires; of several goals any one will do."""
+    arguments.only((*ABOUT, "trajectory"))
+    problem, notes = problem_in(state, arguments)
+    motion = trajectory_in(arguments["trajectory"]).ordered(problem.reduced.joint_names)
+    verdicts = [judge(each, motion) for each in problem.alternatives.values() or (problem,)]
+    certificate = next((verdict for verdict in verdicts if verdict.verified), verdicts[0])
+    return Answer({**certificate.as_dict(), "words": str(certificate), "notes": list(notes)})

@@ -1,0 +1,139 @@
+"""What HTTP sees beside the operations: health, numbers, pages, who is let in, and the end."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import httpx
+import pytest
+
+import trajopt as to
+from tests.server.serving import SMALL, Serving, serving
+from trajopt.client import Client, ServerError
+from trajopt.server.http import HttpOptions
+
+TOKEN = "a token of sixteen or more"
+POST = {"content-type": "application/json"}
+
+
+def test_health_and_numbers(server: Serving) -> None:
+    health = httpx.get(f"{server.url}/health")
+    assert health.json() == {"healthy": True, "workers": 1}
+    with Client(server.url) as client, client.session() as session:
+        session.read()
+    numbers = httpx.get(f"{server.url}/metrics").text
+    assert 'trajopt_requests_total{operation="read",outcome="answered"}' in numbers
+    assert 'trajopt_workers{lane="planning"} 1.0' in numbers
+    memory = re.search(r'trajopt_memory_bytes\{lane="planning"\} (\S+)', numbers)
+    assert memory is not None and float(memory[1]) > 1e7
+
+
+def test_everything_that_can_be_asked_is_described_and_no_page_needs_another_server(server: Serving) -> None:
+    described = httpx.get(f"{server.url}/openapi.json").json()
+    for operation in ("plan", "edit", "execute", "follow", "check", "explain"):
+        assert described["paths"][f"/sessions/{{session}}/{operation}"]["post"]["description"]
+    for path in ("/", "/docs", "/page.js", "/page.css"):
+        page = httpx.get(f"{server.url}{path}")
+        assert page.status_code == 200
+        assert "default-src 'self'" in page.headers["content-security-policy"]
+        assert not re.search(r"https?://(?!localhost)", page.text), path
+
+
+def test_the_robots_say_what_a_client_needs(server: Serving) -> None:
+    robot = httpx.get(f"{server.url}/robots").json()[0]
+    assert robot["name"] == "planar2"
+    assert robot["joints"]["joint1"].keys() == {"lower", "upper", "velocity", "acceleration"}
+
+
+def test_a_full_server_says_when_to_come_again(server: Serving) -> None:
+    from trajopt.server.http.answers import refusal_response
+    from trajopt.server.refusals import Refusal, Why
+
+    response = refusal_response(Refusal(Why.FULL, "full", retry_after=0.25))
+    assert response.status_code == 429
+    assert response.headers["retry-after"] == "1"
+    assert response.headers["x-retry-after"] == "0.250"
+
+
+def test_a_token_is_asked_for() -> None:
+    with serving(options=HttpOptions(port=0, token=TOKEN)) as server:
+        assert httpx.get(f"{server.url}/health").status_code == 200
+        assert httpx.get(f"{server.url}/robots").status_code == 401
+        for header in ("Bearer wrong", TOKEN, f"Basic {TOKEN}", "Bearer", "Bearer é"):
+            headers = {b"authorization": header.encode()}
+            assert httpx.get(f"{server.url}/robots", headers=headers).status_code == 401
+        with pytest.raises(ServerError, match="token"), Client(server.url) as client:
+            client.session()
+        with Client(server.url, token=TOKEN) as client, client.session() as session:
+            assert session.read()["robot"] == "planar2"
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "192.168.1.1", "::", "myhost"])
+def test_other_machines_are_not_let_in_without_a_token(host: str) -> None:
+    with pytest.raises(to.TrajoptError, match="token"):
+        HttpOptions(host=host)
+    HttpOptions(host=host, token=TOKEN)
+    with pytest.raises(to.TrajoptError, match="16"):
+        HttpOptions(token="short")
+
+
+def test_pages_of_other_sites_are_kept_out(server: Serving) -> None:
+    for name, value, status in (
+        ("origin", "http://evil.example", 403),
+        ("origin", "null", 403),
+        ("origin", server.url, 201),
+        ("host", "evil.example", 421),
+        ("host", f"localhost:{server.port}", 201),
+    ):
+        answer = httpx.post(f"{server.url}/sessions", headers={**POST, name: value}, json={})
+        assert answer.status_code == status, (name, value)
+
+
+def test_the_command_serves_logs_and_ends(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "trajopt",
+        "serve",
+        "--robot",
+        "planar2",
+        "--port",
+        "0",
+        "--workers",
+        "1",
+    ]
+    with (tmp_path / "log").open("w") as log:
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True, env=os.environ)
+        assert process.stdout is not None
+        try:
+            url = process.stdout.readline().split()[-1]
+            with Client(url) as client, client.session() as session:
+                session.read()
+                with pytest.raises(ServerError):
+                    session.plan({"gaol": {}})
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(30.0) == 0
+        finally:
+            process.kill()
+            process.stdout.close()
+            process.wait()
+    lines = [json.loads(line) for line in (tmp_path / "log").read_text().splitlines()]
+    requests = [line for line in lines if line["event"] == "request"]
+    assert [line["outcome"] for line in requests] == ["answered", "malformed"]
+    assert all(len(line["session"]) == 6 for line in requests)
+
+
+def test_the_command_refuses_to_be_open(capfd: pytest.CaptureFixture[str]) -> None:
+    command = [sys.executable, "-m", "trajopt", "serve", "--robot", "planar2", "--host", "0.0.0.0"]
+    environment = {key: value for key, value in os.environ.items() if key != "TRAJOPT_TOKEN"}
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60.0, env=environment, check=False)
+    assert done.returncode == 2
+    assert "token" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_the_limits_of_the_tests_are_smaller_than_those_of_everybody() -> None:
+    assert SMALL.body < type(SMALL)().body

@@ -1,0 +1,146 @@
+"""What can be asked of a session, once for both kinds of clients."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from trajopt.arrays import Value
+from trajopt.client.answers import Listener
+
+Reply = TypeVar("Reply")
+
+
+@dataclass(frozen=True, eq=False)
+class Call(Value):
+    """A request as it goes out.
+
+    Attributes:
+        method: HTTP's.
+        path: Below the server's address.
+        body: The arguments.
+        listener: Told how far it is; None where nobody listens.
+        timeout: Time that the server may take [s]; its own limit when None.
+        name: By which it can be cancelled; none where it is empty.
+    """
+
+    method: str
+    path: str
+    body: Mapping[str, Any] | None = None
+    listener: Listener | None = None
+    timeout: float | None = None
+    name: str = ""
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """What goes out beside the body."""
+        headers = {"x-request-name": self.name} if self.name else {}
+        return {**headers, "accept": "text/event-stream"} if self.listener is not None else headers
+
+    @property
+    def parameters(self) -> dict[str, str]:
+        """What goes into the address."""
+        return {} if self.timeout is None else {"timeout": f"{self.timeout:g}"}
+
+
+class SessionCalls(Generic[Reply]):
+    """What can be asked of a session: a robot in a scene that the server keeps.
+
+    Arguments and answers are plain data, in the words of the Python API; docs/server.md has them.
+
+    Attributes:
+        id: The session's id.
+        robot: Name of its robot.
+    """
+
+    def __init__(self, name: str, robot: str) -> None:
+        """Take the session's id."""
+        self.id, self.robot = name, robot
+
+    def _send(self, call: Call) -> Reply:
+        """Send a request."""
+        raise NotImplementedError
+
+    def ask(
+        self,
+        operation: str,
+        arguments: Mapping[str, Any] | None = None,
+        *,
+        listener: Listener | None = None,
+        timeout: float | None = None,
+        name: str = "",
+    ) -> Reply:
+        """Ask for any operation.
+
+        Args:
+            operation: Its name, such as "plan".
+            arguments: Plain data.
+            listener: Called with what the server says while it is done.
+            timeout: Time that the server may take [s].
+            name: By which `cancel` ends it from elsewhere.
+
+        Raises:
+            ServerError: If the server refuses it, or cannot be reached.
+        """
+        path = f"/sessions/{self.id}/{operation}"
+        return self._send(Call("POST", path, arguments or {}, listener, timeout, name))
+
+    def read(self) -> Reply:
+        """Return what is in the scene, and where the robot is."""
+        return self._send(Call("GET", f"/sessions/{self.id}"))
+
+    def edit(self, edits: Sequence[Mapping[str, Any]]) -> Reply:
+        """Change the scene: `[{"add": {"name": "post", "shape": {"box": {...}}}}]`; all edits or none."""
+        return self.ask("edit", {"edits": list(edits)})
+
+    def motions(self, motions: Sequence[Mapping[str, Any]]) -> Reply:
+        """Say how objects move: `[{"object": "box", "times": [...], "positions": [...]}]`."""
+        return self.ask("motions", {"motions": list(motions)})
+
+    def plan(
+        self,
+        problem: Mapping[str, Any],
+        *,
+        listener: Listener | None = None,
+        timeout: float | None = None,
+        name: str = "",
+        **options: Any,
+    ) -> Reply:
+        """Plan a problem in the words of the Python API.
+
+        Args:
+            problem: Its goal, group, start, constraints, ...
+            listener: Called with stage, attempt and the best motion so far.
+            timeout: Time that the server may take [s].
+            name: By which `cancel` ends it.
+            options: `certificate`, `seconds`, `improve`, `method`, `every_goal`, `free_duration`, `edits`.
+        """
+        arguments = {"problem": dict(problem), **options}
+        return self.ask("plan", arguments, listener=listener, timeout=timeout, name=name)
+
+    def plan_request(
+        self, request: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
+    ) -> Reply:
+        """Plan what a `moveit_msgs/MotionPlanRequest` asks; options as of `plan`."""
+        return self.ask("plan", {"request": dict(request), **options}, listener=listener)
+
+    def check(self, problem: Mapping[str, Any], trajectory: Mapping[str, Any]) -> Reply:
+        """Have a trajectory judged by what a problem requires."""
+        return self.ask("check", {"problem": dict(problem), "trajectory": dict(trajectory)})
+
+    def execute(
+        self, problem: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
+    ) -> Reply:
+        """Drive the simulated robot to a goal; the options are `speed`, `longest` and `edits`."""
+        return self.ask("execute", {"problem": dict(problem), **options}, listener=listener)
+
+    def stop(self) -> Reply:
+        """Stop the robot that is being driven."""
+        return self._send(Call("POST", f"/sessions/{self.id}/stop", {}))
+
+    def cancel(self, name: str) -> Reply:
+        """End a request of that name: a plan answers with what it has."""
+        return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{name}"))
+
+    def close(self) -> Reply:
+        """End the session."""
+        return self._send(Call("DELETE", f"/sessions/{self.id}"))

@@ -1,0 +1,18 @@
+"""What a server says no with."""
+
+from trajopt.errors import TrajoptError
+
+
+class ServerError(TrajoptError):
+    """A server did not answer what was asked.
+
+    Attributes:
+        status: HTTP's number of it; 0 where the server could not be reached.
+        kind: The server's word for it, such as "malformed" or "full".
+        reason: What was wrong, in a sentence.
+    """
+
+    def __init__(self, status: int, kind: str, reason: str) -> None:
+        """Keep all three."""
+        self.status, self.kind, self.reason = status, kind, reason
+        super().__init__(f"{kind}: {reason}")

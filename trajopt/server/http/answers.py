@@ -1,0 +1,155 @@
+"""Requests read with bounds, and answers: JSON at once, or server-sent events while it is done."""
+
+import asyncio
+from collections.abc import AsyncGenerator, Awaitable, Callable
+from typing import Any
+
+import msgspec
+from fastapi import Request, Response
+from fastapi.responses import StreamingResponse
+from starlette.requests import ClientDisconnect
+
+from trajopt.errors import TrajoptError
+from trajopt.server.job import Listener
+from trajopt.server.refusals import Refusal, Why
+from trajopt.server.service import Reply
+
+STATUS = {
+    Why.MALFORMED: 400,
+    Why.UNKNOWN: 404,
+    Why.TOO_LARGE: 413,
+    Why.BUSY: 409,
+    Why.FULL: 429,
+    Why.OUT_OF_TIME: 408,
+    Why.OUT_OF_MEMORY: 413,
+    Why.WORKER_LOST: 500,
+    Why.CANCELLED: 409,
+    Why.CLOSING: 503,
+    Why.FAILED: 500,
+}
+"""How HTTP calls each kind of refusal."""
+JSON = "application/json"
+EVENTS = "text/event-stream"
+ALIVE = 15.0
+"""Something is said at least so often, so that a client that is gone is missed [s]."""
+_ENCODER = msgspec.json.Encoder()
+Asking = Callable[[Listener | None], Awaitable[Reply]]
+"""Asks the service, with who is to be told how far it is."""
+
+
+def json_response(document: object, status: int = 200) -> Response:
+    """Return plain data as an answer."""
+    return Response(_ENCODER.encode(document), status, media_type=JSON)
+
+
+def refusal_response(error: TrajoptError) -> Response:
+    """Return why there is no answer."""
+    refusal = refusal_of(error)
+    response = json_response(refusal.as_dict(), STATUS[refusal.why])
+    if refusal.retry_after is not None:
+        # Whole seconds are all that HTTP knows; the exact number is for clients that read it.
+        response.headers["retry-after"] = str(max(1, round(refusal.retry_after)))
+        response.headers["x-retry-after"] = f"{refusal.retry_after:.3f}"
+    return response
+
+
+def refusal_of(error: TrajoptError) -> Refusal:
+    """Return an error as a refusal: what trajopt raises is about what was asked."""
+    return error if isinstance(error, Refusal) else Refusal(Why.MALFORMED, str(error))
+
+
+async def body_of(request: Request, most: int, seconds: float) -> bytes:
+    """Return the body of a request.
+
+    Raises:
+        Refusal: If it is too large, or does not come in time.
+    """
+    too_large = Refusal(Why.TOO_LARGE, f"a request has {most} bytes at most")
+    stated = request.headers.get("content-length", "0")
+    if not stated.isdigit():
+        raise Refusal(Why.MALFORMED, "content-length is no number")
+    if int(stated) > most:
+        raise too_large
+    parts, length = list[bytes](), 0
+    try:
+        async with asyncio.timeout(seconds):
+            async for part in request.stream():
+                length += len(part)
+                if length > most:
+                    raise too_large
+                parts.append(part)
+    except TimeoutError as error:
+        raise Refusal(Why.OUT_OF_TIME, f"the request was not all there after {seconds:g} s") from error
+    except ClientDisconnect as error:
+        raise Refusal(Why.CANCELLED, "the client has gone") from error
+    return b"".join(parts)
+
+
+async def answered(request: Request, ask: Asking) -> Response:
+    """Ask, and return the answer; who goes away cancels the request.
+
+    Args:
+        request: With `Accept: text/event-stream` feedback and answer come as events.
+        ask: Asks the service.
+    """
+    if EVENTS in request.headers.get("accept", ""):
+        headers = {"cache-control": "no-store", "x-accel-buffering": "no"}
+        return StreamingResponse(_events(ask), media_type=EVENTS, headers=headers)
+    task = asyncio.ensure_future(ask(None))
+    gone = asyncio.ensure_future(_gone(request))
+    try:
+        await asyncio.wait((task, gone), return_when=asyncio.FIRST_COMPLETED)
+        if not task.done():
+            task.cancel()
+        reply = await task
+    except TrajoptError as error:
+        return refusal_response(error)
+    except asyncio.CancelledError:
+        task.cancel()
+        if gone.done() and not gone.cancelled():
+            return refusal_response(Refusal(Why.CANCELLED, "the client has gone"))
+        raise
+    finally:
+        gone.cancel()
+    return Response(reply.body, media_type=JSON)
+
+
+async def _gone(request: Request) -> None:
+    """Wait until the client has gone."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
+
+
+async def _events(ask: Asking) -> AsyncGenerator[bytes]:
+    """Yield feedback as it comes, and the answer at the end."""
+    told: asyncio.Queue[bytes] = asyncio.Queue()
+    task = asyncio.ensure_future(ask(lambda raw: told.put_nowait(event("feedback", bytes(raw)))))
+    task.add_done_callback(lambda _: told.put_nowait(b""))
+    try:
+        while True:
+            try:
+                async with asyncio.timeout(ALIVE):
+                    said = await told.get()
+            except TimeoutError:
+                said = b":\n\n"
+            if not said:
+                break
+            yield said
+        try:
+            yield event("answer", (await task).body)
+        except TrajoptError as error:
+            yield event("refusal", _ENCODER.encode(refusal_of(error).as_dict()))
+    finally:
+        task.cancel()
+
+
+def event(name: str, body: bytes) -> bytes:
+    """Return a server-sent event; JSON as it is encoded here has no line breaks."""
+    return b"event: %b\ndata: %b\n\n" % (name.encode(), body)
+
+
+def plain(value: Any) -> Any:
+    """Return numbers that JSON cannot hold as null: limits of joints may be infinite."""
+    if isinstance(value, float) and value in (float("inf"), float("-inf")):
+        return None
+    return value

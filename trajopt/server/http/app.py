@@ -1,0 +1,241 @@
+"""The application: what can be asked over HTTP."""
+
+from collections.abc import Awaitable, Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import FileResponse
+from starlette.exceptions import HTTPException
+
+from trajopt.errors import TrajoptError
+from trajopt.io.files import parse_json
+from trajopt.server.http.answers import (
+    JSON,
+    STATUS,
+    answered,
+    body_of,
+    json_response,
+    refusal_response,
+)
+from trajopt.server.http.guard import Guard
+from trajopt.server.http.metrics import Metrics
+from trajopt.server.http.options import HttpOptions
+from trajopt.server.http.robots import robot_document
+from trajopt.server.operation import Lane, Operation
+from trajopt.server.refusals import Refusal, Why
+from trajopt.server.service import Cancellation, Service
+
+PAGES = Path(__file__).parent / "pages"
+LONGEST_NAME = 64
+"""Characters of a name that a client gives to a request."""
+READ = "read"
+"""The operation that has no arguments, and so no body."""
+DEFAULT = HttpOptions()
+Body = dict[str, Any]
+
+
+class Face:
+    """A service as HTTP sees it.
+
+    Attributes:
+        app: The application.
+    """
+
+    def __init__(self, service: Service, options: HttpOptions, metrics: Metrics | None) -> None:
+        """Add a route for everything."""
+        self._service, self._options, self._metrics = service, options, metrics
+        self._running: dict[tuple[str, str], Cancellation] = {}
+        self.app = FastAPI(
+            title="trajopt",
+            description="Motions of robot arms, planned and proven. Errors: `{error: {kind, reason}}`.",
+            docs_url=None,
+            redoc_url=None,
+        )
+        self.app.add_exception_handler(TrajoptError, _refused)
+        self.app.add_exception_handler(HTTPException, _no_such_thing)
+        self.app.add_exception_handler(Exception, _fault)
+        self._add("/health", self._health, "GET", "Whether the server does its work.")
+        self._add("/metrics", self._numbers, "GET", "Numbers for Prometheus.")
+        self._add("/robots", self._robots, "GET", "The robots: joints, limits, groups, states, frames.")
+        self._add("/sessions", self._create, "POST", "Begin a session: `{robot}`, the first one if left out.")
+        self._add("/sessions/{session}", self._read, "GET", "What is in the scene, where the robot is.")
+        self._add("/sessions/{session}", self._close, "DELETE", "End a session.")
+        self._add("/sessions/{session}/fork", self._fork, "POST", "Begin another with what this one holds.")
+        self._add("/sessions/{session}/stop", self._stop, "POST", "Stop the robot that is being driven.")
+        self._add(
+            "/sessions/{session}/requests/{request_name}",
+            self._cancel,
+            "DELETE",
+            "End a request that was sent with the header X-Request-Name; a plan answers with what it has.",
+        )
+        for name, operation in service.operations.items():
+            if name != READ and "/" not in name:
+                path = f"/sessions/{{session}}/{name}"
+                self._add(path, partial(self._ask, name), "POST", words_of(operation), body=True)
+        for path, file in (("/", "index.html"), ("/docs", "docs.html"), ("/page.js", "page.js")):
+            self.app.add_api_route(path, partial(_page, file), include_in_schema=False)
+        self.app.add_api_route("/page.css", partial(_page, "page.css"), include_in_schema=False)
+
+    def _add(
+        self,
+        path: str,
+        endpoint: Callable[..., Awaitable[Response]],
+        method: str,
+        words: str,
+        *,
+        body: bool = False,
+    ) -> None:
+        """Add a route, described for OpenAPI."""
+        extra: Body = {}
+        if "{session}" in path:
+            extra["parameters"] = [_path_parameter(name) for name in path.split("{")[1:]]
+        if body:
+            extra["requestBody"] = {"content": {JSON: {"schema": {"type": "object"}}}}
+        self.app.add_api_route(
+            path,
+            endpoint,
+            methods=[method],
+            summary=words.partition("\n")[0],
+            description=words,
+            name=f"{method} {path}",
+            openapi_extra=extra,
+            response_model=None,
+        )
+
+    async def _health(self) -> Response:
+        pools = self._service.pools
+        up = len(pools[Lane.PLANNING].pids)
+        well = bool(up) and not self._service.closing
+        return json_response({"healthy": well, "workers": up}, 200 if well else 503)
+
+    async def _numbers(self) -> Response:
+        text = b"" if self._metrics is None else self._metrics.text()
+        return Response(text, media_type="text/plain; version=0.0.4")
+
+    async def _robots(self) -> Response:
+        return json_response([robot_document(name, robot) for name, robot in self._service.robots.items()])
+
+    async def _create(self, request: Request) -> Response:
+        document = await self._document(request)
+        robot = document.pop("robot", "")
+        if document or not isinstance(robot, str):
+            raise Refusal(Why.MALFORMED, "a session begins with {robot: NAME}")
+        return self._session(self._service.create(robot).id, 201)
+
+    async def _document(self, request: Request) -> Body:
+        """Return the small mapping that a request holds; requests for workers are parsed by these."""
+        body = await body_of(request, 4096, self._options.transfer)
+        try:
+            document: object = parse_json(body.decode(), "request") if body else {}
+        except UnicodeDecodeError as error:
+            raise Refusal(Why.MALFORMED, "the request is no UTF-8 text") from error
+        if not isinstance(document, dict):
+            raise Refusal(Why.MALFORMED, "the request must be a mapping")
+        return cast(Body, document)
+
+    def _session(self, name: str, status: int = 200) -> Response:
+        session = self._service.sessions.get(name)
+        return json_response({"session": name, "robot": session.robot, "revision": session.revision}, status)
+
+    async def _read(self, request: Request, session: str) -> Response:
+        held = self._service.sessions.get(session)
+        return await answered(request, lambda told: self._service.ask(held, READ, listener=told))
+
+    async def _fork(self, session: str) -> Response:
+        return self._session(self._service.fork(self._service.sessions.get(session)).id, 201)
+
+    async def _close(self, session: str) -> Response:
+        self._service.sessions.remove(session)
+        return json_response({})
+
+    async def _stop(self, session: str) -> Response:
+        run = self._service.sessions.get(session).run
+        if run is not None:
+            run.cancel()
+        return json_response({"stopping": run is not None})
+
+    async def _cancel(self, session: str, request_name: str) -> Response:
+        self._service.sessions.get(session)
+        running = self._running.get((session, request_name))
+        if running is None:
+            raise Refusal(Why.UNKNOWN, "no request of that name is under way")
+        running()
+        return json_response({"cancelled": request_name})
+
+    async def _ask(self, operation: str, request: Request, session: str) -> Response:
+        held = self._service.sessions.get(session)
+        seconds = _seconds(request.query_params.get("timeout"))
+        body = await body_of(request, self._service.limits.body, self._options.transfer)
+        name = request.headers.get("x-request-name", "")[:LONGEST_NAME]
+        cancellation = Cancellation()
+        key = (session, name)
+        if name and key in self._running:
+            raise Refusal(Why.BUSY, "a request of that name is under way")
+
+        async def ask(told: Any) -> Any:
+            if name:
+                self._running[key] = cancellation
+            try:
+                return await self._service.ask(
+                    held, operation, body, seconds=seconds, listener=told, cancellation=cancellation
+                )
+            finally:
+                self._running.pop(key, None)
+
+        return await answered(request, ask)
+
+
+def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics | None = None) -> Guard:
+    """Return the application of a service.
+
+    Args:
+        service: The service.
+        options: Whom it lets in.
+        metrics: What `/metrics` shows.
+    """
+    return Guard(Face(service, options, metrics).app, options)
+
+
+def words_of(operation: Operation) -> str:
+    """Return what an operation says of itself."""
+    return " ".join((operation.run.__doc__ or "").split())
+
+
+def _path_parameter(text: str) -> Body:
+    return {"name": text.partition("}")[0], "in": "path", "required": True, "schema": {"type": "string"}}
+
+
+def _seconds(text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if not 0.0 < seconds < float("inf"):
+        raise Refusal(Why.MALFORMED, "timeout is a number of seconds, more than 0")
+    return seconds
+
+
+async def _page(file: str) -> Response:
+    policy = "default-src 'self'; img-src data:; frame-ancestors 'none'"
+    headers = {"content-security-policy": policy, "x-content-type-options": "nosniff"}
+    return FileResponse(PAGES / file, headers=headers)
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, TrajoptError)
+    return refusal_response(error)
+
+
+async def _no_such_thing(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    reason = "there is nothing at this address" if error.status_code == 404 else str(error.detail)
+    return json_response(Refusal(Why.UNKNOWN, reason).as_dict(), error.status_code)
+
+
+async def _fault(request: Request, error: Exception) -> Response:
+    refusal = Refusal(Why.FAILED, f"a fault of the server ({type(error).__name__})")
+    return json_response(refusal.as_dict(), STATUS[refusal.why])

@@ -1,0 +1,63 @@
+"""The guard: who calls the server by another name, from another site or without the token, is out."""
+
+import hmac
+from typing import TypeAlias
+
+from starlette.datastructures import Headers
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from trajopt.server.http.options import HttpOptions
+
+OPEN = ("/health", "/", "/page.js", "/page.css")
+"""What anybody may read: whether the server is there, and a page that knows nothing."""
+Denial: TypeAlias = tuple[int, str, str]
+"""A status, a kind and a reason."""
+
+
+class Guard:
+    """Lets through what may come in.
+
+    A page of another site could otherwise have a browser on this machine use the server: it would call it by
+    the site's name (rebound to this machine), or with the site as the origin.
+    """
+
+    def __init__(self, app: ASGIApp, options: HttpOptions) -> None:
+        """Guard an application."""
+        self._app, self._options = app, options
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or refuse it."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        denial = self._denial(Headers(scope=scope), scope["method"], scope["path"])
+        if denial is None:
+            await self._app(scope, receive, send)
+            return
+        status, kind, reason = denial
+        body = {"error": {"kind": kind, "reason": reason}}
+        headers = {"www-authenticate": "Bearer"} if status == 401 else None
+        await JSONResponse(body, status, headers)(scope, receive, send)
+
+    def _denial(self, headers: Headers, method: str, path: str) -> Denial | None:
+        options = self._options
+        host = headers.get("host", "").lower()
+        name = host.rpartition(":")[0] if host.rpartition(":")[2].isdigit() else host
+        if not options.token and name not in options.hosts:
+            return 421, "malformed", "the server is not known by that name"
+        origin = headers.get("origin", "")
+        if origin and origin.lower().partition("://")[2] != host:
+            return 403, "malformed", "pages of other sites may not use the server"
+        length = headers.get("content-length", "0")
+        kind = headers.get("content-type", "").partition(";")[0].strip().lower()
+        if method == "POST" and kind != "application/json" and (kind or length != "0"):
+            return 415, "malformed", "a request's body is application/json"
+        if options.token and path not in OPEN and not self._knows(headers.get("authorization", "")):
+            return 401, "malformed", "send the token: Authorization: Bearer TOKEN"
+        return None
+
+    def _knows(self, authorization: str) -> bool:
+        scheme, _, token = authorization.partition(" ")
+        right = hmac.compare_digest(token.encode(), self._options.token.encode())
+        return right and scheme.lower() == "bearer"

@@ -1,0 +1,82 @@
+"""What a request is about: the session's scene with what the request adds to it, and the problem in it."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from trajopt.io.document import Node
+from trajopt.model.reduced import ReducedModel, reduce_model
+from trajopt.model.stated import only_group, stated_start
+from trajopt.model.trajectory import Trajectory
+from trajopt.moveit.frames import world_names
+from trajopt.moveit.joint_trajectory import read_points
+from trajopt.moveit.motion_plan_request import RequestFile, request_of
+from trajopt.moveit.planning_scene import SceneFile
+from trajopt.moveit.robot_trajectory import read_joint_trajectory
+from trajopt.problem import Problem
+from trajopt.server.operations.edits import edited
+from trajopt.server.operations.words import called, value_of
+from trajopt.server.state import SessionState
+
+ABOUT = ("edits", "problem", "request")
+"""What says which problem is meant."""
+
+
+def changed(state: SessionState, arguments: Node) -> SessionState:
+    """Return what a session holds with the edits of a request, which are for this request alone."""
+    return edited(state, arguments["edits"])
+
+
+def request_in(state: SessionState, node: Node) -> RequestFile:
+    """Return what a `moveit_msgs/MotionPlanRequest` says in a session's scene."""
+    robot = state.scene.robot
+    return request_of(
+        node, SceneFile(Path("request"), state.scene, state.named_positions, world_names(robot), ())
+    )
+
+
+def problem_in(state: SessionState, arguments: Node) -> tuple[Problem, tuple[str, ...]]:
+    """Return the problem that a request is about, and notes on how it was read.
+
+    It is stated by `problem`, in the words of the Python API, or by `request`, MoveIt's message.
+
+    Raises:
+        FileFormatError: If there is neither, or both, or it does not say what it must.
+        TrajoptError: If it is no valid problem.
+    """
+    state = changed(state, arguments)
+    stated = [key for key in ("problem", "request") if arguments.has(key)]
+    if len(stated) != 1:
+        raise arguments.error("state the problem once: as `problem`, or as `request` (MoveIt's message)")
+    if stated == ["request"]:
+        read = request_in(state, arguments["request"])
+        return read.problem(), read.notes
+    node = arguments["problem"]
+    if node.has("costs") or node.has("scene"):
+        raise node.error("the scene is the session's, and costs are not for requests")
+    return called(Problem, node, scene=state.scene, start=state.positions), ()
+
+
+def reduced_in(state: SessionState, arguments: Node) -> ReducedModel:
+    """Return the robot in a session's scene, with only the joints of the group that a request names free."""
+    state = changed(state, arguments)
+    group = arguments["group"].text("") or only_group(state.scene.robot)
+    start = state.positions
+    if arguments.has("start"):
+        start = stated_start(state.scene.robot, group, value_of(arguments["start"]), degrees=False)
+    return reduce_model(state.scene, group, start)
+
+
+def trajectory_in(node: Node) -> Trajectory:
+    """Return a trajectory: joint names and points, or MoveIt's `RobotTrajectory`.
+
+    Raises:
+        FileFormatError: If it is neither.
+    """
+    if node.missing:
+        raise node.error("is missing")
+    return read_joint_trajectory(node) if node.has("joint_trajectory") else read_points(node)
+
+
+def at_start(state: SessionState, problem: Problem) -> SessionState:
+    """Return what a session holds with the robot where a problem begins."""
+    return replace(state, scene=problem.scene, positions=problem.start_positions)

@@ -1,0 +1,121 @@
+"""Driving the simulated robot along what is planned, with a supervisor that keeps it able to stop."""
+
+import time
+from dataclasses import replace
+
+from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.execution import SimulatedExecutor, Supervisor
+from trajopt.io.document import Node
+from trajopt.problem import Problem
+from trajopt.server.operation import Answer
+from trajopt.server.operations.asking import ABOUT, at_start, problem_in
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+
+CYCLE = 0.02
+"""Time from one look of the supervisor to the next, as its options have it [s]."""
+TELLING = 0.1
+"""Who watches a robot sees it move smoothly enough at so many seconds between two places [s]."""
+STOPPING = 5.0
+"""A robot that was told to stop stands after so long, or it never will [s]."""
+
+
+class Drive:
+    """The simulated robot of a session, on its way to a goal."""
+
+    def __init__(self, state: SessionState, problem: Problem, watch: Watch, speed: float) -> None:
+        """Put the robot where the problem begins, and ask for the goal."""
+        self._state, self._watch, self._speed = at_start(state, problem), watch, speed
+        self._arm = SimulatedExecutor(problem.scene, problem.start_positions)
+        self._supervisor = Supervisor(self._arm, problem)
+        self._supervisor.see(problem.scene, 0.0)
+        self._supervisor.go(problem)
+        self._events, self._last = 0, 0.0
+
+    def run(self, longest: float) -> Answer:
+        """Drive until there is nothing more to do, or so much simulated time is over [s]."""
+        begin = time.monotonic()
+        while self._going(longest):
+            scene = self._watch.changed()
+            if scene is not None:
+                self._supervisor.see(scene)
+            self._supervisor.cycle()
+            self._arm.advance(CYCLE)
+            self._tell()
+            if self._speed:
+                time.sleep(max(begin + self._arm.now() / self._speed - time.monotonic(), 0.0))
+        stopped = self._watch.cancel.is_set()
+        if stopped:
+            self._stop()
+        return self._answer(stopped=stopped)
+
+    def _going(self, longest: float) -> bool:
+        watch, supervisor = self._watch, self._supervisor
+        waiting = supervisor.blocked and not watch.heard
+        return (
+            supervisor.busy
+            and not waiting
+            and self._arm.now() < longest
+            and not watch.cancel.is_set()
+            and not self._arm.fault()
+        )
+
+    def _stop(self) -> None:
+        """Bring the robot to rest where that is proven."""
+        self._supervisor.stop()
+        until = self._arm.now() + STOPPING
+        while self._supervisor.moving and self._arm.now() < until:
+            self._supervisor.cycle()
+            self._arm.advance(CYCLE)
+
+    def _places(self) -> Floats:
+        robot = self._state.scene.robot
+        where = dict(zip(self._arm.joint_names, self._arm.truth().positions.tolist(), strict=True))
+        return robot.positions({**self._state.named_positions, **where})
+
+    def _tell(self) -> None:
+        events, now = self._supervisor.events[self._events :], self._arm.now()
+        if not events and now - self._last < TELLING:
+            return
+        self._events, self._last = len(self._supervisor.events), now
+        places = self._places()
+        names = self._state.scene.robot.joint_names
+        self._watch.tell(
+            {
+                "time": now,
+                "positions": dict(zip(names, places.tolist(), strict=True)),
+                "events": [{"time": e.time, "kind": e.kind.value, "words": e.words} for e in events],
+            },
+            places.tolist(),
+        )
+
+    def _answer(self, *, stopped: bool) -> Answer:
+        supervisor, places = self._supervisor, self._places()
+        events = supervisor.events
+        names = self._state.scene.robot.joint_names
+        return Answer(
+            {
+                "reached": not stopped and not supervisor.busy and not self._arm.fault(),
+                "stopped": stopped,
+                "duration": self._arm.now(),
+                "fault": self._arm.fault(),
+                "contacts": [str(each) for each in self._arm.contacts if each.allowance is None],
+                "positions": dict(zip(names, places.tolist(), strict=True)),
+                "events": [{"time": e.time, "kind": e.kind.value, "words": e.words} for e in events],
+            },
+            replace(self._state, positions=places),
+        )
+
+
+def execute(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Plan to a goal and drive the simulated robot there; what the session's scene becomes on the way counts.
+
+    `speed` is that of time: 1 as in the world, 0 as fast as the machine goes. Who cancels it stops the robot.
+    """
+    arguments.only((*ABOUT, "speed", "longest"))
+    problem, _ = problem_in(state, arguments)
+    speed, longest = arguments["speed"].number(1.0), arguments["longest"].number(60.0)
+    if speed < 0.0 or longest <= 0.0:
+        raise ProblemError("execute: speed must not be negative, and longest must be positive")
+    return Drive(state, problem, watch, speed).run(longest)

@@ -1,0 +1,68 @@
+"""Edits of a scene, in the words of the Python API: `{"add": {"name": "table", "shape": {"box": {...}}}}`."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, cast
+
+from trajopt.arrays import floats
+from trajopt.errors import ModelError, ProblemError
+from trajopt.io.document import Node
+from trajopt.model.scene import Scene
+from trajopt.server.operations.words import called, value_of
+from trajopt.server.state import SessionState
+
+SCENE_EDITS: Mapping[str, Callable[..., Scene]] = {
+    "add": Scene.add,
+    "remove": Scene.remove,
+    "move": Scene.move,
+    "attach": Scene.attach,
+    "detach": Scene.detach,
+    "allow": Scene.allow,
+    "allow_contact": Scene.allow_contact,
+    "with_clearance": Scene.with_clearance,
+    "with_margin": Scene.with_margin,
+    "with_motion": Scene.with_motion,
+    "with_tool": Scene.with_tool,
+}
+"""Methods of a scene that a request can name."""
+STAND = "stand"
+"""Puts the robot somewhere: the name of a state, joint -> position [rad | m], or positions of all joints."""
+
+
+def edited(state: SessionState, edits: Node) -> SessionState:
+    """Return what a session holds after edits, one after the other.
+
+    Args:
+        state: What it holds.
+        edits: A list of mappings, each with the name of an edit and its arguments. Where an object is
+            attached or detached, it is where the robot has it now, unless `placement` or `at` says otherwise.
+
+    Raises:
+        FileFormatError: If an edit is unknown, or its arguments do not fit.
+        ModelError: If an edit cannot be made; all or none of them are.
+    """
+    for node in edits.elements():
+        keys = node.only((*SCENE_EDITS, STAND)).keys()
+        if len(keys) != 1:
+            raise node.error("must hold one edit")
+        try:
+            state = _once(state, keys[0], node[keys[0]])
+        except (ModelError, ProblemError) as error:
+            raise node.error(str(error)) from error
+    return state
+
+
+def _once(state: SessionState, edit: str, node: Node) -> SessionState:
+    if edit == STAND:
+        where: Any = value_of(node)
+        robot = state.scene.robot
+        if isinstance(where, list):
+            given_positions = floats(STAND, cast("list[float]", where), (len(robot.joint_names),))
+            return replace(state, positions=robot.followed(given_positions))
+        return replace(state, positions=robot.positions(where))
+    given: dict[str, object] = {"self": state.scene}
+    if edit == "detach" or (edit == "attach" and not node.has("placement")):
+        given["at"] = state.positions
+    if node.has("self"):
+        raise node.error("unknown key self")
+    return replace(state, scene=called(SCENE_EDITS[edit], node, **given))

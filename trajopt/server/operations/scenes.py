@@ -1,0 +1,68 @@
+"""Reading and changing what a session holds."""
+
+from dataclasses import replace
+from typing import Any
+
+from trajopt.io.document import Node
+from trajopt.model.placement import Placement
+from trajopt.model.scene import Scene
+from trajopt.model.scene_object import SceneObject
+from trajopt.model.shapes import Shape
+from trajopt.moveit.motions import apply_motions
+from trajopt.server.operation import Answer
+from trajopt.server.operations.edits import edited
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+
+
+def edit(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Change the scene: `{"edits": [...]}`."""
+    state = edited(state, arguments.only(("edits",))["edits"])
+    return Answer(_description(state), state)
+
+
+def set_motions(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Say how objects move, appear and expire: `{"motions": [...]}`, as the file of `--motions` does."""
+    scene = apply_motions(arguments.only(("motions",))["motions"], state.scene)
+    state = replace(state, scene=scene)
+    return Answer(_description(state), state)
+
+
+def read(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Return what is in the scene, and where the robot is."""
+    arguments.only(())
+    return Answer(_description(state))
+
+
+def _description(state: SessionState) -> dict[str, object]:
+    scene = state.scene
+    return {
+        "robot": state.robot,
+        "positions": state.named_positions,
+        "objects": {name: _object(item, scene) for name, item in scene.objects.items()},
+    }
+
+
+def _object(item: SceneObject, scene: Scene) -> dict[str, object]:
+    return {
+        "frame": item.frame,
+        "placement": placement_document(item.placement),
+        "attached_to": scene.holder(item.name).link,
+        "parts": [{"shape": _shape(shape), "placement": placement_document(at)} for shape, at in item.parts],
+        "mass": item.mass,
+        "changes": not item.timing.always,
+        "notes": list(item.notes),
+    }
+
+
+def placement_document(where: Placement) -> dict[str, list[float]]:
+    """Return a placement as plain data: `xyz` [m] and `quaternion` (x, y, z, w)."""
+    return {"xyz": where.translation.tolist(), "quaternion": where.quaternion.tolist()}
+
+
+def _shape(shape: Shape) -> dict[str, Any]:
+    """Return a shape as plain data, in the words in which it is stated."""
+    sizes = vars(shape)
+    kept = ("x", "y", "z", "radius", "length", "vertices", "points", "faces")
+    plain = {key: getattr(sizes[key], "tolist", lambda key=key: sizes[key])() for key in kept if key in sizes}
+    return {type(shape).__name__.lower(): plain}

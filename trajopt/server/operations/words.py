@@ -1,0 +1,116 @@
+"""The words of the Python API as JSON: `{"frame_placement": {"frame": "tool0", "placement": {...}}}`.
+
+A mapping with one of these words and the arguments of the function of that name stands for what the function
+returns. Lists stand for sequences, and placements are written with the arguments of `placement`.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping
+from enum import Enum
+from functools import cache
+from typing import Any, cast, get_type_hints
+
+from trajopt.cartesian import arc_about, arc_through, circle, line, polyline, spline
+from trajopt.errors import shown
+from trajopt.io.document import Node
+from trajopt.model import requirements
+from trajopt.model.meshes.mesh_file import Mesh
+from trajopt.model.placement import placement
+from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
+from trajopt.model.tool_speed import tool_speed
+from trajopt.model.track import Prediction, Track
+
+PLACEMENT_FIELDS = frozenset(inspect.signature(placement).parameters)
+"""What a mapping has that stands for a placement."""
+
+
+def _mesh(vertices: Any, faces: Any) -> Mesh:
+    """Return triangles; vertices [m], and three indices of them for each face."""
+    return Mesh(vertices, faces)
+
+
+_STATED = (name for name in requirements.__all__ if name[0].islower())
+WORDS: Mapping[str, Callable[..., object]] = {
+    **{name: cast("Callable[..., object]", getattr(requirements, name)) for name in _STATED},
+    "tool_speed": tool_speed,
+    "placement": placement,
+    "box": Box,
+    "sphere": Sphere,
+    "cylinder": Cylinder,
+    "capsule": Capsule,
+    "cone": Cone,
+    "plane": Plane,
+    "convex": convex,
+    "mesh": _mesh,
+    "line": line,
+    "polyline": polyline,
+    "arc_about": arc_about,
+    "arc_through": arc_through,
+    "circle": circle,
+    "spline": spline,
+    "track": Track.through,
+    "prediction": Prediction,
+}
+"""What a request can say, each as the function of its name."""
+
+
+def value_of(node: Node) -> Any:
+    """Return what a part of a request stands for.
+
+    Raises:
+        FileFormatError: If an argument of a word is unknown or missing.
+        TrajoptError: If the function that a word names refuses its arguments.
+    """
+    value = node.value
+    if isinstance(value, list):
+        return [value_of(element) for element in node.elements()]
+    if not isinstance(value, dict):
+        return value
+    members = cast("dict[str, object]", value)
+    if members and members.keys() <= PLACEMENT_FIELDS:
+        return called(placement, node)
+    if len(members) == 1:
+        word, inside = next(iter(members.items()))
+        if word in WORDS and isinstance(inside, dict):
+            return called(WORDS[word], node[word])
+    return {key: value_of(node[key]) for key in members}
+
+
+def called(function: Callable[..., Any], node: Node, **given: object) -> Any:
+    """Call a function with the arguments that a mapping has.
+
+    Args:
+        function: The function.
+        node: The mapping.
+        given: Arguments for those that it leaves out.
+
+    Raises:
+        FileFormatError: If an argument is unknown or missing.
+        TrajoptError: If the function refuses them.
+    """
+    known, names = inspect.signature(function), _hints(function)
+    arguments = {key: value_of(node[key]) for key in node.only(known.parameters).keys()}
+    arguments = {**given, **arguments}
+    for name, kind in names.items():
+        value = arguments.get(name)
+        if isinstance(value, str) and inspect.isclass(kind) and issubclass(kind, Enum):
+            arguments[name] = _member(kind, node[name])
+    try:
+        bound = known.bind(**arguments)
+    except TypeError as error:
+        raise node.error(str(error)) from error
+    return function(*bound.args, **bound.kwargs)
+
+
+def _member(kind: type[Enum], node: Node) -> Enum:
+    """Return the member of an enumeration that a text names, as Python writes it."""
+    name = node.text()
+    if name not in kind.__members__:
+        raise node.error(f"unknown {shown(name)}; known: {', '.join(kind.__members__)}")
+    return kind[name]
+
+
+@cache
+def _hints(function: Callable[..., Any]) -> Mapping[str, Any]:
+    made: Any = function.__init__ if inspect.isclass(function) else function
+    return get_type_hints(made)

@@ -1,0 +1,49 @@
+"""A service with its faces, from the first to the last: until the process is told to end."""
+
+import asyncio
+import signal
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import TypeAlias
+
+from trajopt.model.robot import Robot
+from trajopt.server.limits import Limits
+from trajopt.server.service import OPERATIONS, Done, Service
+
+Face: TypeAlias = Callable[[Service, asyncio.Event], Awaitable[None]]
+"""Serves a started service until an event is set: one protocol on one port or several."""
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+async def run_faces(
+    robots: Mapping[str, Robot],
+    faces: Sequence[Face],
+    *,
+    limits: Limits,
+    modules: tuple[str, ...] = (OPERATIONS,),
+    observer: Callable[[Done], None] | None = None,
+) -> None:
+    """Start a service, serve it by all its faces, and end it when the process is told to, or a face fails.
+
+    Args:
+        robots: The robots by name.
+        faces: Its faces.
+        limits: What clients may take.
+        modules: Modules with the operations that the faces need.
+        observer: Called with each request that is over.
+
+    Raises:
+        OSError: If a face cannot listen where it should.
+        Refusal: If the workers do not come up.
+    """
+    stop, loop = asyncio.Event(), asyncio.get_running_loop()
+    for each in SIGNALS:
+        loop.add_signal_handler(each, stop.set)
+    try:
+        async with Service(robots, limits=limits, modules=modules, observer=observer) as service:
+            serving = [asyncio.ensure_future(face(service, stop)) for face in faces]
+            await asyncio.wait(serving, return_when=asyncio.FIRST_COMPLETED)
+            stop.set()
+            await asyncio.gather(*serving)
+    finally:
+        for each in SIGNALS:
+            loop.remove_signal_handler(each)
