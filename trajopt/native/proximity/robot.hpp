@@ -2,8 +2,8 @@
 #pragma once
 
 #include <pinocchio/algorithm/kinematics.hpp>
-#include <pinocchio/multibody/data.hpp>
 #include <pinocchio/multibody/model.hpp>
+#include <pinocchio/multibody/visitor.hpp>
 
 #include <cmath>
 #include <vector>
@@ -72,23 +72,50 @@ struct Robot {
   }
 };
 
-// Placements of all joints at one configuration; owns pinocchio's scratch, so one per thread.
+using Placements = pinocchio::container::aligned_vector<pinocchio::SE3>;
+
+// Places a joint on its parent: what pinocchio's forwardKinematics does of each.
+struct Placing : pinocchio::fusion::JointUnaryVisitorBase<Placing> {
+  using ArgsType = boost::fusion::vector<const pinocchio::Model&, const Eigen::VectorXd&, Placements&>;
+
+  template <typename JointModel>
+  static void algo(const pinocchio::JointModelBase<JointModel>& kind,
+                   pinocchio::JointDataBase<typename JointModel::JointDataDerived>& data, const pinocchio::Model& model,
+                   const Eigen::VectorXd& q, Placements& placed) {
+    const auto joint = kind.id(), parent = model.parents[kind.id()];
+    kind.calc(data.derived(), q);
+    const pinocchio::SE3 moved = model.jointPlacements[joint] * data.M();
+    if (parent > 0) {
+      placed[joint] = placed[parent] * moved;
+    } else {
+      placed[joint] = moved;
+    }
+  }
+};
+
+// Placements of all joints at one configuration; owns the joints' scratch, so one per thread. It does without
+// pinocchio's data of a model, which holds tensors as large as the cube of the number of joints: where time drives
+// three joints of each of fifty things these are a hundred megabytes, all of them set to zero.
 class Kinematics {
  public:
-  explicit Kinematics(const Robot& robot) : robot_(robot), data_(*robot.model), q_(robot.neutral()) {
-    data_.oMi[0].setIdentity();
+  explicit Kinematics(const Robot& robot)
+      : robot_(robot), q_(robot.neutral()), placed_(robot.joints(), pinocchio::SE3::Identity()) {
+    for (int joint = 1; joint < robot.joints(); ++joint) moved_.push_back(robot.model->joints[joint].createData());
   }
 
-  const pinocchio::container::aligned_vector<pinocchio::SE3>& operator()(const double* positions) {
+  const Placements& operator()(const double* positions) {
     robot_.configure(positions, q_);
-    pinocchio::forwardKinematics(*robot_.model, data_, q_);
-    return data_.oMi;
+    for (int joint = 1; joint < robot_.joints(); ++joint) {
+      Placing::run(robot_.model->joints[joint], moved_[joint - 1], Placing::ArgsType(*robot_.model, q_, placed_));
+    }
+    return placed_;
   }
 
  private:
   const Robot& robot_;
-  pinocchio::Data data_;
   Eigen::VectorXd q_;
+  Placements placed_;                                        // by joint
+  pinocchio::container::aligned_vector<pinocchio::JointData> moved_;  // by joint, the root left out
 };
 
 }  // namespace proximity
