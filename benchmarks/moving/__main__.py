@@ -6,7 +6,8 @@ crossing   each N-th problem of `crossings.py`, less those of `fixed_links.py`: 
            what moves, and waiting
 known      the baseline where neither ours nor waiting has a motion, and none is proven impossible
 cubes      the first N tests of `cubes.py` at each density: ours, then the baseline with ten times our CPU
-best       the baseline, ever shorter, on each 20th of the problems that cross (of those asked in `crossing`)
+best       the baseline, ever shorter, on each 20th, or other, of the problems that cross (of those asked in
+           `crossing`)
 
 Rows are kept in --out; what has one there is not asked again, unless its process died or its part is
 named in --anew. What `known` and `best` ask does not depend on ours. Build and change nothing meanwhile.
@@ -29,9 +30,6 @@ from benchmarks.rows import Rows
 from benchmarks.workers import Key, Row
 from benchmarks.workers import run as run_all
 
-OF_BEST = 20
-"""Each so many-th problem is taken for the comparison with the best."""
-
 
 def main() -> None:
     """Ask what has no row yet, and write the tables of all."""
@@ -42,6 +40,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="each so many-th of the problems that cross")
     parser.add_argument("--tests", type=int, default=50, help="of each number of cubes")
     parser.add_argument("--densities", default=",".join(map(str, DENSITIES)), help="numbers of cubes")
+    parser.add_argument("--best-every", type=int, default=20, help="each so many-th, for the best")
     parser.add_argument("--known-seconds", type=float, default=20.0, help="CPU time of the baseline")
     parser.add_argument("--best-seconds", type=float, default=60.0, help="CPU time of the baseline")
     parser.add_argument("--out", type=Path, default=Path("out/moving"), help="folder of the rows")
@@ -78,8 +77,7 @@ def main() -> None:
     if CUBES in parts:
         asked(rooms, 0.0, ("xarm7",))
     if BEST in parts:
-        all_keys = crossing_keys(ROBOTS, 1)
-        few = [key for key in all_keys[::OF_BEST] if key in set(chosen)]
+        few = [key for key in crossing_keys(ROBOTS, given.best_every) if key in set(chosen)]
         asked([_renamed(key, BEST) for key in few], given.best_seconds, robots)
     report = Report(rows.done, chosen, rooms, given.known_seconds, given.best_seconds)
     text = report.text()
