@@ -45,6 +45,7 @@ RETURNED = frozenset(
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
     SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
     Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion
+    RunViewer
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -159,6 +160,7 @@ def by_call() -> Mapping[str, Any]:
         "Recorder.source": played(),
         "Logbook.look.watched": Servo(ideal(), problem()),
         "write_recording.recording": recording(),
+        "view_run.recording": recording(),
         "guide.servo": Servo(ideal(), problem()),
         "guide.source": played(),
         "JointVelocities.velocities": {"joint1": 0.1},

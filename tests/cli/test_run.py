@@ -3,7 +3,10 @@
 import json
 from pathlib import Path
 
+import pytest
+
 from tests.cli.test_commands import common, folder, trajopt
+from tests.view.test_viewer import free_port
 
 __all__ = ["folder"]
 
@@ -26,3 +29,23 @@ def test_a_random_surprise_is_drawn_by_its_seed(folder: Path) -> None:
 def test_a_seed_that_is_none_is_refused(folder: Path) -> None:
     done = trajopt("run", *common(folder), "--surprises", "random:x")
     assert done.returncode == 2 and "takes a whole number" in done.stderr
+
+
+def test_a_run_is_shown_recorded_and_looked_at_again(folder: Path, tmp_path: Path) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    record, port = tmp_path / "run.json", str(free_port())
+    shown = ("--view", "--port", port, "--seconds", "0.1")
+    done = trajopt("run", *common(folder), "--record", record, *shown)
+    assert done.returncode == 0, done.stderr
+    assert f"open http://127.0.0.1:{port}" in done.stdout and "reached the goal" in done.stdout
+    assert json.loads(record.read_text())["format"] == "trajopt recording"
+    seen = trajopt("view", record, "--port", port, "--seconds", "0.1", "--json")
+    assert seen.returncode == 0 and json.loads(seen.stdout)["url"].startswith("http"), seen.stderr
+
+
+def test_a_recording_that_names_no_robot_needs_one(folder: Path, tmp_path: Path) -> None:
+    record = tmp_path / "run.json"
+    trajopt("run", *common(folder), "--record", record)
+    record.write_text(json.dumps({**json.loads(record.read_text()), "robot": {"name": "planar2"}}))
+    seen = trajopt("view", record, "--seconds", "0.1")
+    assert seen.returncode == 2 and "give --robot" in seen.stderr

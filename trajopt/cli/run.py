@@ -21,8 +21,10 @@ from trajopt.cli.options import (
     TorqueOption,
     read_files,
 )
+from trajopt.cli.watched import HostOption, PortOption, SecondsOption, watched
 from trajopt.errors import ProblemError, shown
 from trajopt.execution.random_surprise import random_surprise
+from trajopt.execution.recording_file import write_recording
 from trajopt.execution.run import Run
 from trajopt.execution.run import run as drive
 from trajopt.execution.surprises import NONE, Surprises, read_surprises
@@ -45,6 +47,12 @@ LongestOption = Annotated[float, typer.Option("--longest", help="Most seconds of
 OutOption = Annotated[
     Path | None, typer.Option("--out", help="Write everything, and how the robot moved, here as JSON.")
 ]
+RecordOption = Annotated[
+    Path | None, typer.Option("--record", help="Record the run here as JSON, for `trajopt view FILE`.")
+]
+ViewOption = Annotated[
+    bool, typer.Option("--view", help="Show the run in the browser while it goes on, in real time.")
+]
 PictureOption = Annotated[
     list[Path] | None,
     typer.Option("--picture", help="Draw what happened here: .png, .gif or .mp4 (repeatable)."),
@@ -65,6 +73,11 @@ def run(
     longest: LongestOption = 60.0,
     out: OutOption = None,
     picture: PictureOption = None,
+    record: RecordOption = None,
+    view: ViewOption = False,
+    port: PortOption = 8080,
+    host: HostOption = "127.0.0.1",
+    seconds: SecondsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Plan and drive the simulated robot. Exit status 0 reached, 1 not or a contact at fault, 2 bad input."""
@@ -74,7 +87,11 @@ def run(
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling)
     problem = read_files(source.load(), scene, request, motions)[1].problem()
     happening = _surprises(problem, surprises)
-    driven = drive(problem, surprises=happening, longest=longest)
+    with watched(problem, view=view, port=port, host=host, as_json=as_json) as page:
+        driven = drive(problem, surprises=happening, longest=longest, watch=page.look)
+        if record is not None:
+            write_recording(record, page.recording, source.as_dict())
+        page.linger(seconds)
     document = driven.as_dict()
     if out is not None:
         write_json(out, {**document, "measured": driven.measured.as_dict()})

@@ -1,7 +1,7 @@
-"""`trajopt view`: look at a plan in the browser."""
+"""`trajopt view`: look at a plan or a recorded run in the browser."""
 
 import json
-from typing import Annotated
+from pathlib import Path
 
 import typer
 
@@ -20,14 +20,12 @@ from trajopt.cli.planned import (
     OptionalScene,
     problem_of,
 )
+from trajopt.cli.watched import HostOption, PortOption, SecondsOption
+from trajopt.errors import FileFormatError
+from trajopt.execution.recording_file import RecordingFile
 from trajopt.moveit.trajectory_files import read_trajectory
+from trajopt.view import RunViewer, Viewer, view_run
 from trajopt.view import view as open_viewer
-
-PortOption = Annotated[int, typer.Option("--port", help="Port of the page.")]
-HostOption = Annotated[str, typer.Option("--host", help="Address that the page is served on.")]
-SecondsOption = Annotated[
-    float | None, typer.Option("--seconds", help="Close after this many seconds; Ctrl-C otherwise.")
-]
 
 
 def view(
@@ -44,13 +42,25 @@ def view(
     seconds: SecondsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show robot, scene and motion in the browser: slider over time, play, clearance readout."""
-    trajectory = read_trajectory(plan)
+    """Show a plan or a recorded run in the browser: slider over time, play, clearance readout."""
     source = None if robot is None else RobotSource(robot, srdf, limits, tuple(package_dir or ()))
-    reduced = problem_of(plan, source, scene, request, motions).reduced
-    viewer = open_viewer(reduced, trajectory.ordered(reduced.joint_names), port=port, host=host)
+    if RecordingFile.is_one(plan):
+        viewer: RunViewer | Viewer = _run(RecordingFile.open(plan), plan, source, port, host)
+    else:
+        trajectory = read_trajectory(plan)
+        reduced = problem_of(plan, source, scene, request, motions).reduced
+        viewer = open_viewer(reduced, trajectory.ordered(reduced.joint_names), port=port, host=host)
     typer.echo(json.dumps({"url": viewer.url}) if as_json else f"open {viewer.url} (Ctrl-C ends)")
     try:
         viewer.wait(seconds)
     finally:
         viewer.close()
+
+
+def _run(file: RecordingFile, path: Path, source: RobotSource | None, port: int, host: str) -> RunViewer:
+    """Show a recorded run, of the robot that is named or of that which the file names."""
+    if source is None:
+        if file.source is None:
+            raise FileFormatError(str(path), f"does not say where {file.robot_name} is from; give --robot")
+        source = RobotSource.from_dict(path, dict(file.source))
+    return view_run(file.read(source.load()), port=port, host=host)

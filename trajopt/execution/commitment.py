@@ -6,7 +6,7 @@ from trajopt.arrays import Printed
 from trajopt.execution.committed_motion import CommittedMotion
 from trajopt.execution.events import Kind
 from trajopt.execution.executor import Executor
-from trajopt.execution.guard import Guard, Seen, standing
+from trajopt.execution.guard import Guard, Seen, start_at
 from trajopt.execution.journal import Journal
 from trajopt.execution.soonest_stop import StopTaken, soonest_stop
 from trajopt.model.scene import Scene
@@ -74,7 +74,7 @@ class Commitment(Printed):
 
     def still_at(self, problem: Problem, at: float, scene: Scene) -> Problem:
         """Return a problem as if the robot stood in a scene where it will be at a time [s]."""
-        return standing(problem, self.motion, at, scene)
+        return start_at(problem, self.motion, at, scene)
 
     def stop(
         self, problem: Problem, along: Trajectory | None, why: str

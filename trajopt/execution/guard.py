@@ -167,7 +167,7 @@ def start_from(problem: Problem, positions: Floats, scene: Scene) -> Problem:
     return replace(problem, scene=scene, start=positions, start_velocity={}, start_acceleration={})
 
 
-def standing(problem: Problem, committed: CommittedMotion, time: float, scene: Scene) -> Problem:
+def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: Scene) -> Problem:
     """Return a problem as if the robot stood in a scene where it has to be at a time.
 
     Args:

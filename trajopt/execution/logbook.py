@@ -1,5 +1,6 @@
 """Logbook: what whoever drives a robot does, looked at after each cycle, for a view and for a recording."""
 
+from threading import Lock
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -56,7 +57,10 @@ class Watched(Protocol):
 
 
 class Logbook:
-    """What happened so far; `look` is called after each cycle of who is watched."""
+    """What happened so far; `look` is called after each cycle of who is watched.
+
+    It may be read in other threads.
+    """
 
     def __init__(self) -> None:
         """Begin empty."""
@@ -69,6 +73,7 @@ class Logbook:
         self._kept: tuple[Trajectory, ...] = ()
         self._start: Floats = np.zeros(0)
         self._columns: list[int] = []
+        self._lock = Lock()
 
     @checked
     def look(self, watched: Watched) -> None:
@@ -77,10 +82,14 @@ class Logbook:
         Raises:
             ProblemError: If it is another one than before.
         """
-        if self._watched is None:
-            self._begin(watched)
-        elif watched is not self._watched:
-            raise ProblemError("a logbook is of one robot: begin another one")
+        with self._lock:
+            if self._watched is None:
+                self._begin(watched)
+            elif watched is not self._watched:
+                raise ProblemError("a logbook is of one robot: begin another one")
+            self._look(watched)
+
+    def _look(self, watched: Watched) -> None:
         executor, now = watched.executor, watched.executor.now()
         if not self._times or now > self._times[-1]:
             self._times.append(now)
@@ -88,6 +97,16 @@ class Logbook:
         if not self._sightings or watched.seen is not self._sightings[-1].seen:
             self._sightings.append(Sighting(since=now if self._sightings else -np.inf, seen=watched.seen))
         self._note_motions(watched, now)
+
+    @property
+    def looks(self) -> int:
+        """How many times were written down."""
+        return len(self._times)
+
+    @property
+    def duration(self) -> float:
+        """From the first look to the last [s]; 0 before."""
+        return self._times[-1] - self._times[0] if self._times else 0.0
 
     @property
     def recording(self) -> Recording:
@@ -131,17 +150,18 @@ class Logbook:
 
     def _recording(self, latest: int) -> Recording:
         """Return the last entries of each kind, all where it is 0; of what was seen and happened, all."""
-        if self._watched is None:
-            raise ProblemError("nothing was looked at yet")
-        problem = self._watched.problem
-        return Recording(
-            group=problem.group,
-            start=self._start,
-            joint_names=problem.reduced.joint_names,
-            times=np.array(self._times[-latest:]),
-            positions=np.array(self._positions[-latest:]),
-            committed=self._committed[-latest:],
-            intended=self._intended[-latest:],
-            sightings=self._sightings,
-            events=tuple(self._watched.events),
-        )
+        with self._lock:
+            watched = self._watched
+            if watched is None:
+                raise ProblemError("nothing was looked at yet")
+            return Recording(
+                group=watched.problem.group,
+                start=self._start,
+                joint_names=watched.problem.reduced.joint_names,
+                times=np.array(self._times[-latest:]),
+                positions=np.array(self._positions[-latest:]),
+                committed=self._committed[-latest:],
+                intended=self._intended[-latest:],
+                sightings=self._sightings,
+                events=tuple(watched.events),
+            )

@@ -52,8 +52,8 @@ KINDS: Mapping[str, type[Any]] = {
     )
 }  # fmt: skip
 """What a file may hold."""
-PARTS = tuple(item.name for item in fields(Recording) if item.name != "sightings")
-WORLD = tuple(item.name for item in fields(Scene) if item.name != "robot")
+PARTS = tuple(name for name in (item.name for item in fields(Recording)) if name != "sightings")
+WORLD = tuple(name for name in (item.name for item in fields(Scene)) if name != "robot")
 
 
 @dataclass(frozen=True, eq=False)

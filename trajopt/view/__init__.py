@@ -1,6 +1,7 @@
 """Views of motions: in the browser, and as plots over time.
 
-`view` serves a page with the robot, its surroundings and a time slider (optional extra `view`);
+`view` serves a page with the robot, its surroundings and a time slider (optional extra `view`), `watch_run`
+one of a run while it goes on, `view_run` one of its recording;
 `plot_motion` writes an image, `plot_path_time` one of what is in the way when, `plot_reach` one of a reach
 map, `draw_explanation` one of what is in the way for good.
 Nothing else in trajopt depends on them.
@@ -10,5 +11,8 @@ from trajopt.view.explained import draw_explanation as draw_explanation
 from trajopt.view.path_time import plot_path_time as plot_path_time
 from trajopt.view.plots import plot_motion as plot_motion
 from trajopt.view.reach import plot_reach as plot_reach
+from trajopt.view.run_viewer import RunViewer as RunViewer
+from trajopt.view.run_viewer import view_run as view_run
+from trajopt.view.run_viewer import watch_run as watch_run
 from trajopt.view.viewer import Viewer as Viewer
 from trajopt.view.viewer import view as view

@@ -36,32 +36,53 @@ WITNESS_SIZE = 0.006
 class Drawing:
     """Robot, objects, floor, tool path and the line between the nearest points."""
 
-    def __init__(self, server: "ViserServer", reduced: ReducedModel, start: Kinematics) -> None:
+    def __init__(
+        self,
+        server: "ViserServer",
+        reduced: ReducedModel,
+        start: Kinematics,
+        *,
+        root: str = "",
+        robot: bool = True,
+        objects: bool = True,
+    ) -> None:
         """Draw everything where it is at the start.
 
         Args:
             server: Serves the page.
             reduced: Robot and scene, with joints that time drives where something changes with time.
             start: Where its joints are.
+            root: Name of the node that all hangs on, where a page has several; empty for that of the page.
+            robot: Whether to draw the robot and the floor.
+            objects: Whether to draw what else is in the scene.
         """
         self._server = server
         self._reduced = reduced
+        self._name = root
+        self._root = server.scene.add_frame(root, show_axes=False) if root else None
         self._halos: list[tuple[str, Halo, MeshHandle]] = []
         self._joints: list[FrameHandle] = [
-            server.scene.add_frame(_joint_node(joint), show_axes=False)
+            server.scene.add_frame(self._joint_node(joint), show_axes=False)
             for joint in range(1, reduced.model.njoints)
         ]
         self._collision: list[MeshHandle] = []
         self._objects: list[tuple[str, MeshHandle]] = []
-        self._draw_robot()
-        self._draw_objects()
-        self._draw_floor()
+        if robot:
+            self._draw_robot()
+            self._draw_floor()
+        if objects:
+            self._draw_objects()
         ends = np.zeros((1, 2, 3))
         self._line = server.scene.add_line_segments(
-            "/nearest/line", ends, palette.TOUCHING, thickness=3.0, thickness_units="screen", visible=False
+            f"{root}/nearest/line",
+            ends,
+            palette.TOUCHING,
+            thickness=3.0,
+            thickness_units="screen",
+            visible=False,
         )
         self._dots = server.scene.add_point_cloud(
-            "/nearest/points",
+            f"{root}/nearest/points",
             ends[0],
             palette.TOUCHING,
             point_size=WITNESS_SIZE,
@@ -71,12 +92,17 @@ class Drawing:
         )
         self.move(start)
 
+    def show(self, visible: bool) -> None:
+        """Show all that hangs on its root, or nothing of it."""
+        if self._root is not None:
+            self._root.visible = visible
+
     def move(self, kinematics: Kinematics) -> None:
         """Place all joints as in the first of the configurations."""
         with self._server.atomic():
             for joint, frame in enumerate(self._joints, start=1):
                 where = Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint])
-                frame.wxyz = _wxyz(where)
+                frame.wxyz = wxyz(where)
                 frame.position = where.translation
 
     def joint_placement(self, joint: str) -> Placement:
@@ -124,7 +150,7 @@ class Drawing:
             if timed.is_uncertain(body.owner) and has_halo(body):
                 around = halo(body.shape, body.placement)
                 handle = self._server.scene.add_mesh_simple(
-                    f"{_joint_node(body.joint)}/halo_{count}",
+                    f"{self._joint_node(body.joint)}/halo_{count}",
                     around.nearest,
                     around.faces,
                     color=colours[body.owner],
@@ -155,10 +181,10 @@ class Drawing:
             shapes = _readable(visuals)
             bodies = [body for body in self._reduced.bodies if body.owner == link]
             for count, (visual, shape) in enumerate(shapes):
-                node = f"{_joint_node(joint)}/link_{number}_visual_{count}"
+                node = f"{self._joint_node(joint)}/link_{number}_visual_{count}"
                 self._mesh(node, shape, where * visual.placement, _colour(visual, plain))
             for count, body in enumerate(bodies):
-                node = f"{_joint_node(joint)}/link_{number}_collision_{count}"
+                node = f"{self._joint_node(joint)}/link_{number}_collision_{count}"
                 if shapes:
                     handle = self._mesh(node, body.shape, body.placement, palette.COLLISION, opacity=0.45)
                     handle.visible = False
@@ -172,7 +198,7 @@ class Drawing:
             if body.owner in names:
                 number = names.index(body.owner)
                 colour = palette.GROUND if isinstance(body.shape, Plane) else colours[body.owner]
-                node = f"{_joint_node(body.joint)}/object_{number}_part_{count}"
+                node = f"{self._joint_node(body.joint)}/object_{number}_part_{count}"
                 self._objects.append((body.owner, self._mesh(node, body.shape, body.placement, colour)))
 
     def _colours(self) -> dict[str, Rgb]:
@@ -198,6 +224,9 @@ class Drawing:
             position=(0.0, 0.0, min(lowest, 0.0)),
         )
 
+    def _joint_node(self, joint: int) -> str:
+        return f"{self._name}/joint_{joint}" if joint else f"{self._name}/world"
+
     def _mesh(
         self, node: str, shape: Shape, where: Placement, colour: Rgb, *, opacity: float | None = None
     ) -> "MeshHandle":
@@ -211,13 +240,9 @@ class Drawing:
             opacity=opacity,
             side="double",
             cast_shadow=not isinstance(shape, Plane),
-            wxyz=_wxyz(where),
+            wxyz=wxyz(where),
             position=where.translation,
         )
-
-
-def _joint_node(joint: int) -> str:
-    return f"/joint_{joint}" if joint else "/world"
 
 
 def _readable(visuals: list[LinkGeometry]) -> list[tuple[LinkGeometry, Shape]]:
@@ -248,6 +273,7 @@ def _lowest(body: FixedBody) -> float:
     return float(centre[2] - np.abs(body.placement.rotation[2]) @ half)
 
 
-def _wxyz(where: Placement) -> Floats:
+def wxyz(where: Placement) -> Floats:
+    """Return a placement's quaternion in the order of the page, (w, x, y, z)."""
     x, y, z, w = where.quaternion
     return np.array((w, x, y, z))

@@ -47,6 +47,9 @@ TOUCHING: Rgb = (0xB0, 0x1C, 0x2E)
 TOOL_PATH: Rgb = (0xAA, 0x33, 0x77)
 """For the path of the tool."""
 
+STOP: Rgb = (0xE0, 0x8A, 0x00)
+"""For where a robot would come to rest if nothing more came."""
+
 
 def hexadecimal(colour: Rgb) -> str:
     """Return a colour as "#rrggbb"."""

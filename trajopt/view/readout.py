@@ -1,10 +1,12 @@
-"""The page's readout: the clearance and the joints, as HTML."""
+"""The page's readout: the clearance, the joints and what happened, as HTML."""
 
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.execution.events import Event
 from trajopt.model.limits import JointLimits
 from trajopt.view.clearance import Nearest
 from trajopt.view.palette import NARROW, SAFE, TOUCHING, hexadecimal
@@ -52,6 +54,23 @@ def joints_html(limits: JointLimits, positions: Floats, revolute: tuple[bool, ..
         f'<div style="{_BLOCK}"><b>Joints</b>'
         f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table></div>'
     )
+
+
+def events_html(events: Sequence[Event], shown: int) -> str:
+    """Return the last events, the latest at the top.
+
+    Args:
+        events: In the order of time.
+        shown: How many of them.
+    """
+    rows = [
+        f'<tr><td style="text-align:right;padding-right:0.8em;vertical-align:top">{event.time:.2f} s</td>'
+        f"<td><b>{escape(event.kind.value)}</b>{': ' + escape(event.words) if event.words else ''}</td></tr>"
+        for event in reversed(events[-shown:])
+    ]
+    more = f"<br>and {len(events) - shown} before" if len(events) > shown else ""
+    table = f'<table style="border-collapse:collapse">{"".join(rows)}</table>' if rows else "<br>none yet"
+    return f'<div style="{_BLOCK}"><b>Events</b>{table}{more}</div>'
 
 
 def decimal(value: float) -> str:

@@ -2,16 +2,12 @@
 
 import atexit
 import threading
-import time
-from contextlib import redirect_stdout
-from io import StringIO
-from socket import create_server
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from trajopt.arrays import Floats, one_of
-from trajopt.errors import MissingExtra, ProblemError, ShapeError, shown
+from trajopt.arrays import Floats
+from trajopt.errors import ShapeError, shown
 from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
@@ -19,16 +15,15 @@ from trajopt.model.trajectory import Trajectory
 from trajopt.query import Kinematics
 from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing
+from trajopt.view.playback import Playback
 from trajopt.view.readout import clearance_html, joints_html
+from trajopt.view.server import address_of, close_server, open_server
 
 if TYPE_CHECKING:
-    from viser import GuiEvent, GuiSliderHandle, ViserServer
+    from viser import ViserServer
 
-FRAME_TIME = 1 / 30
-"""Time between two frames while playing [s]."""
 ASPECT = 1.0
 """Width over height that the motion is framed for: that of what the controls leave free in the middle."""
-LAST_PORT = 65535
 
 
 @overload
@@ -62,35 +57,9 @@ def view(
         ShapeError: If the trajectory moves other joints than the group's.
     """
     reduced, trajectory = model_and_trajectory("view", motion, trajectory)
-    try:
-        from viser import ViserServer
-    except ImportError as error:
-        raise MissingExtra("viser", "view") from error
     if trajectory.joint_names != reduced.joint_names:
         raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
-    _check_address(one_of("host", host, str), port)
-    with _unannounced():
-        server = ViserServer(host, port, "trajopt", verbose=False)
-    return Viewer(server, reduced, trajectory)
-
-
-def _unannounced() -> redirect_stdout[StringIO]:
-    """Keep viser's own announcements, which `verbose` does not stop, out of the caller's output."""
-    return redirect_stdout(StringIO())
-
-
-def _check_address(host: str, port: int) -> None:
-    """Refuse addresses that cannot be served on: the server would wait for its own start.
-
-    Raises:
-        ProblemError: If the port is not a port number, or the address is not this machine's.
-    """
-    if type(port) is not int or not 0 <= port <= LAST_PORT:
-        raise ProblemError(f"port must be a whole number from 0 to {LAST_PORT}, is {shown(port)}")
-    try:
-        create_server((host, 0)).close()
-    except (OSError, UnicodeError) as error:
-        raise ProblemError(f"view: nothing can be served on host {shown(host)}: {error}") from error
+    return Viewer(open_server(host, port), reduced, trajectory)
 
 
 class Viewer:
@@ -102,14 +71,11 @@ class Viewer:
 
     def __init__(self, server: "ViserServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
         """Draw the scene and the controls, and show the beginning."""
-        host = "localhost" if server.get_host() == "0.0.0.0" else server.get_host()
-        self.url = f"http://{host}:{server.get_port()}"
+        self.url = address_of(server)
         self._server = server
         self._reduced = reduced
         self._trajectory = trajectory
-        self._time = 0.0
-        self._lock = threading.RLock()
-        self._playing, self._closed = threading.Event(), threading.Event()
+        self._closed = threading.Event()
         self._clearance = ClearanceQuery(reduced, trajectory.duration)
         start = self._kinematics(0.0)
         self._drawing = Drawing(server, self._clearance.reduced, start)
@@ -120,21 +86,20 @@ class Viewer:
         turns = np.linalg.norm(start.jacobian[0, 3:], axis=0) > 0.5
         columns = [list(reduced.model.names).index(name) - 1 for name in reduced.joint_names]
         self._revolute = tuple(bool(turns[column]) for column in columns)
+        self._playback = Playback(server, trajectory.duration, self._draw)
         self._add_controls()
-        self._refresh(0.0)
+        self._playback.refresh(0.0)
         atexit.register(self.close)  # runs before viser's own, which would announce it
-        self._player = threading.Thread(target=self._play, name="trajopt viewer", daemon=True)
-        self._player.start()
 
     @property
     def time(self) -> float:
         """Time that is shown [s]."""
-        return self._time
+        return self._playback.time
 
     @property
     def positions(self) -> Floats:
         """Positions of the group's joints that are shown, shape (n,) [rad | m]."""
-        return self._trajectory(self._time)
+        return self._trajectory(self.time)
 
     @property
     def nearest(self) -> Nearest | None:
@@ -149,23 +114,15 @@ class Viewer:
     @checked
     def show(self, t: float) -> None:
         """Show the motion at a time [s], clipped to its duration."""
-        with self._lock:
-            self._refresh(t)
-            self._slider.value = self._time
+        self._playback.show(t)
 
     def play(self) -> None:
         """Play the motion, from the beginning if it is at its end."""
-        with self._lock:
-            if self._time >= self._trajectory.duration:
-                self.show(0.0)
-            self._button.label = "Pause"
-            self._playing.set()
+        self._playback.play()
 
     def pause(self) -> None:
         """Stop where the motion is."""
-        with self._lock:
-            self._button.label = "Play"
-            self._playing.clear()
+        self._playback.pause()
 
     @checked
     def wait(self, seconds: float | None = None) -> None:
@@ -177,15 +134,13 @@ class Viewer:
 
     def close(self) -> None:
         """Stop serving the page."""
-        with self._lock:
+        with self._playback.lock:
             if self._closed.is_set():
                 return
             self._closed.set()
-            self._playing.set()
         atexit.unregister(self.close)
-        self._player.join()  # its frames would hold native objects beyond the interpreter's end
-        with _unannounced():
-            self._server.stop()
+        self._playback.close()
+        close_server(self._server)
 
     def __repr__(self) -> str:
         """Say where the page is."""
@@ -208,33 +163,11 @@ class Viewer:
         camera.fov = float(FIELD_OF_VIEW)
 
     def _add_controls(self) -> None:
-        gui, duration = self._server.gui, self._trajectory.duration
-        gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(0x44, 0x77, 0xAA))
-        step = 0.01 if duration > 1.0 else 0.001
-        # The last step may lie beyond the end, which is what it shows then.
-        last = round(float(np.ceil(duration / step)) * step, 3)
-        self._slider = gui.add_slider("time [s]", 0.0, last, step, 0.0)
-        self._button = gui.add_button("Play")
-        self._speed = gui.add_slider("speed", 0.1, 2.0, 0.1, 1.0)
+        gui = self._server.gui
         shapes = gui.add_checkbox("collision shapes", False)
         through = gui.add_checkbox("see through objects", False)
         self._clearance_text = gui.add_html("")
         self._joints_text = gui.add_html("")
-
-        @self._slider.on_update
-        def _(event: "GuiEvent[GuiSliderHandle[float]]") -> None:
-            if event.client is not None:
-                self.pause()
-                with self._lock:
-                    # Events may overtake each other: the slider itself holds the last value.
-                    self._refresh(self._slider.value)
-
-        @self._button.on_click
-        def _(_: object) -> None:
-            if self._playing.is_set():
-                self.pause()
-            else:
-                self.play()
 
         @shapes.on_update
         def _(_: object) -> None:
@@ -245,38 +178,19 @@ class Viewer:
             everything = self._reduced.scene.objects
             self._drawing.make_translucent(everything if through.value else self._hiding)
 
-    def _refresh(self, t: float) -> None:
-        """Move everything but the slider to a time."""
-        with self._lock:
-            shown = min(max(float(t), 0.0), self._trajectory.duration)
-            positions = self._trajectory(shown)
-            kinematics, timed = self._kinematics(shown), self._clearance.timed
-            self._nearest = self._clearance.nearest(shown, positions)
-            with self._server.atomic():
-                self._drawing.move(kinematics)
-                if timed is not None:
-                    self._drawing.show_changing(timed, shown)
-                self._drawing.point_out(self._nearest)
-            self._clearance_text.content = clearance_html(self._nearest)
-            self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
-            self._time = shown
+    def _draw(self, t: float) -> None:
+        """Show everything but the slider at a time of the motion."""
+        positions = self._trajectory(t)
+        kinematics, timed = self._kinematics(t), self._clearance.timed
+        self._nearest = self._clearance.nearest(t, positions)
+        with self._server.atomic():
+            self._drawing.move(kinematics)
+            if timed is not None:
+                self._drawing.show_changing(timed, t)
+            self._drawing.point_out(self._nearest)
+        self._clearance_text.content = clearance_html(self._nearest)
+        self._joints_text.content = joints_html(self._reduced.limits, positions, self._revolute)
 
     def _kinematics(self, t: float) -> Kinematics:
         seen = self._clearance
         return seen.query.kinematics(seen.positions(np.array([t]), self._trajectory(t)[None]))
-
-    def _play(self) -> None:
-        """Advance while playing (body of the thread)."""
-        last = time.monotonic()
-        while not self._closed.is_set():
-            if not self._playing.is_set():
-                self._playing.wait()
-                last = time.monotonic()
-            now = time.monotonic()
-            with self._lock:
-                if self._playing.is_set() and not self._closed.is_set():
-                    self.show(self._time + (now - last) * self._speed.value)
-                    if self._time >= self._trajectory.duration:
-                        self.pause()
-            last = now
-            self._closed.wait(FRAME_TIME)

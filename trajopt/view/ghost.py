@@ -1,0 +1,61 @@
+"""A ghost: the robot, and what it carries, once more, translucent, where it will be."""
+
+from typing import TYPE_CHECKING
+
+from trajopt.model.placement import Placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.query import Kinematics
+from trajopt.view.drawing import wxyz
+from trajopt.view.palette import Rgb
+from trajopt.view.surface import surface
+
+if TYPE_CHECKING:
+    from viser import FrameHandle, ViserServer
+
+OPACITY = 0.22
+"""Of a ghost: faint enough for the robot, and for two ghosts, to be seen through it."""
+
+
+class Ghost:
+    """The robot by its collision shapes, which are few and convex, in one colour."""
+
+    def __init__(self, server: "ViserServer", reduced: ReducedModel, name: str, colour: Rgb) -> None:
+        """Prepare it; nothing is shown yet.
+
+        Args:
+            server: Serves the page.
+            reduced: The robot, and what it carries.
+            name: Of its node.
+            colour: Of all of it.
+        """
+        self._server = server
+        self._root = server.scene.add_frame(f"/{name}", show_axes=False, visible=False)
+        moved = sorted({body.joint for body in reduced.bodies if body.joint})
+        self._joints: list[tuple[int, FrameHandle]] = [
+            (joint, server.scene.add_frame(f"/{name}/joint_{joint}", show_axes=False)) for joint in moved
+        ]
+        for count, body in enumerate(reduced.bodies):
+            if body.joint:
+                skin = surface(body.shape)
+                server.scene.add_mesh_simple(
+                    f"/{name}/joint_{body.joint}/body_{count}",
+                    skin.vertices,
+                    skin.faces,
+                    color=colour,
+                    flat_shading=not skin.smooth,
+                    opacity=OPACITY,
+                    side="front",
+                    cast_shadow=False,
+                    wxyz=wxyz(body.placement),
+                    position=body.placement.translation,
+                )
+
+    def stand(self, kinematics: Kinematics | None) -> None:
+        """Place it as in the last of the configurations; hide it where there is none."""
+        with self._server.atomic():
+            self._root.visible = kinematics is not None
+            if kinematics is None:
+                return
+            for joint, frame in self._joints:
+                where = Placement(kinematics.rotation[-1, joint], kinematics.translation[-1, joint])
+                frame.wxyz, frame.position = wxyz(where), where.translation

@@ -1,0 +1,133 @@
+"""Playback: a slider over time, a button that plays, and a speed."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from viser import GuiEvent, GuiSliderHandle, ViserServer
+
+FRAME_TIME = 1 / 30
+"""Time between two frames while playing [s]."""
+
+
+class Playback:
+    """Shows something at times from 0 to a duration: scrubbed by hand, or played.
+
+    Attributes:
+        time: What is shown [s].
+        lock: Held while something is drawn.
+    """
+
+    def __init__(
+        self,
+        server: "ViserServer",
+        duration: float,
+        draw: Callable[[float], None],
+        taken: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Add the controls; nothing is drawn yet.
+
+        Args:
+            server: Serves the page.
+            duration: The last time [s].
+            draw: Draws everything but the slider at a time [s].
+            taken: Called when somebody takes the slider, or plays.
+        """
+        self.time, self.lock = 0.0, threading.RLock()
+        self._duration, self._draw = duration, draw
+        self._playing, self._closed = threading.Event(), threading.Event()
+        gui = server.gui
+        step = 0.01 if duration > 1.0 else 0.001
+        # The last step may lie beyond the end, which is what it shows then.
+        self._slider = gui.add_slider("time [s]", 0.0, _last(duration, step), step, 0.0)
+        self._button = gui.add_button("Play")
+        self._speed = gui.add_slider("speed", 0.1, 2.0, 0.1, 1.0)
+
+        @self._slider.on_update
+        def _(event: "GuiEvent[GuiSliderHandle[float]]") -> None:
+            if event.client is not None:
+                taken()
+                self.pause()
+                with self.lock:
+                    # Events may overtake each other: the slider itself holds the last value.
+                    self.refresh(self._slider.value)
+
+        @self._button.on_click
+        def _(_: object) -> None:
+            if self._playing.is_set():
+                self.pause()
+            else:
+                taken()
+                self.play()
+
+        self._player = threading.Thread(target=self._play, name="trajopt viewer", daemon=True)
+        self._player.start()
+
+    @property
+    def playing(self) -> bool:
+        """Whether it plays."""
+        return self._playing.is_set()
+
+    def show(self, t: float) -> None:
+        """Show a time [s], clipped to the duration."""
+        with self.lock:
+            self.refresh(t)
+            self._slider.value = self.time
+
+    def refresh(self, t: float) -> None:
+        """Show a time [s] without moving the slider."""
+        with self.lock:
+            self.time = min(max(float(t), 0.0), self._duration)
+            self._draw(self.time)
+
+    def lengthen(self, duration: float) -> None:
+        """Let there be more to show [s]."""
+        with self.lock:
+            self._duration = duration
+            self._slider.max = max(_last(duration, self._slider.step), self._slider.max)
+
+    def play(self) -> None:
+        """Play, from the beginning if it is at its end."""
+        with self.lock:
+            if self.time >= self._duration:
+                self.show(0.0)
+            self._button.label = "Pause"
+            self._playing.set()
+
+    def pause(self) -> None:
+        """Stop where it is."""
+        with self.lock:
+            self._button.label = "Play"
+            self._playing.clear()
+
+    def close(self) -> None:
+        """End the thread that plays: its frames would hold native objects beyond the interpreter's end."""
+        with self.lock:
+            self._closed.set()
+            self._playing.set()
+        self._player.join()
+
+    def _play(self) -> None:
+        """Advance while playing (body of the thread)."""
+        last = time.monotonic()
+        while not self._closed.is_set():
+            if not self._playing.is_set():
+                self._playing.wait()
+                last = time.monotonic()
+            now = time.monotonic()
+            with self.lock:
+                if self._playing.is_set() and not self._closed.is_set():
+                    self.show(self.time + (now - last) * self._speed.value)
+                    if self.time >= self._duration:
+                        self.pause()
+            last = now
+            self._closed.wait(FRAME_TIME)
+
+
+def _last(duration: float, step: float) -> float:
+    """Return where a slider ends that has to come to a duration [s]."""
+    return round(float(np.ceil(duration / step)) * step, 3)
