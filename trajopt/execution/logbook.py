@@ -1,5 +1,6 @@
 """Logbook: what whoever drives a robot does, looked at after each cycle, for a view and for a recording."""
 
+from collections.abc import Sequence
 from threading import Lock
 from typing import Protocol, runtime_checkable
 
@@ -36,7 +37,7 @@ class Watched(Protocol):
         ...
 
     @property
-    def events(self) -> list[Event]:
+    def events(self) -> Sequence[Event]:
         """What happened, in order."""
         ...
 

@@ -1,6 +1,6 @@
 """run(problem): a problem planned, driven in the simulated world among surprises, and measured."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Protocol, TypeVar
@@ -31,15 +31,17 @@ PERCENTILES = (("p50", 50.0), ("p99", 99.0), ("p99.9", 99.9), ("max", 100.0))
 
 
 class Pilot(Protocol):
-    """Tells an executor what to drive: a `Supervisor`, or something that is compared with it.
+    """Tells an executor what to drive: a `Supervisor`, or something that is compared with it."""
 
-    Attributes:
-        events: What happened, in order.
-        seconds: CPU time that each stage took, each time [s].
-    """
+    @property
+    def events(self) -> Sequence[Event]:
+        """What happened, in order."""
+        ...
 
-    events: list[Event]
-    seconds: dict[str, list[float]]
+    @property
+    def seconds(self) -> Mapping[str, Sequence[float]]:
+        """CPU time that each stage took, each time [s]."""
+        ...
 
     @property
     def busy(self) -> bool:
