@@ -71,6 +71,23 @@ def test_what_stands_in_the_way_for_good_leaves_none(table: to.Scene) -> None:
     assert searched(stage(whole, checks=3000), names(whole), np.random.default_rng(0)) is None
 
 
+def test_a_goal_that_is_never_free_in_time_is_seen_at_once(swept: to.Scene) -> None:
+    soon = replace(stage(program(swept)), latest=1.9)
+    assert searched(soon, names(program(swept)), np.random.default_rng(3)) is None
+    assert soon.checks > 39_000
+
+
+def test_a_goal_that_is_seldom_free_is_reached_then(table: to.Scene) -> None:
+    goal = table.placement_of("panda_hand", table.robot.positions(GOAL))
+    # Between two of the evenly spaced times at which the tree would begin.
+    scene = table.add("early", to.Sphere(0.12), goal, expires=2.6).add(
+        "late", to.Sphere(0.12), goal, appears=2.8
+    )
+    whole = program(scene)
+    path = searched(stage(whole), names(whole), np.random.default_rng(3))
+    assert path is not None and 2.6 <= path.duration <= 2.8
+
+
 def test_it_ends_when_it_is_told_to(swept: to.Scene) -> None:
     whole, over = program(swept), Event()
     over.set()

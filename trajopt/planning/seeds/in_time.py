@@ -12,7 +12,7 @@ from math import ceil
 
 import numpy as np
 
-from trajopt.arrays import Floats, Printed
+from trajopt.arrays import Bools, Floats, Printed
 from trajopt.model.limits import JointLimits
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.seeds.sampled import STEP, SURE, TURN
@@ -26,6 +26,8 @@ NUDGE = 0.1
 """How far joints are moved to see how far that moves bodies [rad | m]."""
 MOMENTS = 400
 """At which it is looked how far things move."""
+LOOK = 0.02
+"""Time between two looks at the goal, where it is seldom free [s]: at 1 m/s things move by 2 cm."""
 ROOTS = 8
 """Times of the goal that the second tree begins with; one is added after each so many branches."""
 SHORTCUTS = 40
@@ -102,7 +104,12 @@ class Stage(Printed):
             raise Exhausted
 
     def free(self, states: Floats) -> int:
-        """Return how many of some states are free before the first that is not.
+        """Return how many of some states are free before the first that is not; see `clear`."""
+        clear = self.clear(states)
+        return len(clear) if clear.all() else int(np.argmin(clear))
+
+    def clear(self, states: Floats) -> Bools:
+        """Say which of some states are free.
 
         Args:
             states: Positions and time [s], shape (s, n + 1).
@@ -116,7 +123,9 @@ class Stage(Printed):
         when, pair = times[found.sample], found.pair
         there = (when >= known.appears[pair]) & (when <= known.expires[pair])
         touching = there & (found.distance < self.kept[pair] + known.error_at(when, pair))
-        return int(found.sample[touching].min(initial=len(states)))
+        clear = np.ones(len(states), dtype=np.bool_)
+        clear[found.sample[touching]] = False
+        return clear
 
     def looks(self, first: Floats, last: Floats) -> Floats:
         """Return the states of a straight branch that are checked, but for its first, shape (s, n + 1).
@@ -218,6 +227,8 @@ def searched(stage: Stage, names: tuple[str, ...], rng: np.random.Generator) -> 
     try:
         for time in np.linspace(soonest, stage.latest, ROOTS).tolist():
             _rooted(backward, time)
+        if not len(backward.states) and not _rooted_seldom(backward, soonest):
+            return None
         states = _connected(forward, backward, soonest, rng)
         states = _shortened(states, stage, rng)
     except Exhausted:
@@ -233,13 +244,24 @@ def _rooted(tree: _Tree, time: float) -> None:
         tree.add(root, -1)
 
 
+def _rooted_seldom(tree: _Tree, soonest: float) -> bool:
+    """Add a goal that is seldom free to a tree, at the first times at which it is; say if there are any."""
+    stage = tree.stage
+    times: Floats = np.append(np.arange(soonest, stage.latest, LOOK), stage.latest)
+    states = np.column_stack((np.tile(stage.goal, (len(times), 1)), times))
+    for time in times[stage.clear(states)].tolist():
+        if len(tree.states) < ROOTS:
+            _rooted(tree, time)
+    return len(tree.states) > 0
+
+
 def _connected(forward: _Tree, backward: _Tree, soonest: float, rng: np.random.Generator) -> Floats:
     """Grow the trees in turn until they meet, and return the states of the way."""
     stage, turn = forward.stage, 0
     while True:
         turn += 1
         stage.spend(1)
-        if turn % ROOTS == 0 or not len(backward.states):
+        if turn % ROOTS == 0:
             _rooted(backward, float(rng.uniform(soonest, stage.latest)))
             continue
         grown, other = (forward, backward) if turn % 2 else (backward, forward)
