@@ -20,7 +20,7 @@ ORDER = (
     ("planning",),
     ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution"),
     ("client",),
-    ("view", "commander"),
+    ("view", "commander", "bundle"),
     ("server",),
     ("cli",),
     ("__main__",),

@@ -16,25 +16,29 @@ from trajopt.cli.options import (
     LimitsOption,
     MotionsOption,
     PackageOption,
-    RequestOption,
-    RobotOption,
     RobotSource,
-    SceneOption,
     SrdfOption,
     TorqueOption,
     read_files,
 )
-from trajopt.moveit.trajectory_files import FORMATS, read_trajectory
+from trajopt.cli.planned import (
+    OptionalRequest,
+    OptionalRobot,
+    OptionalScene,
+    motion_in,
+    problem_of,
+)
+from trajopt.moveit.trajectory_files import FORMATS
 from trajopt.planning.judgement import judge
 
-TrajectoryArgument = Annotated[Path, typer.Argument(help=f"What to judge: {FORMATS}.")]
+TrajectoryArgument = Annotated[Path, typer.Argument(help=f"What to judge: a bundle, {FORMATS}.")]
 
 
 def check(
-    robot: RobotOption,
-    scene: SceneOption,
-    request: RequestOption,
     trajectory: TrajectoryArgument,
+    robot: OptionalRobot = None,
+    scene: OptionalScene = None,
+    request: OptionalRequest = None,
     srdf: SrdfOption = None,
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
@@ -50,11 +54,20 @@ def check(
 
     Between points that have accelerations it is quintic, with velocities cubic, with neither linear.
     """
-    folders = tuple(package_dir or ())
-    source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
-    around, asked = read_files(source.load(), scene, request, motions)
-    problem = Ending(dwell, finish_by).of(asked.problem())
-    motion = read_trajectory(trajectory).ordered(problem.reduced.joint_names)
+    notes = list[str]()
+    source = None
+    if robot is not None:
+        folders = tuple(package_dir or ())
+        source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
+    if source is None or scene is None or request is None:
+        problem = problem_of(trajectory, source, scene, request, motions)
+        if dwell or finish_by is not None:
+            problem = Ending(dwell, finish_by).of(problem)
+    else:
+        around, asked = read_files(source.load(), scene, request, motions)
+        problem = Ending(dwell, finish_by).of(asked.problem())
+        notes += [*around.scene.robot.notes, *around.notes, *asked.notes]
+    motion = motion_in(trajectory).ordered(problem.reduced.joint_names)
     # Of several goals any one will do: the verdict is that with the goal that is reached.
     verdicts = [judge(each, motion) for each in problem.alternatives.values() or (problem,)]
     certificate = next((verdict for verdict in verdicts if verdict.verified), verdicts[0])
@@ -62,6 +75,6 @@ def check(
         typer.echo(json.dumps(certificate.as_dict(), allow_nan=False))
     else:
         typer.echo(f"{trajectory}: {motion}\n{certificate}")
-        for note in (*around.scene.robot.notes, *around.notes, *asked.notes):
+        for note in notes:
             typer.echo(f"note: {note}")
     raise typer.Exit(0 if certificate.verified else 1)

@@ -6,7 +6,9 @@ from typing import Annotated
 
 import typer
 
+from trajopt.bundle import Holds
 from trajopt.cli.options import JsonOption
+from trajopt.cli.planned import bundle_in, is_bundle
 from trajopt.errors import FileFormatError
 from trajopt.export import EXPORTERS, exporter_named
 from trajopt.export import export as write
@@ -14,7 +16,7 @@ from trajopt.io.document import read_document
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.trajectory_files import FORMATS, read_trajectory
 
-PlanArgument = Annotated[Path, typer.Argument(help=f"What to read: {FORMATS}.")]
+PlanArgument = Annotated[Path, typer.Argument(help=f"What to read: a bundle, {FORMATS}.")]
 ToOption = Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTERS)}.")]
 OutOption = Annotated[
     Path, typer.Option("--out", help="File to write; messages are JSON in a .json, YAML otherwise.")
@@ -40,6 +42,11 @@ def export(
 
 def _verified(plan: Path) -> Trajectory:
     """Read a motion; of a file that says how planning ended, only one that was verified."""
+    if is_bundle(plan):
+        bundle = bundle_in(plan)
+        if bundle.holds is not Holds.PLAN:
+            raise FileFormatError(str(plan), f"holds no verified motion, but {bundle.holds.value}")
+        return bundle.require()
     if plan.suffix.lower() != ".csv":
         document = read_document(plan)
         if document.has("status") and not document["verified"].flag():

@@ -59,6 +59,10 @@ WorkersOption = Annotated[
     int, typer.Option("--workers", min=1, help="Threads, once the straight line has been tried.")
 ]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Write the plan here as JSON.")]
+SaveOption = Annotated[
+    Path | None,
+    typer.Option("--save", help="Write a bundle here: one file that check, view and replay take anywhere."),
+]
 
 
 def plan(
@@ -66,6 +70,7 @@ def plan(
     scene: SceneOption,
     request: RequestOption,
     out: OutOption = None,
+    save: SaveOption = None,
     srdf: SrdfOption = None,
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
@@ -116,14 +121,16 @@ def plan(
         document["explanation"] = explanation.as_dict()
     if out is not None:
         write_json(out, document)
+    if save is not None:
+        result.save(save)
     if as_json:
         typer.echo(json.dumps(document, allow_nan=False))
     else:
         typer.echo(report(result, notes))
         if explanation is not None:
             typer.echo(f"\nexplanation\n{explanation}")
-        if out is not None:
-            typer.echo(f"\nwritten to {out}")
+        for path in (each for each in (out, save) if each is not None):
+            typer.echo(f"\nwritten to {path}")
     raise typer.Exit(0 if result.verified else 1)
 
 

@@ -1,22 +1,58 @@
-"""The problem that a motion in a file belongs to: named by the file itself, or by options."""
+"""Motions in files, and the problems that they belong to: named by the file itself, or by options."""
 
+import atexit
+from functools import cache
 from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import Annotated, cast
 
 import typer
 
+from trajopt.bundle import Bundle, read_bundle
+from trajopt.bundle.bundle import SUFFIX
 from trajopt.cli.options import RobotSource, read_files
 from trajopt.errors import FileFormatError
 from trajopt.io.files import read_json
-from trajopt.moveit.trajectory_files import FORMATS
+from trajopt.model.trajectory import Trajectory
+from trajopt.moveit.trajectory_files import FORMATS, read_trajectory
 from trajopt.problem import Problem, named_problem
 
-MotionArgument = Annotated[Path, typer.Argument(help=f"With --robot ...: {FORMATS}; without: a plan's JSON.")]
+MotionArgument = Annotated[
+    Path, typer.Argument(help=f"With --robot ...: {FORMATS}; without: a bundle, or a plan's JSON.")
+]
 OptionalRobot = Annotated[str | None, typer.Option("--robot", help="Robot, where the file does not say it.")]
 OptionalScene = Annotated[Path | None, typer.Option("--scene", help="Scene, where the file does not say it.")]
 OptionalRequest = Annotated[
     Path | None, typer.Option("--request", help="Request, where the file does not say it.")
 ]
+
+
+def is_bundle(path: Path) -> bool:
+    """Say whether a file is a bundle, by its name."""
+    return path.suffix.lower() == SUFFIX
+
+
+@cache
+def bundle_in(path: Path) -> Bundle:
+    """Return a bundle, its meshes unpacked to a folder that goes when the process does.
+
+    Raises:
+        FileFormatError: If the file does not say what it must.
+    """
+    folder = mkdtemp(prefix="trajopt-")
+    atexit.register(rmtree, folder, ignore_errors=True)
+    return read_bundle(path, meshes=folder)
+
+
+def motion_in(path: Path) -> Trajectory:
+    """Return the motion in a file: a bundle, or whatever `read_trajectory` reads.
+
+    Raises:
+        FileFormatError: If the file does not say what it must.
+        ModelError: If it is a bundle without a motion.
+    """
+    return bundle_in(path).require() if is_bundle(path) else read_trajectory(path)
 
 
 def problem_of(
@@ -26,7 +62,7 @@ def problem_of(
 
     Args:
         motion: The file.
-        source: The robot; None where the file, a plan's, says all.
+        source: The robot; None where the file, a bundle or a plan's, says all.
         scene: The scene, with a robot.
         request: The request, with a robot.
         motions: How objects move; with a plan's file instead of what it says.
@@ -34,6 +70,10 @@ def problem_of(
     Raises:
         FileFormatError: If something is missing, or does not say what it must.
     """
+    if is_bundle(motion):
+        if source is not None or motions is not None:
+            raise FileFormatError(str(motion), "says all itself: leave out --robot and --motions")
+        return bundle_in(motion).problem
     if source is None:
         return _named_in(motion, motions)
     if scene is None or request is None:

@@ -22,12 +22,12 @@ from trajopt.cli.planned import (
     OptionalRequest,
     OptionalRobot,
     OptionalScene,
+    motion_in,
     problem_of,
 )
 from trajopt.cli.progress import ProgressLine, progress_line
 from trajopt.errors import ProblemError, shown
 from trajopt.io.json_files import write_json
-from trajopt.moveit.trajectory_files import read_trajectory
 from trajopt.simulate import Layout, Rollout, SimulationOptions, render
 from trajopt.simulate import simulate as roll_out
 from trajopt.simulate.film import check_path
@@ -84,7 +84,7 @@ def simulate(
     """
     for path in picture or ():
         check_path(path)
-    motion, options = read_trajectory(trajectory), SimulationOptions(dt=dt, settling_time=settling_time)
+    motion, options = motion_in(trajectory), SimulationOptions(dt=dt, settling_time=settling_time)
     folders, shown_at = tuple(package_dir or ()), _times(moments)
     source = None
     if robot is not None:

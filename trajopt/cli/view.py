@@ -18,12 +18,12 @@ from trajopt.cli.planned import (
     OptionalRequest,
     OptionalRobot,
     OptionalScene,
+    motion_in,
     problem_of,
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption
 from trajopt.errors import FileFormatError
 from trajopt.execution.recording_file import RecordingFile
-from trajopt.moveit.trajectory_files import read_trajectory
 from trajopt.view import RunViewer, Viewer, view_run
 from trajopt.view import view as open_viewer
 
@@ -47,7 +47,7 @@ def view(
     if RecordingFile.is_one(plan):
         viewer: RunViewer | Viewer = _run(RecordingFile.open(plan), plan, source, port, host)
     else:
-        trajectory = read_trajectory(plan)
+        trajectory = motion_in(plan)
         reduced = problem_of(plan, source, scene, request, motions).reduced
         viewer = open_viewer(reduced, trajectory.ordered(reduced.joint_names), port=port, host=host)
     typer.echo(json.dumps({"url": viewer.url}) if as_json else f"open {viewer.url} (Ctrl-C ends)")

@@ -12,7 +12,7 @@ from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.printed import in_unit
 from trajopt.model.requirements.requirement import missed_by
 from trajopt.model.trajectory import Path
-from trajopt.planning.result import Attempt
+from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.summary import Summary
 from trajopt.problem import Problem

@@ -13,6 +13,7 @@ from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopp
 from trajopt.planning.every_goal import EveryGoal
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.moving.in_time import in_time
+from trajopt.planning.plan_arguments import PlanArguments
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
 from trajopt.planning.status import Certainty, Status
@@ -75,15 +76,20 @@ def plan(
     given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
     run = _attempted_in_time if problem.scene.changing else _attempted
-    if one_of("every_goal", every_goal, bool):
-        return EveryGoal(problem, choice, given, tracker, on_incumbent).planned(run)
+    state = None if given is None else given.bit_generator.state
+    arguments = PlanArguments(method, improve, one_of("every_goal", every_goal, bool), tracker.budget, state)
+    if every_goal:
+        return replace(
+            EveryGoal(problem, choice, given, tracker, on_incumbent).planned(run), arguments=arguments
+        )
     rng = given or np.random.default_rng(0)
     result = run(Search(problem, choice, rng, tracker, on_incumbent))
     missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
-    if not missed or result.stopped is not None or method is not None or improve or problem.starts_moving:
-        return result
-    shorter = run(Search(problem, choose(problem, None, improve=True), rng, tracker, on_incumbent))
-    return shorter if shorter.verified else result
+    ended = not missed or result.stopped is not None
+    if not (ended or method is not None or improve or problem.starts_moving):
+        shorter = run(Search(problem, choose(problem, None, improve=True), rng, tracker, on_incumbent))
+        result = shorter if shorter.verified else result
+    return replace(result, arguments=arguments)
 
 
 def _attempted_in_time(search: Search) -> Result:

@@ -14,14 +14,15 @@ from trajopt.io.json_files import write_json
 from trajopt.model.printed import in_number
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.native import native_cores
+from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.budget import Stop
 from trajopt.planning.comparison import ComparedGoal, table
 from trajopt.planning.judgement import Judged
-from trajopt.planning.seeds import SeedKind
+from trajopt.planning.plan_arguments import PlanArguments
 from trajopt.planning.status import Certainty, Status
 from trajopt.problem import Problem
 from trajopt.retime import Retimed
-from trajopt.solvers import SolveResult, SolverStatus
+from trajopt.solvers import SolveResult
 from trajopt.verify import Certificate
 
 SHOWN_ATTEMPTS = 5
@@ -92,54 +93,15 @@ class Plan:
         certificate = {"certificate": self.certificate.as_dict()}
         write_json(path, {**status, **self.trajectory.as_dict(), **certificate})
 
+    @checked
+    def save(self, path: FilePath | str) -> None:
+        """Write a bundle, as `Result.save`; without what planning reported of itself.
 
-@dataclass(frozen=True)
-class Attempt:
-    """What became of one seed: optimised, timed and judged as far as it got.
-
-    Attributes:
-        number: Its number in the order of attempts, from 1.
-        kind: Where the seed came from.
-        status: How the attempt ended.
-        solver: How the solver ended, if it got so far.
-        message: The particulars: what could not be satisfied, where and by how much.
-        iterations: Steps of the solver.
-        block: What stood in its way most; None if nothing did, or nothing with a location.
-        goal_name: Of a goal set: the goal it was for.
-    """
-
-    number: int
-    kind: SeedKind
-    status: Status
-    solver: SolverStatus | None
-    message: str
-    iterations: int
-    block: Block | None = None
-    goal_name: str = ""
-
-    def as_dict(self) -> dict[str, object]:
-        """Return plain data that JSON can hold."""
-        return {
-            "number": self.number,
-            "kind": self.kind.name,
-            "status": self.status.name,
-            "solver": None if self.solver is None else self.solver.name,
-            "message": self.message,
-            "iterations": self.iterations,
-            "block": None if self.block is None else self.block.as_dict(),
-            "goal_name": self.goal_name,
-        }
-
-    def __repr__(self) -> str:
-        """Say its number, the kind of its seed and how it ended."""
-        steps = f"{self.iterations} step{'s' * (self.iterations != 1)}"
-        return f"Attempt({self.number}, {self.kind.name}: {self.status.name} after {steps})"
-
-    def __str__(self) -> str:
-        """Return one line."""
-        goal = f" of {shown(self.goal_name)}" if self.goal_name else ""
-        message = f": {self.message}" if self.message else ""
-        return f"attempt {self.number}, {self.kind.value}{goal}: {self.status.name}{message}"
+        Raises:
+            ModelError: If the problem holds code of the caller's, which no file can hold.
+            FileFormatError: If the file cannot be written.
+        """
+        import_module("trajopt.bundle").save(self, path)
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +135,7 @@ class Result:
         remarks: What of the problem could not be taken as it was asked, or may be meant otherwise, in
             sentences.
         blocks: Of a failure among what changes with time: what is in the way, from when to when.
+        arguments: How planning was called beside the problem; None where something else than `plan` made it.
     """
 
     problem: Problem
@@ -197,6 +160,7 @@ class Result:
     of_each_goal: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
     remarks: tuple[str, ...] = ()
     blocks: tuple[Block, ...] = ()
+    arguments: PlanArguments | None = None
 
     def __repr__(self) -> str:
         """Say how planning ended, after how many attempts, and of a motion its duration and clearance."""
@@ -319,6 +283,20 @@ class Result:
             FileFormatError: If the file cannot be written.
         """
         write_json(path, self.as_dict())
+
+    @checked
+    def save(self, path: FilePath | str) -> None:
+        """Write a bundle: one file with robot, scene, problem, motion and verdict, or with what failed.
+
+        `trajopt.bundle.read_bundle` says what it holds; `trajopt check`, `view` and `replay` take it on a
+        machine that has never seen the robot.
+
+        Raises:
+            ModelError: If the problem holds code of the caller's, which no file can hold.
+            FileFormatError: If the file cannot be written.
+        """
+        # Bundles are a higher layer, which reads and plans anew; a result only knows where to find it.
+        import_module("trajopt.bundle").save(self, path)
 
     @property
     def reason(self) -> str:

@@ -1,0 +1,55 @@
+"""Bundles on the command line: written by plan, taken by check, simulate, export and replay."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.process import trajopt
+from tests.cli.test_commands import REQUEST, SCENE, common
+from tests.robots_for_tests import ODD_ARM
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bundle, whose robot, scene and request are no longer there."""
+    path = tmp_path_factory.mktemp("kept")
+    (path / "odd.urdf").write_text(ODD_ARM)
+    (path / "scene.yaml").write_text(SCENE)
+    (path / "request.yaml").write_text(REQUEST.format(start=-1.0, goal=1.0))
+    done = trajopt("plan", *common(path), "--save", path / "kept.trajopt")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert f"written to {path / 'kept.trajopt'}" in done.stdout
+    for name in ("odd.urdf", "scene.yaml", "request.yaml"):
+        (path / name).unlink()
+    return path / "kept.trajopt"
+
+
+def test_a_bundle_is_checked_and_exported_without_any_other_file(kept: Path) -> None:
+    done = trajopt("check", kept)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "goal: joints" in done.stdout
+    done = trajopt("export", kept, "--to", "csv", "--out", kept.with_suffix(".csv"))
+    assert done.returncode == 0, done.stderr
+    done = trajopt("simulate", kept, "--json")
+    assert done.returncode == 0 and json.loads(done.stdout)["files"] == []
+
+
+def test_a_bundle_says_all_itself(kept: Path) -> None:
+    done = trajopt("check", "--robot", "planar2", kept)
+    assert done.returncode == 2 and "says all itself" in done.stderr
+
+
+def test_replay_gives_the_same_answer(kept: Path) -> None:
+    done = trajopt("replay", kept)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "the same answer, to the last digit" in done.stdout
+    done = trajopt("replay", kept, "--method", "chomp", "--json")
+    assert done.returncode == 1 and not json.loads(done.stdout)["same"]
+
+
+def test_what_is_no_bundle_is_refused(kept: Path, tmp_path: Path) -> None:
+    (tmp_path / "half.trajopt").write_bytes(kept.read_bytes()[:500])
+    for command in ("check", "view", "replay", "simulate"):
+        done = trajopt(command, tmp_path / "half.trajopt")
+        assert done.returncode == 2 and "is no bundle" in done.stderr

@@ -1,0 +1,59 @@
+"""How planning was called beside the problem, so that it can be called so again."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from trajopt.arrays import Value
+from trajopt.errors import ProblemError, shown
+from trajopt.methods import Method
+from trajopt.planning.budget import Budget
+
+
+@dataclass(frozen=True, eq=False)
+class PlanArguments(Value):
+    """How planning was called.
+
+    Attributes:
+        method: As `plan` takes it: a method, the name of one, or None.
+        improve: Whether a motion shorter than along the path was looked for.
+        every_goal: Whether all goals of a set were planned to.
+        budget: What planning was allowed to use.
+        random: The state of the generator that was given, before planning; None where none was.
+    """
+
+    method: Method | str | None = None
+    improve: bool = False
+    every_goal: bool = False
+    budget: Budget = field(default_factory=Budget)
+    random: Mapping[str, Any] | None = None
+
+    @property
+    def generator(self) -> np.random.Generator | None:
+        """A generator in the state of the one that was given; None where none was.
+
+        Raises:
+            ProblemError: If it was of a kind that numpy does not have.
+        """
+        if self.random is None:
+            return None
+        name = self.random.get("bit_generator")
+        kind = {each.__name__: each for each in _GENERATORS}.get(str(name))
+        if kind is None:
+            raise ProblemError(f"no kind of random generator is called {shown(name)}")
+        bits: Any = kind()
+        try:
+            bits.state = dict(self.random)
+        except (TypeError, ValueError, KeyError) as error:
+            raise ProblemError(f"the state of the random generator is none: {error}") from error
+        return np.random.Generator(bits)
+
+    @property
+    def repeatable(self) -> bool:
+        """Whether planning again must end the same: no clock had a part in it."""
+        return self.budget.seconds is None
+
+
+_GENERATORS = (np.random.PCG64, np.random.PCG64DXSM, np.random.MT19937, np.random.Philox, np.random.SFC64)
