@@ -61,11 +61,9 @@ class Looks:
         spare = found.distance - known.required[found.pair] - known.error_at(0.0, found.pair)
         self._room[found.pair] = np.clip(spare / 2.0, 0.0, ROOM)
 
-    def all_clear(self, positions: Floats, times: Floats) -> bool:
-        """Say whether the robot keeps clear of what changes at configurations (s, n) at times (s,)."""
-        return not bool(
-            self.seen(positions, times, np.zeros((len(times), 2)), np.zeros(len(times))).near.any()
-        )
+    def near(self, positions: Floats, times: Floats) -> Bools:
+        """Say whether something is too near at configurations (s, n) at times (s,), shape (s,)."""
+        return self.seen(positions, times, np.zeros((len(times), 2)), np.zeros(len(times))).near
 
     def seen(self, positions: Floats, times: Floats, around: Floats, travel: Floats) -> Seen:
         """Look at configurations, each for an interval of time around the look.

@@ -6,11 +6,12 @@ clear is for the judge to prove.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from math import ceil, inf
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Bools, Floats
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.moving.looks import LOOK, Looks
 
@@ -22,6 +23,11 @@ MOST = 3
 """So many beginnings of one motion are judged: what lies between looks may be in the way of the first."""
 JOLT = 1e-3
 """A motion may begin with an acceleration: it is reached from rest in so long, while nothing gets on [s]."""
+TOGETHER = 32
+"""Beginnings that are looked at together."""
+FEW = 4
+"""Looks of a motion at which something is too near that are looked at first for later beginnings: mostly
+something is there still."""
 LONGEST = 60.0
 """Nothing waits longer [s]: whoever has so much time asks again."""
 
@@ -46,19 +52,31 @@ class Waiting:
             latest: It is begun no later than so [s].
         """
         self.looks.leave_room(trajectory(np.zeros(1)))
-        if self._clear(trajectory, 0.0):
+        met = self._met(trajectory, 0.0)
+        if not len(met):
             yield trajectory
         if trajectory(0.0, 1).any():
             return
         blocked, yielded = 0.0, 0
-        for wait in self._later(latest):
-            standing: Floats = np.arange(blocked, wait, LOOK, dtype=np.float64)
-            if yielded == MOST or not self._stands_clear(trajectory(np.zeros(1)), standing):
+        waits = self._later(latest)
+        while len(stretch := np.fromiter(islice(waits, TOGETHER), np.float64)):
+            stands = self._standing(trajectory(np.zeros(1)), blocked, stretch)
+            open_ones = ~self._still_met(trajectory, met, stretch[:stands])
+            for place in range(stands):
+                wait = float(stretch[place])
+                if open_ones[place]:
+                    met = self._met(trajectory, wait)
+                    if len(met):
+                        open_ones[place:] &= ~self._still_met(trajectory, met, stretch[place:stands])
+                    else:
+                        sooner = wait if yielded else self._sooner(trajectory, blocked, wait)
+                        yield begun_later(trajectory, sooner)
+                        yielded += 1
+                        if yielded == MOST:
+                            return
+                blocked = wait
+            if stands < len(stretch):
                 return
-            if self._clear(trajectory, wait):
-                yield begun_later(trajectory, wait if yielded else self._sooner(trajectory, blocked, wait))
-                yielded += 1
-            blocked = wait
 
     def _later(self, latest: float) -> Iterator[float]:
         """Yield times to begin at, until nothing changes any more."""
@@ -78,18 +96,52 @@ class Waiting:
         return clear
 
     def _clear(self, trajectory: Trajectory, wait: float) -> bool:
-        """Say whether a motion that is begun after a wait [s] keeps clear of what changes.
+        """Say whether a motion that is begun after a wait [s] keeps clear of what changes."""
+        return not len(self._met(trajectory, wait))
+
+    def _met(self, trajectory: Trajectory, wait: float) -> Floats:
+        """Return times along a motion at which something is too near if it is begun after a wait, few [s].
 
         Besides evenly spaced times it is looked at the very moments at which things appear and expire.
         """
-        duration = trajectory.duration + self.dwell
-        even = np.linspace(0.0, duration, max(2, ceil(duration / LOOK) + 1))
-        looks: Floats = np.concatenate((even, np.clip(self.looks.moments - wait, 0.0, duration)))
-        return self.looks.all_clear(trajectory(looks), looks + wait)
+        even = self._even(trajectory)
+        looks: Floats = np.concatenate((even, np.clip(self.looks.moments - wait, 0.0, even[-1])))
+        near = np.flatnonzero(self.looks.near(trajectory(looks), looks + wait))
+        spread = np.linspace(0, len(near) - 1, min(len(near), FEW)).astype(np.int64)
+        return looks[near[spread]]
 
-    def _stands_clear(self, start: Floats, times: Floats) -> bool:
-        """Say whether the robot keeps clear of what changes while it stands at the start, (1, n)."""
-        return not len(times) or self.looks.all_clear(np.tile(start, (len(times), 1)), times)
+    def _even(self, trajectory: Trajectory) -> Floats:
+        """Return times along a motion, and the stay after it, at which it is looked at [s]."""
+        duration = trajectory.duration + self.dwell
+        return np.linspace(0.0, duration, max(2, ceil(duration / LOOK) + 1))
+
+    def _still_met(self, trajectory: Trajectory, met: Floats, waits: Floats) -> Bools:
+        """Say of waits whether something is too near at one of some times along a motion, shape (w,)."""
+        # Those looks only that `_met` takes too: moments at which things appear depend on the wait.
+        met = met[np.isin(met, self._even(trajectory))]
+        if not len(met) or not len(waits):
+            return np.zeros(len(waits), dtype=np.bool_)
+        positions = np.tile(trajectory(met), (len(waits), 1))
+        near = self.looks.near(positions, (waits[:, None] + met).ravel())
+        return np.any(near.reshape(len(waits), len(met)), axis=1)
+
+    def _standing(self, start: Floats, since: float, waits: Floats) -> int:
+        """Return for how many waits in turn the robot keeps clear while it stands at the start, (1, n).
+
+        Args:
+            start: Where it stands.
+            since: Until when it was looked at already [s].
+            waits: Increasing, shape (w,) [s].
+        """
+        begins: list[float] = [since, *waits[:-1].tolist()]
+        looks: list[Floats] = [
+            np.arange(begin, end, LOOK, dtype=np.float64)
+            for begin, end in zip(begins, waits.tolist(), strict=True)
+        ]
+        times: Floats = np.concatenate(looks)
+        near = self.looks.near(np.tile(start, (len(times), 1)), times)
+        which = np.repeat(np.arange(len(waits)), [len(each) for each in looks])
+        return int(which[near].min(initial=len(waits)))
 
 
 def begun_later(trajectory: Trajectory, wait: float) -> Trajectory:

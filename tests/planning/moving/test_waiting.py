@@ -1,0 +1,78 @@
+"""Beginnings of a motion among what moves, against each beginning looked at by itself."""
+
+from collections.abc import Iterator
+from math import inf
+
+import numpy as np
+import pytest
+
+import trajopt as to
+from tests.planning.moving.test_path_time import arm, crowded, swinging
+from trajopt.model.reduced import reduce_model
+from trajopt.model.timed import timed_model
+from trajopt.planning.moving.looks import LOOK, Looks
+from trajopt.planning.moving.waiting import HALVINGS, MOST, STEP, Waiting
+from trajopt.query import Counts
+
+__all__ = ["arm"]
+
+
+def one_by_one(looks: Looks, motion: to.Trajectory, dwell: float) -> Iterator[float]:
+    """Yield how long a motion waits, as `Waiting` says of itself."""
+    looks.leave_room(motion(np.zeros(1)))
+    end = motion.duration + dwell
+
+    def clear(wait: float) -> bool:
+        even = np.linspace(0.0, end, max(2, int(np.ceil(end / LOOK)) + 1))
+        along = np.concatenate((even, np.clip(looks.moments - wait, 0.0, end)))
+        return not looks.near(motion(along), along + wait).any()
+
+    if clear(0.0):
+        yield 0.0
+    last, before, found = looks.settled, 0.0, 0
+    for wait in (*np.arange(STEP, last, STEP).tolist(), last):
+        standing = np.arange(before, wait, LOOK)
+        at_start = np.tile(motion(np.zeros(1)), (len(standing), 1))
+        if found == MOST or looks.near(at_start, standing).any():
+            return
+        if clear(wait):
+            sooner, blocked = wait, before
+            for _ in range(0 if found else HALVINGS):
+                middle = (blocked + sooner) / 2.0
+                blocked, sooner = (blocked, middle) if clear(middle) else (middle, sooner)
+            yield sooner
+            found += 1
+        before = wait
+
+
+@pytest.mark.parametrize("dwell", [0.0, 0.4])
+def test_beginnings_are_those_of_looks_at_each_by_itself(arm: to.Robot, dwell: float) -> None:
+    waited = looked_at = looked_at_each = 0
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        scene = crowded(arm, rng)
+        scene = scene.add(
+            "door", to.Box(0.5, 0.05, 0.5), to.placement((0.5, 0.3, 0.3)), appears=0.6, expires=1.7
+        )
+        reduced = reduce_model(scene, "all", np.zeros(len(arm.joint_names)))
+        motion, timed = swinging(reduced, rng), timed_model(reduced)
+        assert timed is not None
+        looks, each = Looks(timed, Counts()), Looks(timed, Counts())
+        expected = list(one_by_one(each, motion, dwell))
+        found = [begun.duration - motion.duration for begun in Waiting(looks, dwell).beginnings(motion)]
+        assert found == pytest.approx(expected, abs=1e-9)
+        waited += any(wait > 2.0 * STEP for wait in expected)
+        looked_at += looks.counts.forward_kinematics
+        looked_at_each += each.counts.forward_kinematics
+    assert waited >= 3
+    assert looked_at < 0.8 * looked_at_each
+
+
+def test_no_beginning_is_later_than_asked(arm: to.Robot) -> None:
+    rng = np.random.default_rng(0)
+    reduced = reduce_model(crowded(arm, rng), "all", np.zeros(len(arm.joint_names)))
+    motion, timed = swinging(reduced, rng), timed_model(reduced)
+    assert timed is not None
+    for latest in (0.0, 0.3, inf):
+        begun = Waiting(Looks(timed, Counts())).beginnings(motion, latest=latest)
+        assert all(each.duration - motion.duration <= latest + 1e-9 for each in begun)
