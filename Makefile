@@ -75,6 +75,9 @@ bench-moving: $(STAMP)
 bench-execution: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.execution --page benchmarks/README.md $(OPTIONS)
 
+bench-server: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
+
 bench-poses: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.pose_goals $(DATA) --page benchmarks/README.md
 

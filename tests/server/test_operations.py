@@ -119,6 +119,19 @@ def test_edits_are_made_all_or_none_and_named_where_wrong() -> None:
     assert document["objects"] == {}
 
 
+def test_what_is_read_of_an_object_makes_it_again() -> None:
+    parts = [
+        [{"cylinder": {"radius": 0.1, "length": 1.0}}, {"xyz": [1, 2, 3]}],
+        [{"sphere": {"radius": 0.2}}, {}],
+    ]
+    document, held = ask("edit", {"edits": [{"add": {"name": "lamp", "shape": parts}}]})
+    lamp = document["objects"]["lamp"]
+    again = [[each["shape"], each["placement"]] for each in lamp["parts"]]
+    other, _ = ask("edit", {"edits": [{"add": {"name": "copy", "shape": again}}]}, held)
+    assert other["objects"]["copy"]["parts"] == lamp["parts"]
+    assert [next(iter(each["shape"])) for each in lamp["parts"]] == ["cylinder", "sphere"]
+
+
 def test_an_object_is_carried_and_put_down() -> None:
     box = {
         "add": {

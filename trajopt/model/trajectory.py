@@ -224,10 +224,11 @@ class Trajectory(Value):
             ("velocities", self.velocities),
             ("accelerations", self.accelerations),
         )
-        points: list[dict[str, object]] = []
-        for place, moment in enumerate(self.times.tolist()):
-            given = {key: rows[place].tolist() for key, rows in columns if rows is not None}
-            points.append({"time_from_start": moment, **given})
+        given = {key: rows.tolist() for key, rows in columns if rows is not None}
+        points = [
+            {"time_from_start": moment, **dict(zip(given, at, strict=True))}
+            for moment, *at in zip(self.times.tolist(), *given.values(), strict=True)
+        ]
         return {"joint_names": list(self.joint_names), "points": points}
 
     @property

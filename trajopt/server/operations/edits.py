@@ -56,8 +56,8 @@ def _once(state: SessionState, edit: str, node: Node) -> SessionState:
     if edit == STAND:
         where: Any = value_of(node)
         robot = state.scene.robot
-        if isinstance(where, list):
-            given_positions = floats(STAND, cast("list[float]", where), (len(robot.joint_names),))
+        if isinstance(where, tuple):
+            given_positions = floats(STAND, cast("tuple[float, ...]", where), (len(robot.joint_names),))
             return replace(state, positions=robot.followed(given_positions))
         return replace(state, positions=robot.positions(where))
     given: dict[str, object] = {"self": state.scene}

@@ -1,7 +1,7 @@
 """The words of the Python API as JSON: `{"frame_placement": {"frame": "tool0", "placement": {...}}}`.
 
 A mapping with one of these words and the arguments of the function of that name stands for what the function
-returns. Lists stand for sequences, and placements are written with the arguments of `placement`.
+returns. Lists stand for tuples, and placements are written with the arguments of `placement`.
 """
 
 import inspect
@@ -63,7 +63,7 @@ def value_of(node: Node) -> Any:
     """
     value = node.value
     if isinstance(value, list):
-        return [value_of(element) for element in node.elements()]
+        return tuple(value_of(element) for element in node.elements())
     if not isinstance(value, dict):
         return value
     members = cast("dict[str, object]", value)
