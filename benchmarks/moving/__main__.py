@@ -79,7 +79,7 @@ def main() -> None:
     if BEST in parts:
         few = [key for key in crossing_keys(ROBOTS, given.best_every) if key in set(chosen)]
         asked([_renamed(key, BEST) for key in few], given.best_seconds, robots)
-    report = Report(rows.done, chosen, rooms, given.known_seconds, given.best_seconds)
+    report = Report(rows.done, chosen, rooms)
     text = report.text()
     print(text)
     if given.results is not None:

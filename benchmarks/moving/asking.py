@@ -84,7 +84,7 @@ def _crossing(data: Path, key: str) -> Row:
 def _others(among: to.Problem, part: str, seconds: float) -> Row:
     """Ask the baseline: for ever shorter motions, or for any, first one that keeps all limits."""
     if part == BEST:
-        return {"rrt": _baseline(among, LATEST, seconds, improve=True)}
+        return {"seconds": seconds, "rrt": _baseline(among, LATEST, seconds, improve=True)}
     resting = _baseline(among, LATEST, seconds, resting=True)
     plain = resting if resting["duration"] else _baseline(among, LATEST, seconds)
     return {"resting": resting, "rrt": plain}

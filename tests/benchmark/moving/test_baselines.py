@@ -112,21 +112,23 @@ def test_the_tables_count_what_is_known() -> None:
         row("crossing/panda/box", 5) | {"outcome": "crash"},
         row("known/panda/box", 3, rrt={"duration": 2.0}, resting={"duration": None}),
         row("known/panda/box", 4, rrt={"duration": 3.0}, resting={"duration": 3.0}),
-        row("best/panda/box", 1, rrt={"duration": 1.0}),
+        row("best/panda/box", 1, seconds=60.0, rrt={"duration": 1.0}),
+        row("best/panda/box", 2, seconds=20.0, rrt={"duration": None}),
         row("cubes/10", 0, ours=planned(0.1, 2.0), rrt={"duration": 4.0}),
         row("cubes/10", 1, ours=planned(0.1, None), rrt={"duration": 4.0}, resting={"duration": 5.0}),
     ]
-    report = Report({str(each["key"]): each for each in rows}, keys, rooms, 20.0, 60.0)
+    report = Report({str(each["key"]): each for each in rows}, keys, rooms)
     text = report.text()
     assert (
         "| Panda | 5 | 3 | 1 | 33.3 % | 1 | 1 | 0 | 20 / 20 | 80 / 80 | 4.0 | 4.0 | 40 / 40 | 1.10 |" in text
     )
     assert "Known but not proven: panda/box/2, panda/box/4." in text
-    assert "| Panda | 1 | 1 | 1 | 1.10 / 1.10 / 1.10 | 100.0 % | 1 | 0.50 | 0.45 |" in text
+    assert "| Panda | 60 | 1 | 1 | 1 | 1.10 / 1.10 / 1.10 | 100.0 % | 1 | 0.50 | 0.45 |" in text
+    assert "| Panda | 20 | 1 | 0 | 0 |" in text
     assert "| 10 | 2 | 1 | 50.0 % | 100 / 100 | 2 | 100.0 % | 2 | 1 | 0 | 0.50 |" in text
     assert "5 rows of `crossing` at abc1234" in text
     assert "UR5" not in text and len(report.rows) == len(rows)
-    assert Report({}, keys, rooms, 20.0, 60.0).text() == ""
+    assert Report({}, keys, rooms).text() == ""
 
 
 def test_parts_are_measured_anew(tmp_path: Path) -> None:
