@@ -31,7 +31,7 @@ from trajopt.execution.run import driven_by
 PROBLEMS = (
     "cup_past_pillar", "bookshelf_ur5", "past_pillar_xarm7", "two_arms_meet", "past_column_pr2",
     "narrow_mouth_panda", "cage_ur5", "cup_through_gap_xarm7", "planar_fold", "past_column_tiago",
-    "cage_panda", "turn_over_ur5", "bookshelf_xarm7", "two_arms_tray", "hand_on_plane_panda",
+    "cage_panda", "turn_over_ur5", "bookshelf_xarm7", "bar_panda", "hand_on_plane_panda",
     "level_tray_ur5", "bar_xarm7", "keep_in_view_panda", "past_pillar_ur5", "under_table_xarm7",
 )  # fmt: skip
 """What is driven: arms of six to twelve joints, two arms, and bases that move."""

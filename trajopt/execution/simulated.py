@@ -105,6 +105,7 @@ class SimulatedExecutor:
         self._faults = tuple(faults)
         self._clock, self._origin = clock, 0.0 if clock is None else clock()
         self._steps, self._fault = 0, ""
+        self._asked = (-1, np.zeros((3, len(begin))))
         self._braked: Floats | None = None
         self._count(0.0, np.inf)
         self._measured: deque[RobotState] = deque(maxlen=round(sensors.delay / options.dt) + 1)
@@ -129,7 +130,7 @@ class SimulatedExecutor:
     def truth(self) -> RobotState:
         """Return the state as it really is, now and without noise."""
         now, plant = self._steps * self.period, self._plant
-        commanded, _, accelerations = self.committed(now)
+        commanded, _, accelerations = self._commanded()
         places, rates = (self._controller.group(each) for each in (plant.positions, plant.velocities))
         return RobotState(now, places.copy(), rates.copy(), accelerations, commanded)
 
@@ -160,6 +161,7 @@ class SimulatedExecutor:
         """Go on where the robot stands now."""
         self._catch_up()
         self._braked, self._fault = None, ""
+        self._asked = (-1, self._asked[1])
         self.committed = CommittedMotion(self.joint_names, self._controller.group(self._plant.positions))
         self._measured.clear()
         self._measure()
@@ -246,6 +248,12 @@ class SimulatedExecutor:
         self._steps += 1
         self._measure()
 
+    def _commanded(self) -> Floats:
+        """Return where the joints have to be now, shape (3, n): nothing is spliced in before that any more."""
+        if self._asked[0] != self._steps:
+            self._asked = (self._steps, self.committed(self._steps * self.period))
+        return self._asked[1]
+
     def _followed(self, now: float) -> Floats:
         """Return where the motors drive the joints to, shape (3, n)."""
         if self._braked is not None:
@@ -253,7 +261,7 @@ class SimulatedExecutor:
             rates = BRAKE * rates
             self._braked = np.stack((places + self.period * rates, rates))
             return np.stack((*self._braked, np.zeros(len(rates))))
-        followed = self.committed(now)
+        followed = self._commanded().copy()
         for fault in self._faults:
             if fault.kind is FaultKind.DRIFT and fault.at(now):
                 followed[0, self.joint_names.index(fault.joint)] += fault.size
