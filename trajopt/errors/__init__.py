@@ -42,6 +42,10 @@ class SolverError(TrajoptError, RuntimeError):
     """A solver or one of its backends cannot be used."""
 
 
+class ExecutionError(TrajoptError, RuntimeError):
+    """What drives a robot cannot be asked, or cannot do what it must."""
+
+
 class NameNotFound(ModelError, KeyError):
     """A name is unknown; carries the known names that are similar.
 

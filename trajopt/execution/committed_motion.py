@@ -19,7 +19,7 @@ ORDERS = ("position", "velocity", "acceleration")
 
 
 def _derivatives(count: int) -> tuple[Floats, Floats]:
-    """Return exponents and factors of the powers of a polynomial and its first two derivatives, (3, count)."""
+    """Return exponents and factors of a polynomial's powers and of its first two derivatives, (3, count)."""
     powers = np.arange(count - 1.0, -1.0, -1.0)
     factors = np.stack((powers**0, powers, powers * (powers - 1.0)))
     return np.maximum(powers - np.arange(3.0)[:, None], 0.0), factors

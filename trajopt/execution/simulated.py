@@ -249,7 +249,7 @@ class SimulatedExecutor:
         self._measure()
 
     def _commanded(self) -> Floats:
-        """Return where the joints have to be now, shape (3, n): nothing is spliced in before that any more."""
+        """Return where the joints have to be now, shape (3, n): what is spliced in begins later."""
         if self._asked[0] != self._steps:
             self._asked = (self._steps, self.committed(self._steps * self.period))
         return self._asked[1]
