@@ -25,7 +25,7 @@ from benchmarks.driving.waypoints import PERIOD, WaypointPilot
 from benchmarks.page import write_section
 from benchmarks.rows import Rows
 from trajopt.errors import TrajoptError
-from trajopt.execution import Kind, Run, Supervisor, SupervisorOptions
+from trajopt.execution import Kind, Run, Supervisor, SupervisorOptions, undisturbed
 from trajopt.execution.run import driven_by
 
 PROBLEMS = (
@@ -70,7 +70,7 @@ class Problems:
         """Return a problem and its motion."""
         if name not in self.planned:
             problem = to.named_problem(name)
-            self.planned[name] = problem, to.plan(problem).require().trajectory
+            self.planned[name] = problem, undisturbed(problem)
         return self.planned[name]
 
 

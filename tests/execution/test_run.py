@@ -16,6 +16,7 @@ from trajopt.execution import (
     random_surprise,
     read_surprises,
     run,
+    undisturbed,
 )
 
 PROBLEMS = ("cup_past_pillar", "bookshelf_ur5", "past_pillar_xarm7")
@@ -42,7 +43,7 @@ def check(problem: to.Problem, seed: int, motion: to.Trajectory) -> None:
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_random_surprises(name: str) -> None:
     problem = named(name)
-    motion = to.plan(problem).require().trajectory
+    motion = undisturbed(problem)
     for seed in range(4):
         check(problem, seed, motion)
 
@@ -52,7 +53,7 @@ def test_random_surprises(name: str) -> None:
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_many_random_surprises(name: str) -> None:
     problem = named(name)
-    motion = to.plan(problem).require().trajectory
+    motion = undisturbed(problem)
     for seed in range(100, 100 + RUNS // len(PROBLEMS)):
         check(problem, seed, motion)
 
@@ -74,7 +75,7 @@ def test_a_run_without_surprises_is_the_plan() -> None:
 
 def test_the_same_run_every_time() -> None:
     problem = named("cup_past_pillar")
-    surprises = random_surprise(problem, to.plan(problem).require().trajectory, 3)
+    surprises = random_surprise(problem, undisturbed(problem), 3)
     first, second = (run(problem, surprises=surprises) for _ in range(2))
     assert first.events == second.events
     assert np.array_equal(first.measured.positions, second.measured.positions)

@@ -174,3 +174,45 @@ def test_what_is_known_for_a_short_time_only_brings_the_robot_to_rest_and_is_nam
     supervisor.see(problem.scene)
     run(arm, supervisor, 9.0)
     assert kinds(supervisor)[-1] is Kind.REACHED
+
+
+def test_what_is_planned_is_proven_of_a_robot_that_is_a_little_off() -> None:
+    """Between plates there is just room: what keeps nearer than the robot may be off cannot be driven."""
+    narrow = named("between_plates_xarm7")
+    arm = IdealExecutor(narrow.scene.robot.joint_names, narrow.start_positions)
+    arm.tolerance[:] = 1e-3
+    supervisor = Supervisor(arm, narrow)
+    supervisor.go(narrow)
+    run(arm, supervisor, 5.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.REACHED]
+
+
+def test_what_can_never_be_proven_is_not_planned_again_and_again() -> None:
+    """Standing in contact is proven of no robot that may be off: that is said once."""
+    touching = named("pick_and_place_panda")
+    arm = IdealExecutor(touching.scene.robot.joint_names, touching.start_positions)
+    arm.tolerance[:] = 1e-3
+    supervisor = Supervisor(arm, touching)
+    supervisor.go(touching)
+    run(arm, supervisor, 1.0)
+    assert kinds(supervisor) == [Kind.STARTED, Kind.NO_PLAN]
+    assert "what was planned is not proven: table - block" in supervisor.events[-1].words
+    assert supervisor.blocked and not supervisor.moving
+
+
+def test_a_heavy_load_is_braked_as_gently_as_the_torque_allows() -> None:
+    heavy = named("heavy_payload_panda")
+    arm = IdealExecutor(heavy.scene.robot.joint_names, heavy.start_positions)
+    supervisor = Supervisor(arm, heavy)
+    supervisor.go(heavy)
+    run(arm, supervisor, 0.3)
+    left = supervisor.committed.end - arm.now()
+    taken = supervisor.stop()
+    assert taken.proven and taken.duration < left - 0.05
+
+
+def named(name: str) -> to.Problem:
+    try:
+        return to.named_problem(name)
+    except to.MissingExtra as error:
+        pytest.skip(str(error))

@@ -23,14 +23,13 @@ from trajopt.cli.options import (
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption, watched
 from trajopt.errors import ProblemError, shown
-from trajopt.execution.random_surprise import random_surprise
+from trajopt.execution.random_surprise import random_surprise, undisturbed
 from trajopt.execution.recording_file import write_recording
 from trajopt.execution.run import Run
 from trajopt.execution.run import run as drive
 from trajopt.execution.surprises import NONE, Surprises, read_surprises
 from trajopt.io.json_files import write_json
 from trajopt.model.printed import in_length
-from trajopt.planning.plan import plan
 from trajopt.problem import Problem
 from trajopt.simulate import render
 from trajopt.simulate.film import check_path
@@ -115,7 +114,7 @@ def _surprises(problem: Problem, words: str) -> Surprises:
     seed = words.removeprefix(RANDOM)
     if not seed.isdigit():
         raise ProblemError(f"--surprises random:SEED takes a whole number, is {shown(words)}")
-    return random_surprise(problem, plan(problem).require().trajectory, int(seed))
+    return random_surprise(problem, undisturbed(problem), int(seed))
 
 
 def _report(driven: Run) -> str:

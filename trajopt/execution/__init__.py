@@ -14,6 +14,7 @@ from trajopt.execution.ideal import IdealExecutor as IdealExecutor
 from trajopt.execution.logbook import Logbook as Logbook
 from trajopt.execution.options import SupervisorOptions as SupervisorOptions
 from trajopt.execution.random_surprise import random_surprise as random_surprise
+from trajopt.execution.random_surprise import undisturbed as undisturbed
 from trajopt.execution.recording import Moment as Moment
 from trajopt.execution.recording import Recording as Recording
 from trajopt.execution.recording import Sighting as Sighting

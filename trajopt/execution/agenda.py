@@ -235,7 +235,7 @@ class Agenda(Printed):
         """Commit the next piece of a motion."""
         running, journal = self.running, self.commitment.journal
         progress = running.extend(now)
-        if progress is Progress.UNPROVEN:
+        if progress is Progress.UNPROVEN and not self._hopeless(intended, now):
             # There is time until it brakes: what comes next may be clear a cycle later, or planned anew.
             changing = bool(self.commitment.world.scene.changing)
             if not changing or not running.would_be_clear(intended, running.parting):
@@ -246,6 +246,21 @@ class Agenda(Printed):
         elif progress is Progress.BRAKING:
             self.pending, self._again = self.pending or intended.goal, 0.0
             journal.note(Kind.STOPPING, "nothing that goes on from there was proven in time")
+
+    def _hopeless(self, intended: Intention, now: float) -> bool:
+        """Give up a motion of which not even the begin is proven, where nothing moves; say whether it is.
+
+        Planned anew from the same place it would be the same.
+        """
+        commitment, running = self.commitment, self.running
+        if running.parting > intended.begin or commitment.world.scene.changing:
+            return False
+        self.pending, self._again = self.pending or intended.goal, now + self.options.retry
+        if now >= commitment.motion.end:
+            words = running.why_not(intended, running.parting, now)
+            running.leave()
+            self._not_planned(Kind.NO_PLAN, f"what was planned is not proven: {words}", same=True)
+        return True
 
     def _turned(self, coming: Transition, before: Intention, now: float) -> bool:
         """Turn from a motion to the next, where it is time for that; say whether it is done."""

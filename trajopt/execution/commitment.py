@@ -8,6 +8,7 @@ from trajopt.execution.events import Kind
 from trajopt.execution.executor import Executor
 from trajopt.execution.guard import Guard, Seen, start_at
 from trajopt.execution.journal import Journal
+from trajopt.execution.room import with_room
 from trajopt.execution.soonest_stop import StopTaken, soonest_stop
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
@@ -67,8 +68,12 @@ class Commitment(Printed):
         return True
 
     def from_then(self, problem: Problem, at: float) -> Problem:
-        """Return a problem from where the robot will be at a time [s], among what will be there."""
-        here = self.still_at(problem, at, self.world.at(at))
+        """Return a problem from where the robot will be at a time [s], among what will be there.
+
+        It asks for room for how far the robot can be off: without, what is planned might not be proven.
+        """
+        scene = with_room(self.world.at(at), self.guard.options.distance_error)
+        here = self.still_at(problem, at, scene)
         running = self.motion.ahead(at, self.joint_names)
         return here if running is None else on_the_way(here, running, 0.0)
 

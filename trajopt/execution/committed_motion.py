@@ -18,17 +18,6 @@ INSTANT = 1e-9
 ORDERS = ("position", "velocity", "acceleration")
 
 
-def _derivatives(count: int) -> tuple[Floats, Floats]:
-    """Return exponents and factors of a polynomial's powers and of its first two derivatives, (3, count)."""
-    powers = np.arange(count - 1.0, -1.0, -1.0)
-    factors = np.stack((powers**0, powers, powers * (powers - 1.0)))
-    return np.maximum(powers - np.arange(3.0)[:, None], 0.0), factors
-
-
-DERIVATIVES = {count: _derivatives(count) for count in (2, 4, 6)}
-"""By the number of coefficients: of what goes straight, of cubics and of quintics."""
-
-
 @dataclass(frozen=True, eq=False)
 class _Piece:
     """A motion of all joints, and when it begins."""
@@ -91,7 +80,7 @@ class CommittedMotion:
             first = self._standing if not pieces else pieces[0].trajectory.positions[0]
             return np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
         since = time - now.begin
-        rows = _state(now.trajectory, since)
+        rows = np.stack([now.trajectory(since, order) for order in range(3)])
         if since >= now.trajectory.duration:
             rows[1:] = 0.0
         return rows
@@ -182,15 +171,6 @@ class CommittedMotion:
 
     def _columns(self, trajectory: Trajectory) -> list[int]:
         return [self.joint_names.index(name) for name in trajectory.joint_names]
-
-
-def _state(motion: Trajectory, time: float) -> Floats:
-    """Return positions, velocities and accelerations at a time on a motion [s]: asked for in each period."""
-    times, coefficients = motion.times, motion.coefficients
-    moment = min(time, motion.duration)
-    piece = min(int(times.searchsorted(moment, side="right")), len(times) - 1) - 1
-    exponents, factors = DERIVATIVES[len(coefficients)]
-    return (factors * (moment - times[piece]) ** exponents) @ coefficients[:, piece]
 
 
 def _one_after_the_other(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:

@@ -9,6 +9,7 @@ the robot as it is then or anywhere on the way on which it would come to rest, o
 the goal: no robot could avoid the first, and none would get there with the others.
 """
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -16,6 +17,8 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
+from trajopt.execution.guard import Guard
+from trajopt.execution.room import with_room
 from trajopt.execution.surprises import Surprise, Surprises
 from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
@@ -23,6 +26,7 @@ from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box
 from trajopt.model.stated import ends_of
 from trajopt.model.trajectory import Trajectory
+from trajopt.planning.plan import plan
 from trajopt.problem import Problem
 from trajopt.retime.stops import StopsAlong
 from trajopt.verify import Judge
@@ -38,6 +42,24 @@ DRAWS = 200
 """So many boxes are drawn at most."""
 LOOKS = 12
 """Places on the way to rest at which the box must be clear of the robot."""
+
+
+@checked
+def undisturbed(problem: Problem, *, tolerance: float = 1e-3) -> Trajectory:
+    """Return the motion that a supervisor drives if nothing happens, for `random_surprise`.
+
+    It keeps farther away than `plan` has to, by how far the robot can be off where it has to be.
+
+    Args:
+        problem: What is asked.
+        tolerance: How far each joint may be from where it has to be [rad | m].
+
+    Raises:
+        PlanningFailed: If there is none.
+    """
+    guard = Guard(problem, np.full(len(problem.reduced.joint_names), tolerance))
+    roomy = with_room(problem.scene, guard.options.distance_error)
+    return plan(replace(problem, scene=roomy)).require().trajectory
 
 
 @checked

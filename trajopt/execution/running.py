@@ -18,8 +18,8 @@ from trajopt.problem import Problem
 from trajopt.retime.stops import PathStop
 
 FARTHER = (0.0, 0.2, 0.5, inf)
-"""How much farther the robot goes on where its stop is in the way of what passes [s]: past a box of 0.1 m at
-0.5 m/s, past a person, or to the goal."""
+"""How much farther the robot goes on where a sooner stop is not proven [s]: past a box of 0.1 m at 0.5 m/s,
+past a person, or to the goal."""
 
 
 class Progress(Enum):
@@ -136,6 +136,11 @@ class Running(Printed):
         self.parting, self._committed = intended.begin + stop.leaves, Pause(intended, stop)
         return True
 
+    def why_not(self, intended: Intention, begin: float, now: float) -> str:
+        """Say why the next piece of a motion is not proven; arguments as of `commit`."""
+        stop = intended.stops.earliest(begin - intended.begin, after=self._after(now) - intended.begin)
+        return intended.goal.guard.why_not(stop.trajectory, self.commitment.world, begin)
+
     def resume(self, now: float) -> bool:
         """Go on along the path on which the robot stands, at the fastest pace that is proven.
 
@@ -189,12 +194,13 @@ class Running(Printed):
         """Yield the motion at paces that it may go on with, the best first, and how much farther at once [s].
 
         Where something moves, a stop may be in its way that is clear farther on, and so may be one that is
-        sooner where the robot goes slower.
+        sooner where the robot goes slower. With a heavy load, braking hard takes a torque that there is not:
+        going on to where it can be braked gently, or to the goal, does not.
         """
         pace, changing = intended.clock.pace, bool(self.commitment.world.scene.changing)
         for other in PACES:
             if other == pace:
-                yield from ((intended, farther) for farther in (FARTHER if changing else FARTHER[:1]))
+                yield from ((intended, farther) for farther in FARTHER)
             elif (other > pace or changing) and (found := intended.at_pace(other, begin)) is not None:
                 yield found, 0.0
 

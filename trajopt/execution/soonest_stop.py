@@ -1,10 +1,12 @@
 """The soonest stop of what is being driven, on its path or off it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from trajopt.arrays import Value
 from trajopt.execution.guard import Guard, Seen
-from trajopt.methods.stopping import stopping_motion
+from trajopt.methods.stopping import stop_from, stopping_motion, with_jerk
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning import on_the_way
 from trajopt.problem import Problem
@@ -23,6 +25,35 @@ class StopTaken(Value):
     duration: float
     along: bool
     proven: bool
+
+
+GENTLE = (0.5, 0.25, 0.1)
+"""Parts of the limits that braking off the path is tried with where no other stop is proven: what it takes
+besides the torque that holds the load falls with them."""
+
+
+def _gentle(here: Problem, ahead: Trajectory) -> list[Trajectory]:
+    """Return stops that brake less hard than the limits allow, the sooner first."""
+    begin, limits = np.stack([ahead(0.0, order) for order in range(3)]), here.limits
+    running = np.abs(begin[2])  # what it is let go of takes as much as it has
+    scaled = (
+        replace(limits, acceleration=np.maximum(part * limits.acceleration, running), jerk=part * limits.jerk)
+        for part in GENTLE
+    )
+    return [stop_from(begin, with_jerk(each)) for each in scaled]
+
+
+def _proven(guard: Guard, world: Seen, begin: float, stops: list[Trajectory]) -> Trajectory | None:
+    """Return the first of some stops that is proven, or else that keeps clear of everything."""
+    return next(
+        (
+            stop
+            for required in (True, False)
+            for stop in stops
+            if guard.proven(stop, world, begin, requirements=required)
+        ),
+        None,
+    )
 
 
 def soonest_stop(
@@ -46,14 +77,10 @@ def soonest_stop(
         soonest = min(on_path, key=lambda stop: stop.duration)
         return soonest, StopTaken(soonest.duration, along=True, proven=False)
     stops = sorted((*on_path, stopping_motion(on_the_way(here, ahead, 0.0))), key=lambda stop: stop.duration)
-    found = next(
-        (
-            stop
-            for required in (True, False)
-            for stop in stops
-            if guard.proven(stop, world, begin, requirements=required)
-        ),
-        None,
-    )
+    found = stops[0] if guard.proven(stops[0], world, begin) else None
+    if found is None:
+        # With a heavy load, braking as hard as the limits allow may take a torque that there is not.
+        every = sorted((*stops, *_gentle(here, ahead)), key=lambda stop: stop.duration)
+        found = _proven(guard, world, begin, every)
     motion = found or stops[0]
     return motion, StopTaken(motion.duration, any(motion is stop for stop in on_path), found is not None)
