@@ -72,9 +72,15 @@ def test_the_robot_is_driven_and_stopped(server: Serving) -> None:
         with pytest.raises(ServerError) as refused:
             session.execute(far)
         assert refused.value.status == 409
+        session.edit([POST])
+        assert list(session.read()["objects"]) == ["post"]
+        seen = len(moving)
+        while len(moving) < seen + 3 and drive.is_alive():
+            drive.join(0.02)
         assert session.stop()["stopping"]
         drive.join(30.0)
         assert ended[0]["stopped"]
+        assert "world changed" in [event["kind"] for event in ended[0]["events"]]
         assert not session.stop()["stopping"]
 
 

@@ -80,6 +80,29 @@ def test_the_message_of_moveit_is_read_in_the_scene_of_the_session() -> None:
     ask("check", {"problem": REACH, "trajectory": {key: answer[key] for key in ("joint_names", "points")}})
 
 
+def test_a_planning_scene_of_moveit_is_taken_whole_or_as_a_difference() -> None:
+    def ball(name: str, operation: int = 0) -> dict[str, Any]:
+        pose = {"position": {"x": 0.75, "y": -0.4, "z": 0.14}, "orientation": {"w": 1.0}}
+        shape = {"type": 2, "dimensions": [0.1]}
+        solid = {"primitives": [shape], "primitive_poses": [pose]} if operation == 0 else {}
+        return {"id": name, "operation": operation, **solid}
+
+    def scene(*objects: dict[str, Any], diff: bool, **state: float) -> dict[str, Any]:
+        joints = {"joint_state": {"name": list(state), "position": list(state.values())}, "is_diff": True}
+        return {"world": {"collision_objects": list(objects)}, "is_diff": diff, "robot_state": joints}
+
+    document, held = ask("planning_scene", scene(ball("a"), diff=False, joint1=0.3))
+    assert list(document["objects"]) == ["a"] and document["positions"]["joint1"] == 0.3
+    document, held = ask("planning_scene", scene(ball("b"), diff=True), held)
+    assert sorted(document["objects"]) == ["a", "b"] and document["positions"]["joint1"] == 0.3
+    document, held = ask("planning_scene", scene(ball("a", 1), diff=True, joint1=-0.49), held)
+    assert list(document["objects"]) == ["b"]
+    assert "b" in " ".join(ask("validity", {}, held)[0]["reasons"])
+    assert list(ask("planning_scene", scene(ball("c"), diff=False), held)[0]["objects"]) == ["c"]
+    with pytest.raises(to.TrajoptError, match="did you mean"):
+        ask("planning_scene", {"wurld": {}})
+
+
 def test_a_motion_is_checked() -> None:
     answer, _ = ask("plan", {"problem": REACH})
     motion = {key: answer[key] for key in ("joint_names", "points")}
@@ -120,10 +143,8 @@ def test_edits_are_made_all_or_none_and_named_where_wrong() -> None:
 
 
 def test_what_is_read_of_an_object_makes_it_again() -> None:
-    parts = [
-        [{"cylinder": {"radius": 0.1, "length": 1.0}}, {"xyz": [1, 2, 3]}],
-        [{"sphere": {"radius": 0.2}}, {}],
-    ]
+    pole, ball = {"cylinder": {"radius": 0.1, "length": 1.0}}, {"sphere": {"radius": 0.2}}
+    parts = [[pole, {"xyz": [1, 2, 3]}], [ball, {"xyz": [0, 0, 1]}]]
     document, held = ask("edit", {"edits": [{"add": {"name": "lamp", "shape": parts}}]})
     lamp = document["objects"]["lamp"]
     again = [[each["shape"], each["placement"]] for each in lamp["parts"]]

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
@@ -30,7 +31,7 @@ def test_every_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         page.run("What can be asked")
         told = capsys.readouterr().out
         assert "True\n" in told and told.splitlines()[-1] == "True []"
-        page.names["client"].close()
+        cast(Any, page.names["client"]).close()
 
 
 def test_every_operation_and_refusal_is_on_the_page() -> None:

@@ -96,6 +96,10 @@ class SessionCalls(Generic[Reply]):
         """Say how objects move: `[{"object": "box", "times": [...], "positions": [...]}]`."""
         return self.ask("motions", {"motions": list(motions)})
 
+    def planning_scene(self, message: Mapping[str, Any]) -> Reply:
+        """Send a `moveit_msgs/PlanningScene`: the whole scene, or with `is_diff` what changes in it."""
+        return self.ask("planning_scene", message)
+
     def plan(
         self,
         problem: Mapping[str, Any],

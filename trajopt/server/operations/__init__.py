@@ -7,7 +7,7 @@ from trajopt.server.operations.driving import execute
 from trajopt.server.operations.following import follow_curve
 from trajopt.server.operations.kinematics import forward_kinematics, inverse_kinematics, validity
 from trajopt.server.operations.planning import check, explain, plan
-from trajopt.server.operations.scenes import edit, read, set_motions
+from trajopt.server.operations.scenes import edit, planning_scene, read, set_motions
 
 OPERATIONS: Mapping[str, Operation] = {
     "plan": Operation(plan),
@@ -20,6 +20,7 @@ OPERATIONS: Mapping[str, Operation] = {
     "read": Operation(read, Lane.QUICK),
     "edit": Operation(edit, Lane.QUICK, edits=True),
     "motions": Operation(set_motions, Lane.QUICK, edits=True),
+    "planning_scene": Operation(planning_scene, Lane.QUICK, edits=True),
     "execute": Operation(execute, Lane.DRIVING),
 }
 """What can be asked for, by name."""

@@ -8,6 +8,9 @@ from trajopt.arrays import floats
 from trajopt.errors import ModelError, ProblemError
 from trajopt.io.document import Node
 from trajopt.model.scene import Scene
+from trajopt.moveit.frames import Reading, world_names
+from trajopt.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.moveit.scene_edits import edit_scene
 from trajopt.server.operations.words import called, value_of
 from trajopt.server.state import SessionState
 
@@ -66,3 +69,21 @@ def _once(state: SessionState, edit: str, node: Node) -> SessionState:
     if node.has("self"):
         raise node.error("unknown key self")
     return replace(state, scene=called(SCENE_EDITS[edit], node, **given))
+
+
+def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, tuple[str, ...]]:
+    """Return what a session holds after a `moveit_msgs/PlanningScene`, and notes on how it was read.
+
+    Args:
+        state: What it holds.
+        message: The message; unless it `is_diff` the scene is what it says, and nothing else.
+
+    Raises:
+        FileFormatError: If the message is malformed, cannot be carried out, or holds an octomap.
+        NameNotFound: If it names an unknown link, frame or object.
+    """
+    robot, notes = state.scene.robot, list[str]()
+    told = read_joint_positions(message["robot_state"], robot, notes)
+    positions = layered_positions(robot, state.named_positions, told)
+    scene = edit_scene(message, state.scene, Reading(world_names(robot), positions, None, notes))
+    return replace(state, scene=scene, positions=positions), tuple(notes)

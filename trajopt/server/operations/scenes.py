@@ -10,7 +10,7 @@ from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Shape
 from trajopt.moveit.motions import apply_motions
 from trajopt.server.operation import Answer
-from trajopt.server.operations.edits import edited
+from trajopt.server.operations.edits import edited, scene_of_message
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
@@ -26,6 +26,15 @@ def set_motions(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     scene = apply_motions(arguments.only(("motions",))["motions"], state.scene)
     state = replace(state, scene=scene)
     return Answer(_description(state), state)
+
+
+def planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Take a `moveit_msgs/PlanningScene`: the whole scene, or where it `is_diff` what changes in it.
+
+    Joint positions in it are where the robot stands from now on.
+    """
+    state, notes = scene_of_message(state, arguments)
+    return Answer({**_description(state), "notes": list(notes)}, state)
 
 
 def read(state: SessionState, arguments: Node, watch: Watch) -> Answer:
