@@ -45,8 +45,8 @@ WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
     "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "Logbook", "MoveGroupCommander",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",
-    "Search", "Service", "Servo", "Session", "SimulatedExecutor", "Supervisor", "SymbolicKinematics",
-    "Timeline", "Value", "Viewer", "Watch", "Workspace", "World",
+    "Search", "Service", "Servo", "ServoPage", "Session", "SimulatedExecutor", "Supervisor",
+    "SymbolicKinematics", "Timeline", "Value", "Viewer", "Watch", "Workspace", "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""
 

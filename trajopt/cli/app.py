@@ -13,8 +13,8 @@ from trajopt.errors import TrajoptError
 
 BAD_INPUT = 2
 COMMANDS = (
-    "demo", "plan", "check", "simulate", "run", "export", "bench", "suite", "compare", "view", "sample",
-    "reach", "srdf", "serve", "moveit", "replay",
+    "demo", "plan", "check", "simulate", "run", "servo", "export", "bench", "suite", "compare", "view",
+    "sample", "reach", "srdf", "serve", "moveit", "replay",
 )  # fmt: skip
 """All commands; each is the function of its name in a file of its name."""
 OTHERS_WORDS = ("moveit",)

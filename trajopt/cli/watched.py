@@ -49,13 +49,18 @@ class Watching:
             self._viewer.wait(seconds)
 
 
+def say_where(url: str, *, as_json: bool) -> None:
+    """Say where a page is; with JSON on standard output only to a person, on standard error."""
+    if not as_json or sys.stderr.isatty():
+        typer.echo(f"open {url} (Ctrl-C ends)", err=as_json)
+
+
 @contextmanager
 def watched(problem: Problem, *, view: bool, port: int, host: str, as_json: bool) -> Generator[Watching]:
     """Open the page of a run if one is asked for, and close it at the end."""
     viewer = watch_run(problem, port=port, host=host) if view else None
-    # With JSON on standard output there is no room for another line, and a program reads no other.
-    if viewer is not None and (not as_json or sys.stderr.isatty()):
-        typer.echo(f"open {viewer.url} (Ctrl-C ends)", err=as_json)
+    if viewer is not None:
+        say_where(viewer.url, as_json=as_json)
     try:
         yield Watching(viewer)
     finally:

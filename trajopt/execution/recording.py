@@ -135,6 +135,7 @@ class Recording(Value):
         """From the begin to the last look [s]."""
         return float(self.times[-1] - self.times[0])
 
+    @checked
     def reduced(self, sighting: Sighting) -> ReducedModel:
         """Return the robot among what was seen; of all else than the group, as it stood at the begin."""
         return reduce_model(sighting.seen.scene, self.group, self.start)

@@ -14,5 +14,7 @@ from trajopt.view.reach import plot_reach as plot_reach
 from trajopt.view.run_viewer import RunViewer as RunViewer
 from trajopt.view.run_viewer import view_run as view_run
 from trajopt.view.run_viewer import watch_run as watch_run
+from trajopt.view.servo_page import ServoPage as ServoPage
+from trajopt.view.servo_page import servo_page as servo_page
 from trajopt.view.viewer import Viewer as Viewer
 from trajopt.view.viewer import view as view

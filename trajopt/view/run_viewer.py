@@ -89,7 +89,7 @@ class RunViewer:
         self._moment: Moment | None = None
         self._closed, self._shown = threading.Event(), 0
         self._kept: tuple[int, Recording] | None = None
-        _look_from_the_best_side(server, drawing.reduced, motion)
+        look_from_the_best_side(server, drawing.reduced, motion)
         gui = server.gui
         live = isinstance(source, Logbook)
         duration = 0.0 if isinstance(source, Logbook) else source.duration
@@ -219,7 +219,7 @@ class RunViewer:
         self._events_text.content = events_html(self._moment.events, EVENTS)
 
 
-def _look_from_the_best_side(server: "ViserServer", reduced: ReducedModel, motion: Trajectory | None) -> None:
+def look_from_the_best_side(server: "ViserServer", reduced: ReducedModel, motion: Trajectory | None) -> None:
     """Look at a motion, or at the robot as it stands, from where least is hidden."""
     from trajopt.simulate.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
     from trajopt.simulate.motion import motion_of
