@@ -173,7 +173,7 @@ def _arguments(archive: Archive, reader: Reader) -> PlanArguments | None:
     if ARGUMENTS not in archive.names:
         return None
     node = _document(archive, ARGUMENTS)
-    node.only(("method", "improve", "every_goal", "budget", "random", "planned_by", "custom_method"))
+    node.only(("method", "improve", "every_goal", "seeds", "budget", "random", "planned_by", "custom_method"))
     random: object = node["random"].value
     if random is not None and not isinstance(random, dict):
         raise node["random"].error("must be a mapping")
@@ -183,6 +183,7 @@ def _arguments(archive: Archive, reader: Reader) -> PlanArguments | None:
         node["every_goal"].flag(),
         _of_kind(reader, node["budget"], Budget),
         cast("dict[str, object] | None", random),
+        reader.value(node["seeds"]) or (),
     )
 
 

@@ -74,6 +74,7 @@ def replay(bundle: Bundle, *, method: Method | str | None = None) -> Replay:
         method=arguments.method if method is None else method,
         improve=arguments.improve,
         every_goal=arguments.every_goal,
+        seeds=arguments.seeds,
         budget=arguments.budget,
         rng=arguments.generator,
     )

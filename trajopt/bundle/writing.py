@@ -114,6 +114,7 @@ def _arguments(writer: Writer, result: Result) -> dict[str, bytes]:
         "method": None if own else arguments.method,
         "improve": arguments.improve,
         "every_goal": arguments.every_goal,
+        "seeds": arguments.seeds,
         # A clock is code: that of the wall stands for any.
         "budget": Budget(
             budget.seconds, budget.work, budget.attempts, workers=budget.workers, improve=budget.improve

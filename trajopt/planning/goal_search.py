@@ -17,6 +17,7 @@ from trajopt.planning.seeds import (
     Around,
     Blocked,
     Bumps,
+    GivenPaths,
     GivenSeed,
     MakeSeed,
     NoSeed,
@@ -40,7 +41,8 @@ SOURCES: dict[SeedKind, Source] = {
     SeedKind.BUMP: Bumps(),
     SeedKind.SAMPLED: SampledPaths(),
 }
-"""Sources of the seeds of each kind but the straight lines, whose kind each branch names itself."""
+"""Sources of the seeds of each kind but the straight lines, whose kind each branch names itself, and the
+paths that a caller gives."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +102,7 @@ class GoalSearch:
         choice: The method with its options, and why it was taken.
         rng: Draws starts and bends; every seed from a child of its own.
         goal_name: Of a goal set: the name of the goal.
+        given: Knots of the paths that the caller gives, shape (k, n) each.
         nearest: The failure that came nearest, if any attempt has failed.
     """
 
@@ -107,6 +110,7 @@ class GoalSearch:
     choice: Choice
     rng: np.random.Generator
     goal_name: str = ""
+    given: tuple[Floats, ...] = ()
     nearest: Result | None = None
     _branches: list[GoalBranch] = field(default_factory=list[GoalBranch])
     _running: dict[SeedKind, Iterator[Candidate]] = field(default_factory=dict[SeedKind, Iterator[Candidate]])
@@ -177,7 +181,8 @@ class GoalSearch:
             return self._close_to(with_knots(incumbent.path.knots, incumbent.problem.knots), row)
         if row.source not in self._running:
             to = self._branches[slice(*row.branches)]
-            source = SOURCES[row.source]
+            given = row.source is SeedKind.GIVEN
+            source = GivenPaths(self.given) if given else SOURCES[row.source]
             # With waypoints each branch has knots of its own for them.
             any_will_do = row.to_any and not self.workspace.problem.waypoints
             self._running[row.source] = self._to_any(source, to) if any_will_do else self._in_turn(source, to)

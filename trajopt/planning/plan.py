@@ -1,6 +1,6 @@
 """plan(problem): seeds in the order of the schedule, each attempted once, until a motion is verified."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import Event
 
@@ -16,6 +16,7 @@ from trajopt.planning.moving.in_time import in_time
 from trajopt.planning.plan_arguments import PlanArguments
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
+from trajopt.planning.seeds import SeedLike, stated_seeds
 from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workers import attempted_in_threads
 from trajopt.problem import Problem
@@ -30,6 +31,7 @@ def plan(
     method: Method | str | None = None,
     improve: bool = False,
     every_goal: bool = False,
+    seeds: Sequence[SeedLike] = (),
     seconds: float | None = None,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
@@ -53,6 +55,8 @@ def plan(
         every_goal: Whether the goals of a set are all planned to, each by itself, and the results kept for
             comparison: `result.of_each_goal`, and a table in the printed result. The plan is the shortest
             of them in time. A budget's seconds and work are shared out among the goals.
+        seeds: Paths to begin with, the best first, of motions that solved problems much like this one: each
+            is moved so that it leads from the start to the goal, and attempted before all others.
         seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
         rng: Draws the starts of inverse kinematics and the bends of seeds; a fixed seed when None, so that
             the answer is the same every time.
@@ -68,35 +72,52 @@ def plan(
     Raises:
         SolverNotFound: If there is no method of that name.
         ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, or nothing
-            improves what the method plans, or every goal is asked for and there is one.
+            improves what the method plans, or every goal is asked for and there is one, or seeds are given
+            for a problem with waypoints.
+        JointNotFound: If a seed does not name a joint of the group.
+        ShapeError: If a seed is not of the group's joints.
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
     function("on_incumbent", on_incumbent)
     given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
-    run = _attempted_in_time if problem.scene.changing else _attempted
+    paths = stated_seeds(problem, seeds)
     state = None if given is None else given.bit_generator.state
-    arguments = PlanArguments(method, improve, one_of("every_goal", every_goal, bool), tracker.budget, state)
+    one_of("every_goal", every_goal, bool)
+    arguments = PlanArguments(method, improve, every_goal, tracker.budget, state, paths)
+
+    def run(search: Search) -> Result:
+        attempted = _attempted_in_time if problem.scene.changing else _attempted
+        return attempted(replace(search, given=paths))
+
     if every_goal:
-        return replace(
-            EveryGoal(problem, choice, given, tracker, on_incumbent).planned(run), arguments=arguments
-        )
-    rng = given or np.random.default_rng(0)
-    result = run(Search(problem, choice, rng, tracker, on_incumbent))
-    missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
-    ended = not missed or result.stopped is not None
-    if not (ended or method is not None or improve or problem.starts_moving):
-        shorter = run(Search(problem, choose(problem, None, improve=True), rng, tracker, on_incumbent))
-        result = shorter if shorter.verified else result
+        result = EveryGoal(problem, choice, given, tracker, on_incumbent).planned(run)
+    else:
+        rng = given or np.random.default_rng(0)
+        result = _in_time_for(arguments, Search(problem, choice, rng, tracker, on_incumbent), run)
     return replace(result, arguments=arguments)
+
+
+def _in_time_for(arguments: PlanArguments, search: Search, run: Callable[[Search], Result]) -> Result:
+    """Run a search; where it ends too late and no method was named, shape and time are optimised together."""
+    result, problem = run(search), search.problem
+    missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
+    decided = arguments.method is not None or arguments.improve or problem.starts_moving
+    if not missed or result.stopped is not None or decided:
+        return result
+    freed = choose(problem, None, improve=True)
+    shorter = run(Search(problem, freed, search.rng, search.tracker, search.on_incumbent))
+    return shorter if shorter.verified else result
 
 
 def _attempted_in_time(search: Search) -> Result:
     """Search for a motion among what changes with time, in the ways that `in_time` knows."""
 
     def run(each: Problem, /, *, most: int | None = None, choice: Choice | None = None) -> Result:
-        return _attempted(Search(each, choice or search.choice, search.rng, search.tracker, most=most))
+        return _attempted(
+            Search(each, choice or search.choice, search.rng, search.tracker, given=search.given, most=most)
+        )
 
     return in_time(search.problem, run, search.tracker, search.rng, search.on_incumbent)
 

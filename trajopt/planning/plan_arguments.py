@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.arrays import Value
+from trajopt.arrays import Floats, Value
 from trajopt.errors import ProblemError, shown
 from trajopt.methods import Method
 from trajopt.planning.budget import Budget
@@ -22,6 +22,7 @@ class PlanArguments(Value):
         every_goal: Whether all goals of a set were planned to.
         budget: What planning was allowed to use.
         random: The state of the generator that was given, before planning; None where none was.
+        seeds: Knots of the paths that were given, shape (k, n) each [rad | m].
     """
 
     method: Method | str | None = None
@@ -29,6 +30,7 @@ class PlanArguments(Value):
     every_goal: bool = False
     budget: Budget = field(default_factory=Budget)
     random: Mapping[str, Any] | None = None
+    seeds: tuple[Floats, ...] = ()
 
     @property
     def generator(self) -> np.random.Generator | None:

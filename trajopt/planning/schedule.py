@@ -64,11 +64,16 @@ CYCLES = 3
 """How often, where no budget says how much."""
 
 
-def rounds(*, bounded: bool) -> Iterator[Round]:
+GIVEN: Round = (Row(SeedKind.GIVEN, to_any=True),)
+"""What is tried before everything else, where the caller gives paths."""
+
+
+def rounds(*, bounded: bool, given: bool = False) -> Iterator[Round]:
     """Yield the rounds in order.
 
     Args:
         bounded: Whether a budget ends planning: then there is no last round.
+        given: Whether the caller gives paths to begin with.
     """
     cycles = repeat(CYCLE) if bounded else repeat(CYCLE, CYCLES)
-    return chain(OPENING, chain.from_iterable(cycles))
+    return chain((GIVEN,) * given, OPENING, chain.from_iterable(cycles))

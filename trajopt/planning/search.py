@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from trajopt.arrays import Floats
 from trajopt.infeasibility import closed_cut
 from trajopt.infeasibility.reasons import blocks_on_the_way, enclosed, margin_out_of_reach
 from trajopt.methods import Choice
@@ -41,6 +42,7 @@ class Search:
         tracker: Counts what is used, and stops planning.
         on_incumbent: Called with each verified motion that is better than the one before.
         remarks: What is to be said of the problem besides.
+        given: Knots of the paths that are tried first, shape (k, n) each.
         most: Attempts at most, fewer than the budget's; None for as many as that allows.
         incumbent: The best of those.
         attempts: What became of each seed.
@@ -52,6 +54,7 @@ class Search:
     tracker: BudgetTracker
     on_incumbent: Callable[[Result], None] | None = None
     remarks: tuple[str, ...] = ()
+    given: tuple[Floats, ...] = ()
     most: int | None = None
     incumbent: Result | None = None
     attempts: list[Attempt] = field(default_factory=list[Attempt])
@@ -63,7 +66,7 @@ class Search:
         """The search for each goal."""
         asked = self.problem.alternatives or {"": self.problem}
         return tuple(
-            GoalSearch(Workspace(problem, self.tracker), self.choice, self.rng, name)
+            GoalSearch(Workspace(problem, self.tracker), self.choice, self.rng, name, self.given)
             for name, problem in asked.items()
         )
 
@@ -83,7 +86,7 @@ class Search:
         open_ones = [goal for goal in self.goals if goal.goal_name not in self._refusals]
         nearest_first = sorted(open_ones, key=lambda goal: goal.travel)
         budget = self.tracker.budget
-        for rows in rounds(bounded=budget.bounded):
+        for rows in rounds(bounded=budget.bounded, given=bool(self.given)):
             if not nearest_first:
                 return
             candidates = [item for goal in nearest_first for item in goal.candidates(rows, self._best(goal))]

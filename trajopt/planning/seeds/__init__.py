@@ -2,6 +2,9 @@
 
 from trajopt.planning.seeds.around import Around as Around
 from trajopt.planning.seeds.bumps import Bumps as Bumps
+from trajopt.planning.seeds.given import GivenPaths as GivenPaths
+from trajopt.planning.seeds.given import SeedLike as SeedLike
+from trajopt.planning.seeds.given import stated_seeds as stated_seeds
 from trajopt.planning.seeds.kind import SeedKind as SeedKind
 from trajopt.planning.seeds.sampled import SampledPaths as SampledPaths
 from trajopt.planning.seeds.source import Blocked as Blocked
