@@ -29,8 +29,8 @@ class PlainKinematics(Kinematics):
         self.calls += len(positions)
         return Poses(configurations, matrices[..., :3, :3], matrices[..., :3, 3])
 
-    def torques(self, configurations: Floats, velocities: Floats, accelerations: Floats) -> Floats:
-        rows = zip(configurations, velocities, accelerations, strict=True)
+    def torques(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
+        rows = zip(self.configurations(positions), velocities, accelerations, strict=True)
         return np.array([pin.rnea(self.reduced.model, self._data, q, v, a) for q, v, a in rows])
 
 

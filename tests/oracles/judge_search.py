@@ -267,7 +267,7 @@ def floor(windows: Windows, time: Floats, pair: Ints) -> Floats:
     Returns:
         Shape (i,) [m].
     """
-    until, since, first_depth, last_depth = windows.rows(pair).T
+    until, since, first_depth, last_depth = windows.rows(pair, 0.0).T
     first = np.where(time <= until, first_depth, np.inf)
     last = np.where(time >= since, last_depth, np.inf)
     depth = np.minimum(first, last)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import PPoly
 
+from tests.oracles.judge_polynomials import bounds
 from trajopt.verify.kernel.polynomials import Polynomials
 
 
@@ -32,6 +33,18 @@ def test_range_holds_everywhere_and_is_attained_in_the_limit(seed: int, degree: 
     middle = (begin + end) / 2
     low, high = polynomials.range(middle, middle + 1e-9)
     np.testing.assert_allclose(low, high, atol=1e-5)
+
+
+@given(seed=st.integers(0, 10**6), degree=st.integers(0, 5))
+@settings(max_examples=60, deadline=None)
+def test_the_core_bounds_as_the_same_in_plain_python(seed: int, degree: int) -> None:
+    polynomials = random_polynomials(seed, degree)
+    times = np.concatenate(
+        (polynomials.times, np.random.default_rng(seed).uniform(0.0, polynomials.times[-1], 7))
+    )
+    begin, end = np.array([(one, other) for one in times for other in times if one < other]).T
+    for found, wanted in zip(polynomials.range(begin, end), bounds(polynomials, begin, end), strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10)
 
 
 @given(seed=st.integers(0, 10**6), degree=st.integers(0, 5))

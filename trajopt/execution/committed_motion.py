@@ -80,7 +80,7 @@ class CommittedMotion:
             first = self._standing if not pieces else pieces[0].trajectory.positions[0]
             return np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
         since = time - now.begin
-        rows = np.stack([now.trajectory(since, order) for order in range(3)])
+        rows = now.trajectory.state(since)
         if since >= now.trajectory.duration:
             rows[1:] = 0.0
         return rows
@@ -100,19 +100,19 @@ class CommittedMotion:
         if unknown:
             return f"it moves {', '.join(unknown)}, which is not driven here"
         here, columns = self(at), self._columns(trajectory)
-        others = np.setdiff1d(np.arange(len(self.joint_names)), columns)
-        moving = others[np.abs(here[1, others]) > REST]
-        if len(moving):
-            return f"{self.joint_names[moving[0]]}, which it leaves where it is, is still moving"
+        left = np.abs(here[1]) > REST
+        left[columns] = False
+        if left.any():
+            return f"{self.joint_names[int(left.argmax())]}, which it leaves where it is, is still moving"
         # From rest a motion may begin with an acceleration, as it may end with one: there is time for both.
         orders = 2 if at >= self.end + 2.0 * JOLT else 3
-        for order in range(orders):
-            apart = np.abs(trajectory(0.0, order) - here[order, columns])
-            worst = int(apart.argmax())
-            if apart[worst] > MEETING:
-                name = trajectory.joint_names[worst]
-                return f"the {ORDERS[order]} of {name} would jump by {apart[worst]:.3g}"
-        last = np.abs(trajectory(trajectory.duration, 1))
+        apart = np.abs(trajectory.state(0.0) - here[:, columns])[:orders]
+        if apart.max() > MEETING:
+            order = int((apart.max(axis=1) > MEETING).argmax())
+            worst = int(apart[order].argmax())
+            name = trajectory.joint_names[worst]
+            return f"the {ORDERS[order]} of {name} would jump by {apart[order, worst]:.3g}"
+        last = np.abs(trajectory.state(trajectory.duration)[1])
         if last.max() > REST:
             return f"it does not end at rest: {trajectory.joint_names[int(last.argmax())]} moves on"
         return ""
@@ -126,6 +126,13 @@ class CommittedMotion:
             at: When it begins [s].
             now: What ended before is forgotten [s].
         """
+        kept = [piece for piece in self._pieces if piece.begin < at]
+        current = [number for number, piece in enumerate(kept) if piece.begin <= now]
+        motion = trajectory if trajectory.joint_names == self.joint_names else self._whole(trajectory, at)
+        self._pieces = (*kept[current[-1] if current else 0 :], _Piece(at, motion))
+
+    def _whole(self, trajectory: Trajectory, at: float) -> Trajectory:
+        """Return a motion of some joints that begins at a time as one of all; the others stand."""
         standing = self(at)[0]
         positions = np.tile(standing, (len(trajectory.times), 1))
         velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
@@ -133,10 +140,7 @@ class CommittedMotion:
         for whole, order in ((positions, 0), (velocities, 1), (accelerations, 2)):
             whole[:, columns] = trajectory(trajectory.times, order)
         rows = (velocities, accelerations)[: len(_rates(trajectory))]
-        motion = Trajectory(self.joint_names, trajectory.times, positions, *rows)
-        kept = [piece for piece in self._pieces if piece.begin < at]
-        current = [number for number, piece in enumerate(kept) if piece.begin <= now]
-        self._pieces = (*kept[current[-1] if current else 0 :], _Piece(at, motion))
+        return Trajectory(self.joint_names, trajectory.times, positions, *rows)
 
     @checked
     def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:

@@ -143,15 +143,15 @@ class Guard(Value):
 
     def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
         """State what must hold; the motion begins where it begins, which is for the executor to check."""
-        problem = self.problem
+        problem, begins = self.problem, motion.state(0.0)
         return Specification(
             goals=(),
             constraints=problem.requirements if requirements else (),
             limits=problem.moving_limits,
             tool_speeds=problem.tool_speeds,
             start_positions=motion.positions[0],
-            start_velocities=motion(0.0, 1),
-            start_accelerations=motion(0.0, 2),
+            start_velocities=begins[1],
+            start_accelerations=begins[2],
             clock=clock,
         )
 

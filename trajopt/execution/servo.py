@@ -17,11 +17,12 @@ from trajopt.execution.servo_program import Approach, Braking, Surrounding, sett
 from trajopt.execution.servo_task import Tool, in_world, joint_task, twist_to, values_of
 from trajopt.execution.soonest_stop import soonest_stop
 from trajopt.execution.tracking import off_track
-from trajopt.methods.stopping import stop_from, with_jerk
+from trajopt.methods.stopping import with_jerk
 from trajopt.model.reduced import reduce_model, tool_frame
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
+from trajopt.retime.joint_stops import stop_after
 
 DEFAULT = ServoOptions()
 ROUNDING = 1e-9
@@ -208,7 +209,8 @@ class Servo(Printed):
         """Return a tick's motion and a stop; None where the robot stands and stays, or nothing is found."""
         braking, period = self._braking, self.options.period
         clock = at - self._seen.stamp
-        near = self._around.approach(state, clock)
+        lower, upper = braking.bounds(state)
+        near = self._around.approach(state, clock, lower, upper)
         if isinstance(command, Twist | Pose):
             # Joints have the velocities that are asked for a lag later, farther on.
             then = state[0] + braking.lag * state[1]
@@ -223,7 +225,7 @@ class Servo(Printed):
         else:
             task = joint_task(self._speed * self._low_pass(command), braking)
         limits = braking.limits
-        settled = settle(task, near, *braking.bounds(state), limits)
+        settled = settle(task, near, lower, upper, limits)
         if settled is None:
             return None
         if np.abs(state[1:]).max() <= REST and np.abs(settled).max() <= REST:
@@ -233,10 +235,7 @@ class Servo(Printed):
         end = np.stack(
             (q + period * (v + period * (2.0 * a + then) / 6.0), v + period * (a + then) / 2.0, then)
         )
-        step = np.stack((state, end), axis=1)
-        return Trajectory(limits.joint_names, np.array((0.0, period)), *step).followed_by(
-            stop_from(end, limits)
-        )
+        return stop_after(state, end, period, limits)
 
     def _twist(self, command: Twist | Pose, tool: Tool) -> Floats:
         """Return the twist in the world that a command asks of the tool."""

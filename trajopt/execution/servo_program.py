@@ -18,7 +18,7 @@ import numpy as np
 
 from trajopt.arrays import Floats, Value
 from trajopt.model.changing_pairs import ChangingPairs
-from trajopt.model.deviation import largest_deviation
+from trajopt.model.deviation import pair_levers
 from trajopt.model.limits import EXCESS, JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.timed import timed_model
@@ -138,9 +138,7 @@ class Surrounding:
         self._changing = None if timed is None else ChangingPairs.of(timed)
         self._kept = np.asarray(among.pairs.required) + kept
         self._joints = len(reduced.joint_names)
-        self._levers = np.array(
-            [largest_deviation(among, unit) for unit in np.eye(len(among.joint_names))], dtype=np.float64
-        )
+        self._levers = pair_levers(among)
 
     def positions(self, positions: Floats, time: float) -> Floats:
         """Return the positions of the query's joints, for those of the group (n,) at a time [s]."""
@@ -148,12 +146,16 @@ class Surrounding:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
 
-    def approach(self, state: Floats, time: float) -> Approach:
+    def approach(self, state: Floats, time: float, lower: Floats, upper: Floats) -> Approach:
         """Measure what is near, and return how fast it may come nearer.
+
+        Only what can be too fast is measured: all else has room for any velocities within the bounds.
 
         Args:
             state: Positions, velocities and accelerations of the group's joints, shape (3, n).
             time: On the scene's clock [s].
+            lower: Least velocities that joints can settle at, shape (n,) [rad/s | m/s].
+            upper: Largest, likewise.
         """
         braking, joints = self._braking, self._joints
         limits = braking.limits
@@ -163,8 +165,8 @@ class Surrounding:
             after = self._timed.driven.at(np.array((time, time + STEP)))
             rates[joints:] = (after[1] - after[0]) / STEP
         fastest = np.abs(rates)
-        fastest[:joints] = np.minimum(np.abs(state[1]) + limits.acceleration * late, limits.velocity)
-        reach, grows = self._kept + float(self._levers @ fastest) * late, np.zeros(len(self._kept))
+        fastest[:joints] = np.maximum(-lower, upper)
+        reach, grows = self._kept + late * (self._levers @ fastest), np.zeros(len(self._kept))
         if self._changing is not None:
             _, velocity, acceleration = self._changing.errors.T
             error, grows = self._changing.error_at(time, slice(None)), velocity + acceleration * time
@@ -178,7 +180,9 @@ class Surrounding:
         brake = np.abs(jacobian) @ limits.acceleration
         nearer = np.minimum(room / late, np.sqrt(2.0 * brake * room))
         by_itself = near.jacobian[:, joints:] @ rates[joints:] - grows[near.pair]
-        return Approach(jacobian, -nearer - by_itself)
+        least = np.minimum(jacobian * lower, jacobian * upper).sum(axis=1)
+        kept = np.flatnonzero(least < -nearer - by_itself)
+        return Approach(jacobian[kept], (-nearer - by_itself)[kept])
 
 
 def settle(

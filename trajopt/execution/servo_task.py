@@ -1,10 +1,11 @@
 """Servo task: what a command asks of the joints' velocities, and how near to a singularity it may lead."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value
+from trajopt.arrays import Floats, Ints, Value
 from trajopt.errors import JointNotFound
 from trajopt.execution.servo_command import Command, Pose, ServoOptions, Twist
 from trajopt.execution.servo_program import Approach, Braking, Task
@@ -12,10 +13,7 @@ from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements.singularity_distance import LENGTH
 from trajopt.model.rotations import as_rotation_vector
-from trajopt.query import Query
-from trajopt.terms.frame_jacobian import FrameJacobian, frame_jacobian
-from trajopt.terms.motion import Motion
-from trajopt.terms.singularity_distance import singular_values
+from trajopt.query import Kinematics, Query
 
 SLOWEST = 1e-2
 """Commands slower than this count as much as if they were as fast, so that noise is not followed at all cost
@@ -26,34 +24,50 @@ SLOWEST = 1e-2
 class Tool(Value):
     """The tool of a group in a configuration.
 
+    Its Jacobian is that of `terms.frame_jacobian`, for one configuration and the group's own joints, and the
+    slope of its smallest singular value follows without the derivative of the whole.
+
     Attributes:
-        motion: The configuration.
-        jacobian: Of the tool, a radian counting as `LENGTH`, with its derivative.
-        joints: How many joints the group has.
+        reduced: The robot and its surroundings.
+        placed: Where its joints are.
+        linear: Velocity of the tool by each joint that carries it, from the base on, shape (k, 3).
+        angular: How it turns by each, shape (k, 3).
+        mimic: How fast each is at unit speed of the group's n joints, shape (k, n).
     """
 
-    motion: Motion
-    jacobian: FrameJacobian
-    joints: int
+    reduced: ReducedModel
+    placed: Kinematics
+    linear: Floats
+    angular: Floats
+    mimic: Floats
 
     @staticmethod
     def at(query: Query, positions: Floats, frame: str, joints: int) -> "Tool":
-        """Look at a tool frame for positions of the query's joints."""
-        motion = Motion.single(positions, query)
-        found = frame_jacobian(query.reduced, motion, frame, length=LENGTH, offset=np.zeros(3))
-        return Tool(motion, found, joints)
+        """Look at a tool frame for positions of the query's joints, of which the first are the group's."""
+        reduced, placed = query.reduced, query.kinematics(positions[None])
+        joint, held = reduced.attachment(frame)
+        chain = reduced.derived_of_robot(_chains)[joint]
+        point = placed.rotation[0, joint] @ held.translation + placed.translation[0, joint]
+        moved = placed.jacobian[0][:, chain].T
+        angular = moved[:, 3:]
+        linear = moved[:, :3] + angular @ _across(point)
+        return Tool(reduced, placed, linear, angular, reduced.mimic_matrix[chain, :joints])
 
     def placement(self, frame: str) -> Placement:
         """Return where a frame is in the world."""
-        joint, held = self.motion.query.reduced.attachment(frame)
-        placed = self.motion.kinematics
-        return Placement(placed.rotation[0, joint], placed.translation[0, joint]) * held
+        joint, held = self.reduced.attachment(frame)
+        return Placement(self.placed.rotation[0, joint], self.placed.translation[0, joint]) * held
+
+    @cached_property
+    def jacobian(self) -> Floats:
+        """Velocity and turning by the group's joints, a radian counting as `LENGTH`, shape (6, n)."""
+        return np.concatenate((self.linear, LENGTH * self.angular), axis=1).T @ self.mimic
 
     def task(self, twist: Floats) -> Task:
         """Return the task of a twist in the world, (velocity, rate of turning), shape (6,)."""
         asked = np.concatenate((twist[:3], LENGTH * twist[3:]))
         scale = max(float(np.linalg.norm(asked)), SLOWEST)
-        return Task(self.jacobian.matrix[0, :, : self.joints] / scale, asked / scale)
+        return Task(self.jacobian / scale, asked / scale)
 
     def approach(self, twist: Floats, braking: Braking, velocities: Floats) -> Approach:
         """Return how fast the tool may come nearer to a singularity on a twist.
@@ -61,12 +75,41 @@ class Tool(Value):
         Where its smallest singular value is s, a twist of size c asks for joint velocities of c / s. So it is
         kept from getting smaller than c by the slowest joint's velocity limit, and never asked to grow.
         """
-        values, slopes = singular_values(self.jacobian)
+        smallest_value, slope = self.smallest_singular_value()
         size = float(np.linalg.norm(np.concatenate((twist[:3], LENGTH * twist[3:]))))
         smallest = size / float(braking.limits.velocity.min())
-        room = max(float(values[0, -1]) - smallest, 0.0)
+        room = max(smallest_value - smallest, 0.0)
         lower = np.array((-room / braking.time(velocities),))
-        return Approach(slopes[0, -1:, : self.joints], lower)
+        return Approach(slope[None], lower)
+
+    def smallest_singular_value(self) -> tuple[float, Floats]:
+        """Return the smallest singular value of the Jacobian, and its slope by the group's joints, (n,).
+
+        With its singular vectors u and v, the slope by joint i is u . dJ/dq_i v, and what joint a turns of
+        what joint b does is w_a x l_b and w_a x w_b, where a is the nearer to the base.
+        """
+        left, values, right = np.linalg.svd(self.jacobian, full_matrices=False)
+        vector, rates = left[:, -1], self.mimic @ right[-1]
+        farther = np.tri(len(rates)).T
+        moved = farther * (self.angular @ (self.linear @ _across(vector[:3])).T)
+        spun = farther * (self.angular @ (LENGTH * self.angular @ _across(vector[3:])).T)
+        slope = (moved + spun) @ rates + rates @ moved - np.diagonal(moved) * rates
+        return float(values[-1]), slope @ self.mimic
+
+
+def _across(vector: Floats) -> Floats:
+    """Return the matrix X with a @ X = a x vector."""
+    x, y, z = vector.tolist()
+    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+
+
+def _chains(reduced: ReducedModel) -> tuple[Ints, ...]:
+    """Return the places of the joints that carry each joint, and of itself, from the base on."""
+    model = reduced.model
+    return tuple(
+        np.array([int(model.joints[number].idx_v) for number in list(each)[1:]], dtype=np.int64)
+        for each in model.supports
+    )
 
 
 def values_of(command: Command, reduced: ReducedModel, options: ServoOptions) -> Floats:

@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, readonly
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Plane, bounding_box
@@ -21,25 +21,55 @@ def largest_deviation(reduced: ReducedModel, errors: Floats) -> float:
         reduced: Robot and scene.
         errors: How far each joint of the group can be off, shape (n,) [rad | m].
     """
+    return float((reduced.derived(_levers) @ (np.abs(reduced.mimic_matrix) @ errors)).max(initial=0.0))
+
+
+def pair_levers(reduced: ReducedModel) -> Floats:
+    """Return how fast the bodies of each pair can come nearer to each other by each joint, shape (p, n).
+
+    In any configuration, for a unit of speed of a joint of the group [m/rad | m/m].
+
+    Args:
+        reduced: Robot and scene.
+    """
+    return reduced.derived(_pair_levers)
+
+
+def _pair_levers(reduced: ReducedModel) -> Floats:
+    levers, pairs = reduced.derived(_levers), reduced.pairs
+    first, second = levers[pairs.first], levers[pairs.second]
+    # A joint that carries both moves neither as seen from the other.
+    between = np.where((first > 0.0) & (second > 0.0), 0.0, first + second)
+    return readonly(between @ np.abs(reduced.mimic_matrix))
+
+
+def _levers(reduced: ReducedModel) -> Floats:
+    """Return how far each body's points are at most from each joint that carries it, 1 of one that slides.
+
+    In any configuration, shape (bodies, model joints) [m]; 0 of joints that do not carry it.
+    """
     model = reduced.model
-    off = np.abs(reduced.mimic_matrix) @ errors
     slides = [joint_unit(model, name) == "m" for name in model.names]
-    largest = 0.0
-    for body in reduced.bodies:
-        if body.joint == 0 or isinstance(body.shape, Plane):
+    columns = [0, *(int(joint.idx_v) for joint in list(model.joints)[1:])]
+    apart = [float(np.linalg.norm(placement.translation)) for placement in model.jointPlacements]
+    strokes = [0.0, *(_stroke(model, joint) if slides[joint] else 0.0 for joint in range(1, model.njoints))]
+    parents = [int(parent) for parent in model.parents]
+    found = np.zeros((len(reduced.bodies), model.nv))
+    carried = [(number, body) for number, body in enumerate(reduced.bodies) if body.joint > 0]
+    # A half-space has no end: what it meets is no farther from a joint than the farthest of the other bodies.
+    for number, body in sorted(carried, key=lambda item: isinstance(item[1].shape, Plane)):
+        if isinstance(body.shape, Plane):
+            chain = [columns[joint] for joint in list(model.supports[body.joint])[1:]]
+            found[number, chain] = found[:, chain].max(axis=0)
             continue
         lower, upper = bounding_box(body.shape)
         middle, radius = (lower + upper) / 2.0, float(np.linalg.norm(upper - lower)) / 2.0
-        lever = float(np.linalg.norm(body.placement * middle)) + radius
-        moved, joint = 0.0, body.joint
+        lever, joint = float(np.linalg.norm(body.placement * middle)) + radius, body.joint
         while joint > 0:
-            error = float(off[model.joints[joint].idx_v])
-            moved += error if slides[joint] else error * lever
-            lever += float(np.linalg.norm(model.jointPlacements[joint].translation))
-            lever += _stroke(model, joint) if slides[joint] else 0.0
-            joint = model.parents[joint]
-        largest = max(largest, moved)
-    return largest
+            found[number, columns[joint]] = 1.0 if slides[joint] else lever
+            lever += apart[joint] + strokes[joint]
+            joint = parents[joint]
+    return readonly(found)
 
 
 def _stroke(model: pin.Model, joint: int) -> float:

@@ -1,7 +1,5 @@
 """The judge's native core; `trajopt.verify` says what its results mean."""
 
-import pinocchio as pin
-
 from trajopt.arrays import Bools, Floats, Ints
 
 class Form:
@@ -13,9 +11,18 @@ def half_space() -> Form: ...
 def hull(vertices: Floats, faces: Ints, /) -> Form: ...
 def mesh(vertices: Floats, faces: Ints, hull: Form, representatives: Floats, closed: Floats, /) -> Form: ...
 def largest(times: Floats, coefficients: Floats, sign: float, slack: float, /) -> tuple[Floats, Floats]: ...
-def within(times: Floats, coefficients: Floats, low: Floats, high: Floats, /) -> bool: ...
+def ranges(times: Floats, coefficients: Floats, begin: Floats, end: Floats, /) -> tuple[Floats, Floats]: ...
 def sampled(coefficients: Floats, piece: Ints, local: Floats, /) -> Floats: ...
-def torques(model: pin.Model, q: Floats, v: Floats, a: Floats, /) -> Floats: ...
+def limits_hold(
+    times: Floats,
+    coefficients: Floats,
+    low: Floats,
+    high: Floats,
+    before: Floats,
+    most: Floats,
+    rests_after: bool,
+    /,
+) -> bool: ...
 
 class Arm:
     """The joints of a model."""
@@ -23,6 +30,27 @@ class Arm:
     def place(self, positions: Floats, /) -> tuple[Floats, Floats]: ...
 
 def arm(parents: Ints, revolute: Bools, axes: Floats, rotations: Floats, translations: Floats, /) -> Arm: ...
+
+class Dynamics:
+    """What the joints of a model carry."""
+
+    def torques(self, q: Floats, v: Floats, a: Floats, /) -> Floats: ...
+    def share(
+        self,
+        times: Floats,
+        coefficients: Floats,
+        steps: Ints,
+        rounding: float,
+        rests: Floats,
+        expand: Floats,
+        offset: Floats,
+        effort: Floats,
+        /,
+    ) -> float: ...
+
+def dynamics(
+    arm: Arm, mass: Floats, centre: Floats, inertia: Floats, armature: Floats, gravity: Floats, /
+) -> Dynamics: ...
 
 Tallied = tuple[Floats, Floats, Floats]
 """Proven, measured and time of every pair."""

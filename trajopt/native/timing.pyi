@@ -166,6 +166,22 @@ def motion_extremes(coefficients: Floats, widths: Floats) -> tuple[Floats, Float
         ValueError: If the shapes do not match.
     """
 
+def stop_from(begin: Floats, limits: Floats, tick: float, excess: float) -> tuple[Floats, Floats]:
+    """Bring joints to rest as soon as their limits allow.
+
+    Args:
+        begin: Positions, velocities and accelerations, shape (3, n).
+        limits: Least and largest positions, and largest velocities, accelerations and jerks, shape (5, n).
+        tick: Pieces take multiples of this [s].
+        excess: Relative excess of a limit that is accepted.
+
+    Returns:
+        Times, shape (k,), and positions, velocities and accelerations, shape (3, k, n).
+
+    Raises:
+        ValueError: If the shapes do not match, or what has to be finite is not.
+    """
+
 class Stops:
     """Stops of a motion along its own path, each tabulated when it is first asked for."""
 

@@ -147,6 +147,11 @@ bool Curve::within(const double* low, const double* high) const {
   for (int piece = 0; piece < pieces(); ++piece) {
     for (int f = 0; f < functions; ++f) {
       Stretch first{{}, times[piece], times[piece + 1] - times[piece], 0};
+      // In a short piece no power of the time is far from nothing.
+      double off = 0.0;
+      for (int row = 0; row < degree; ++row) off = (off + std::abs(coefficient(row, piece, f))) * first.width;
+      const double begin = coefficient(degree, piece, f);
+      if (begin - off >= low[f] && begin + off <= high[f]) continue;
       control(piece, f, 0.0, first.width, first.control.data());
       open.assign(1, first);
       while (!open.empty()) {
@@ -165,6 +170,20 @@ bool Curve::within(const double* low, const double* high) const {
         open.push_back(right);
       }
     }
+  }
+  return true;
+}
+
+bool Curve::jumps_within(const double* before, bool rests_after, const double* most) const {
+  for (int f = 0; f < functions; ++f) {
+    double reached = before[f];
+    for (int piece = 0; piece < pieces(); ++piece) {
+      if (!(std::abs(coefficient(degree, piece, f) - reached) <= most[f])) return false;
+      const double width = times[piece + 1] - times[piece];
+      reached = coefficient(0, piece, f);
+      for (int row = 1; row <= degree; ++row) reached = reached * width + coefficient(row, piece, f);
+    }
+    if (rests_after && !(std::abs(reached) <= most[f])) return false;
   }
   return true;
 }

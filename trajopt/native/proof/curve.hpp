@@ -29,6 +29,9 @@ struct Curve {
   void largest(int function, double sign, double slack, double& value, double& time) const;
   // Whether every function is proven to stay within its bounds at all times.
   bool within(const double* low, const double* high) const;
+  // Whether no function jumps where pieces meet by more than is allowed, from what it is before the first piece, nor to
+  // zero after the last where it has to rest.
+  bool jumps_within(const double* before, bool rests_after, const double* most) const;
   // Whether a breakpoint lies inside an interval.
   bool breaks(double begin, double end) const;
 

@@ -1,16 +1,12 @@
 // The judge's native core: what is bound here has a body in plain Python of the same results in trajopt.verify.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>
-
-#include <stdexcept>
 
 #include "../coal_boxes.hpp"
 #include "../gil.hpp"
 #include "../leaks.hpp"
+#include "binding.hpp"
 #include "clearance_search.hpp"
-#include "inverse_dynamics.hpp"
 #include "nearest.hpp"
 #include "surface_tree.hpp"
 
@@ -19,29 +15,6 @@ using namespace nb::literals;
 using namespace proof;
 
 namespace {
-
-using Numbers = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-using Counts = nb::ndarray<const int64_t, nb::c_contig, nb::device::cpu>;
-using Flags = nb::ndarray<const bool, nb::c_contig, nb::device::cpu>;
-using Array = nb::ndarray<nb::numpy, double>;
-
-Array array(std::vector<double> values, std::initializer_list<size_t> shape) {
-  auto* kept = new std::vector<double>(std::move(values));
-  nb::capsule owner(kept, [](void* at) noexcept { delete static_cast<std::vector<double>*>(at); });
-  return Array(kept->data(), shape, owner);
-}
-
-Array array(std::vector<double> values) {
-  const size_t count = values.size();
-  return array(std::move(values), {count});
-}
-
-std::vector<double> numbers(const Numbers& given) { return {given.data(), given.data() + given.size()}; }
-
-using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-
-Mat matrix(const double* rows) { return Eigen::Map<const RowMajor>(rows); }
-Vec vector(const double* values) { return Eigen::Map<const Vec>(values); }
 
 Kind round_kind(const std::string_view name) {
   if (name == "sphere") return Kind::Sphere;
@@ -103,49 +76,6 @@ nb::tuple place(const Arm& arm, const Numbers& positions) {
                         array(std::move(translation), {count, joints, 3}));
 }
 
-Curve make_curve(const Numbers& times, const Numbers& coefficients) {
-  Curve curve;
-  curve.times = numbers(times);
-  curve.coefficients = numbers(coefficients);
-  curve.degree = int(coefficients.shape(0)) - 1;
-  curve.functions = int(coefficients.shape(2));
-  if (curve.degree > Curve::highest_degree) throw std::invalid_argument("the degree is too high");
-  return curve;
-}
-
-nb::tuple largest(const Numbers& times, const Numbers& coefficients, double sign, double slack) {
-  const Curve curve = make_curve(times, coefficients);
-  std::vector<double> values(size_t(curve.functions)), when(size_t(curve.functions));
-  {
-    gil::Released released;
-    for (int f = 0; f < curve.functions; ++f) curve.largest(f, sign, slack, values[f], when[f]);
-  }
-  return nb::make_tuple(array(std::move(values)), array(std::move(when)));
-}
-
-bool within(const Numbers& times, const Numbers& coefficients, const Numbers& low, const Numbers& high) {
-  const Curve curve = make_curve(times, coefficients);
-  gil::Released released;
-  return curve.within(low.data(), high.data());
-}
-
-// Values of all functions at times counted from the start of a piece, one row each.
-Array sampled(const Numbers& coefficients, const Counts& piece, const Numbers& local) {
-  const size_t rows = coefficients.shape(0), pieces = coefficients.shape(1), functions = coefficients.shape(2);
-  std::vector<double> found(piece.size() * functions, 0.0);
-  {
-    gil::Released released;
-    for (size_t i = 0; i < piece.size(); ++i) {
-      double* values = found.data() + i * functions;
-      const double* of = coefficients.data() + size_t(piece.data()[i]) * functions;
-      for (size_t row = 0; row < rows; ++row, of += pieces * functions) {
-        for (size_t f = 0; f < functions; ++f) values[f] = values[f] * local.data()[i] + of[f];
-      }
-    }
-  }
-  return array(std::move(found), {piece.size(), functions});
-}
-
 // Everything about one reduced model.
 class Proof {
  public:
@@ -199,8 +129,7 @@ class Proof {
     motion.velocity = motion.position.derivative();
     motion.acceleration = motion.velocity.derivative();
     motion.smooth = smooth;
-    using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    motion.expand = Eigen::Map<const Rows>(expand.data(), expand.shape(0), expand.shape(1));
+    motion.expand = rows_of(expand);
     motion.offset = Eigen::Map<const Eigen::VectorXd>(offset.data(), offset.size());
     Windows accepted{std::vector<int>(bodies_.pairs.size(), -1), {}, numbers(edges)};
     for (size_t i = 0; i < windowed.size(); ++i) {
@@ -268,17 +197,6 @@ class Proof {
   }
 };
 
-Array torques(const nb::object& model, const Numbers& q, const Numbers& v, const Numbers& a) {
-  const size_t rows = v.shape(0), columns = v.shape(1);
-  std::vector<double> found(rows * columns);
-  const Dynamics dynamics(model.ptr());
-  {
-    gil::Released released;
-    dynamics.torques(rows, q.data(), v.data(), a.data(), found.data());
-  }
-  return array(std::move(found), {rows, columns});
-}
-
 }  // namespace
 
 NB_MODULE(proof, m) {
@@ -294,10 +212,7 @@ NB_MODULE(proof, m) {
     return make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0), true);
   });
   m.def("mesh", &mesh);
-  m.def("largest", &largest);
-  m.def("within", &within);
-  m.def("sampled", &sampled);
-  m.def("torques", &torques);
+  bind_curves(m);
   nb::class_<Arm>(m, "Arm").def("place", &place);
   m.def("arm", &make_arm);
   nb::class_<Proof>(m, "Proof")

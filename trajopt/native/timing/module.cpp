@@ -14,6 +14,7 @@
 #include "../arrays.hpp"
 #include "../gil.hpp"
 #include "../leaks.hpp"
+#include "joint_stop.hpp"
 #include "path_stop.hpp"
 #include "stopping.hpp"
 #include "timer.hpp"
@@ -202,6 +203,32 @@ auto brake(const Vector<double>& times, const Block<double>& coefficients, const
   return std::make_tuple(hand_over(std::move(rows), {3, count}), found.last);
 }
 
+// How joints come to rest: times, (k,), and positions, velocities and accelerations, (3, k, n). `begin` is (3, n), and
+// `limits` are rows of least and largest positions, velocities, accelerations and jerks, (5, n).
+auto stop_from(const Matrix<double>& begin, const Matrix<double>& limits, double tick, double excess) {
+  const std::size_t joints = begin.shape(1);
+  expect(begin.shape(0) == 3 && limits.shape(0) == 5 && limits.shape(1) == joints, "begin must be (3, n), limits (5, n)");
+  std::vector<stopping::Moving> moving;
+  std::vector<stopping::JointLimit> most;
+  const double *b = begin.data(), *l = limits.data(), nothing = std::numeric_limits<double>::infinity();
+  for (std::size_t j = 0; j < joints; ++j) {
+    moving.push_back({b[j], b[joints + j], b[2 * joints + j]});
+    most.push_back({l[j], l[joints + j], l[2 * joints + j], l[3 * joints + j], l[4 * joints + j]});
+    const auto& [position, velocity, acceleration] = moving.back();
+    expect(std::abs(position) < nothing && std::abs(velocity) < nothing && std::abs(acceleration) < nothing &&
+               most.back().acceleration > 0.0 && most.back().jerk > 0.0 && most.back().jerk < nothing,
+           "states must be finite, and accelerations and jerks limited");
+  }
+  const stopping::JointStop found = stopping::stop_from(moving, most, tick, excess);
+  const std::size_t count = found.ticks.size(), size = count * joints;
+  Numbers times, rows(3 * size);
+  for (const long each : found.ticks) times.push_back(tick * static_cast<double>(each));
+  for (std::size_t i = 0; i < size; ++i) {
+    rows[i] = found.rows[i].position, rows[size + i] = found.rows[i].velocity, rows[2 * size + i] = found.rows[i].acceleration;
+  }
+  return std::make_tuple(hand_over(std::move(times), {count}), hand_over(std::move(rows), {3, count, joints}));
+}
+
 // Stops of a motion along its own path, tabulated when they are first asked for.
 class Stops {
  public:
@@ -289,6 +316,7 @@ NB_MODULE(timing, m) {
         "first_gap"_a, "gap"_a);
   m.def("brake", &brake, "times"_a, "coefficients"_a, "acceleration"_a, "jerk"_a, "ramp"_a, "begin"_a, "share"_a,
         "kept"_a, "step"_a);
+  m.def("stop_from", &stop_from, "begin"_a, "limits"_a, "tick"_a, "excess"_a);
   nb::class_<Stops>(m, "Stops")
       .def(nb::init<const Vector<double>&, const Block<double>&, const Vector<double>&, const Vector<double>&, Numbers,
                     std::vector<std::size_t>, double, double, double, double, double>(),

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats
+from trajopt.model.cached import cached_per_value
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits
 from trajopt.model.printed import in_unit
+from trajopt.native import proof
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.moving_limits import joint_words
 from trajopt.verify.kernel.motion import Motion
@@ -66,14 +68,61 @@ def limits_hold(motion: Motion, limits: JointLimits, start_accelerations: Floats
         limits: Limits of all joints that move, mimic joints too, in the model's order.
         start_accelerations: As for `limit_checks`.
     """
-    for order, (lower, upper) in enumerate(_ranges(motion, limits)):
-        # Half of what is accepted: so the extremes, which are known to a thousandth of that, pass as well.
-        half, least = motion.options.excess / 2.0, 1.0 if order == 0 else 0.0
-        below, above = (half * np.maximum(np.abs(side), least) for side in (lower, upper))
-        if not motion.moving(order).within(lower - below, upper + above):
-            return all(check.holds for check in limit_checks(motion, limits, start_accelerations))
-    jerky = np.isfinite(limits.jerk).any() and motion.differentiable
-    return not (jerky and _jumps(motion, limits, start_accelerations))
+    bands, matrix, position = _bands(limits), motion.reduced.mimic_matrix, motion.moving(0)
+    before: Floats = np.zeros(len(matrix)) if start_accelerations is None else matrix @ start_accelerations
+    judged, excess = bands.judged if motion.differentiable else 2, motion.options.excess
+    # Half of what is accepted: so the extremes, which are known to a thousandth of that, pass as well.
+    proven = proof.limits_hold(
+        position.times,
+        np.ascontiguousarray(position.coefficients),
+        bands.lower[:judged] - excess / 2.0 * bands.sizes_below[:judged],
+        bands.upper[:judged] + excess / 2.0 * bands.sizes_above[:judged],
+        before,
+        excess * bands.jumps,
+        motion.rests_after,
+    )
+    return proven or all(check.holds for check in limit_checks(motion, limits, start_accelerations))
+
+
+@dataclass(frozen=True, eq=False)
+class _Bands:
+    """Limits one below the other.
+
+    Attributes:
+        lower: Of position, velocity, acceleration and jerk, shape (4, n).
+        upper: Likewise.
+        sizes_below: What an excess over lower limits is relative to, likewise.
+        sizes_above: The same over upper limits.
+        judged: How many of them are judged, of a motion that has all: jerk only where it is limited.
+        jumps: What an excess over no jump of the acceleration is relative to, shape (n,); of no length where
+            jerk is not limited.
+    """
+
+    lower: Floats
+    upper: Floats
+    sizes_below: Floats
+    sizes_above: Floats
+    judged: int
+    jumps: Floats
+
+
+@cached_per_value
+def _bands(limits: JointLimits) -> _Bands:
+    rates = (limits.velocity, limits.acceleration, limits.jerk)
+    lower, upper = np.stack((limits.lower, *(-rate for rate in rates))), np.stack((limits.upper, *rates))
+    below, above = np.abs(lower), np.abs(upper)
+    below[0], above[0] = np.maximum(below[0], 1.0), np.maximum(above[0], 1.0)
+    limited = np.isfinite(limits.jerk)
+    jumps = np.where(limited, _jump_scale(limits), np.inf) if limited.any() else np.zeros(0)
+    return _Bands(lower, upper, below, above, 4 if limited.any() else 3, jumps)
+
+
+def _jump_scale(limits: JointLimits) -> Floats:
+    """Return the measure of jumps of the acceleration, shape (n,).
+
+    A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.
+    """
+    return np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
 
 
 def _ranges(motion: Motion, limits: JointLimits) -> Iterator[tuple[Floats, Floats]]:
@@ -100,8 +149,7 @@ def _jumps(motion: Motion, limits: JointLimits, start_accelerations: Floats | No
     jumps = np.abs(off @ motion.reduced.mimic_matrix.T)
     limited = np.isfinite(limits.jerk)
     worst = np.where(limited, jumps.max(axis=0), 0.0)
-    # A mimic joint may have a limit of its jerk only: what it reaches in a second is the measure then.
-    scale = np.where(np.isfinite(limits.acceleration), limits.acceleration, limits.jerk)
+    scale = _jump_scale(limits)
     checks: list[Check] = []
     if not (worst > motion.options.excess * scale).any():
         return checks

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Ints
 from trajopt.errors.arguments import checked
 from trajopt.model.description.pinocchio_model import effort_unit
 from trajopt.model.limits import JointLimits
+from trajopt.model.payload import payloads
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import counting, steps_in_pieces
 from trajopt.verify.kernel.kinematics import Kinematics
@@ -130,7 +131,21 @@ def torques_hold(motion: Motion, limits: JointLimits) -> bool:
     """Say whether all `torque_checks` hold."""
     if not _judged(motion, limits):
         return True
-    return bool(_shares(motion, limits)[2].max() <= 1.0 + motion.options.excess)
+    if payloads(motion.reduced):
+        largest = _shares(motion, limits)[2].max()
+    else:
+        kinematics, position, reduced = motion.kinematics, motion.position, motion.reduced
+        largest = kinematics.dynamics.share(
+            position.times,
+            np.ascontiguousarray(position.coefficients),
+            _steps(motion),
+            ROUNDING,
+            _ends(motion)[1],
+            reduced.mimic_matrix,
+            reduced.mimic_offset,
+            limits.effort,
+        )
+    return bool(largest <= 1.0 + motion.options.excess)
 
 
 def _judged(motion: Motion, limits: JointLimits) -> bool:
@@ -162,7 +177,7 @@ def _needed(kinematics: Kinematics, positions: Floats, velocities: Floats, accel
     """Return the torques of the group's joints, (s, n); those of mimic joints count for what they follow."""
     matrix = kinematics.reduced.mimic_matrix
     moving = velocities @ matrix.T, accelerations @ matrix.T
-    torques = kinematics.torques(kinematics.configurations(positions), *moving)
+    torques = kinematics.torques(positions, *moving)
     return (torques + payload_torques(kinematics, positions, *moving)) @ matrix
 
 
@@ -185,13 +200,18 @@ def inverse_dynamics(motion: Motion) -> tuple[Floats, Floats]:
     return times, _needed(motion.kinematics, *states)
 
 
+def _steps(motion: Motion) -> Ints:
+    """Return into how many steps each segment is cut."""
+    return np.maximum(steps_in_pieces(motion), SAMPLES_PER_SEGMENT - 1)
+
+
 def _samples(motion: Motion) -> tuple[Floats, list[Floats]]:
     """Sample each segment from its own polynomial: times (s,), and orders 0 to 2, each (s, n).
 
     Where the acceleration does not jump, the end of a segment is the start of the next as well.
     """
     knots = motion.trajectory.times
-    counts = np.maximum(steps_in_pieces(motion) + 1, SAMPLES_PER_SEGMENT)
+    counts = _steps(motion) + 1
     segment, number = np.repeat(np.arange(len(counts)), counts), counting(counts)
     jumps = np.abs(motion.acceleration_jumps)
     again = jumps.max(axis=1) <= ROUNDING * np.abs(motion.group[2].coefficients[-1]).max(initial=0.0)

@@ -71,6 +71,20 @@ class _Joints:
         return _Joints(parents, revolute, axes, first, tuple(int(joint.nq) == 2 for joint in joints), arm)
 
 
+def _dynamics(reduced: ReducedModel) -> proof.Dynamics:
+    """Return the masses of a robot, and of what it carries as part of itself."""
+    model = reduced.model
+    inertias = list(model.inertias)
+    return proof.dynamics(
+        reduced.derived_of_robot(_Joints.of).arm,
+        np.array([inertia.mass for inertia in inertias], dtype=np.float64),
+        np.array([inertia.lever for inertia in inertias], dtype=np.float64),
+        np.array([inertia.inertia for inertia in inertias], dtype=np.float64),
+        np.append(0.0, model.armature),
+        np.array(model.gravity.linear, dtype=np.float64),
+    )
+
+
 class Kinematics:
     """Workspace for kinematics and dynamics of a model, by the native core; one for each thread.
 
@@ -80,6 +94,7 @@ class Kinematics:
         revolute: Whether a joint turns, shape (joints,).
         axes: Unit axis of each joint in its own frame, shape (joints, 3).
         arm: The joints as the core knows them.
+        dynamics: What they carry.
         calls: Configurations computed so far.
     """
 
@@ -90,6 +105,7 @@ class Kinematics:
         self.parents, self.revolute, self.axes, self.arm = (
             joints.parents, joints.revolute, joints.axes, joints.arm,
         )  # fmt: skip
+        self.dynamics = reduced.derived_of_robot(_dynamics)
         self._first, self._circular = joints.first, joints.circular
         self.calls = 0
 
@@ -122,16 +138,17 @@ class Kinematics:
         self.calls += len(positions)
         return Poses(self.configurations(positions), rotation, translation)
 
-    def torques(self, configurations: Floats, velocities: Floats, accelerations: Floats) -> Floats:
+    def torques(self, positions: Floats, velocities: Floats, accelerations: Floats) -> Floats:
         """Compute the torques that motions of the model's joints need.
 
         Args:
-            configurations: Pinocchio's, shape (s, nq).
+            positions: Of the group's joints, shape (s, n) [rad | m].
             velocities: Of the model's joints, shape (s, joints) [rad/s | m/s].
             accelerations: Of the model's joints, shape (s, joints) [rad/s^2 | m/s^2].
 
         Returns:
             Shape (s, joints) [Nm | N].
         """
-        rows = (np.ascontiguousarray(part) for part in (configurations, velocities, accelerations))
-        return proof.torques(self.reduced.model, *rows)
+        joints = positions @ self.reduced.mimic_matrix.T + self.reduced.mimic_offset
+        rows = (np.ascontiguousarray(part) for part in (joints, velocities, accelerations))
+        return self.dynamics.torques(*rows)

@@ -21,7 +21,7 @@ class Motion:
         trajectory: The trajectory.
         kinematics: Forward kinematics of the model.
         options: Numbers to judge with.
-        group: Position of the group's joints and its derivatives, by order 0 to 3.
+        position: Of the group's joints.
         staying: How long it rests where it ends, before it counts as over [s].
         rests_after: Whether it is followed by rest; else by a motion that goes on from it.
         clock: What the scene's clock shows when it begins [s].
@@ -63,11 +63,20 @@ class Motion:
         self.kinematics = kinematics
         self.options = options
         self.staying, self.rests_after, self.clock = 0.0, True, 0.0
-        velocity = position.derivative()
+        self.position = position
+
+    @cached_property
+    def group(self) -> tuple[Polynomials, Polynomials, Polynomials, Polynomials]:
+        """Position of the group's joints and its derivatives, by order 0 to 3."""
+        velocity = self.position.derivative()
         acceleration = velocity.derivative()
-        self.group = (position, velocity, acceleration, acceleration.derivative())
-        self._spread: Floats = np.zeros((len(kinematics.parents), len(reduced.joint_names)))
-        self._spread[1:] = np.abs(reduced.mimic_matrix)
+        return (self.position, velocity, acceleration, acceleration.derivative())
+
+    @cached_property
+    def _spread(self) -> Floats:
+        spread: Floats = np.zeros((len(self.kinematics.parents), len(self.reduced.joint_names)))
+        spread[1:] = np.abs(self.reduced.mimic_matrix)
+        return spread
 
     def between(self, begin: float, end: float) -> "Motion":
         """Return the part from one time to another [s], its own time starting at 0."""
@@ -78,7 +87,7 @@ class Motion:
         """Return positions or a derivative of all joints that move, mimic joints too, in model order."""
         matrix, offset = self.reduced.mimic_matrix, self.reduced.mimic_offset
         if len(matrix) == len(self.reduced.joint_names):
-            return self.group[order]
+            return self.group[order] if order else self.position
         return self.group[order].combined(matrix, offset if order == 0 else np.zeros_like(offset))
 
     @cached_property

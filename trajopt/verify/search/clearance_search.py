@@ -183,7 +183,7 @@ def search_clearance(
             everything required is proven, or something is not; the verdict is the same.
         present: When pairs are looked at, from and to, shape (p, 2) [s]; while both are there when None.
     """
-    position, reduced, options = motion.group[0], motion.reduced, motion.options
+    position, reduced, options = motion.position, motion.reduced, motion.options
     present = distances.present_since(motion.clock) if present is None else present
     required, staying = required_clearances(reduced), motion.staying
     windows = Windows(reduced.pairs, required, motion.duration, present, staying=staying)
