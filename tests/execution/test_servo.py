@@ -24,7 +24,10 @@ from trajopt.execution.servo_program import Braking, Surrounding
 from trajopt.execution.servo_task import Tool
 from trajopt.methods.stopping import with_jerk
 from trajopt.model.limits import EXCESS
+from trajopt.model.requirements.singularity_distance import LENGTH
 from trajopt.query import Query
+from trajopt.terms.frame_jacobian import frame_jacobian
+from trajopt.terms.motion import Motion
 from trajopt.terms.singularity_distance import singular_values
 from trajopt.verify import Judge
 
@@ -137,10 +140,15 @@ def test_the_row_of_a_singularity_is_the_slope_of_the_smallest_singular_value() 
     query, start = Query(problem.reduced), problem.reduced.start_positions + 0.05
 
     def smallest(positions: Floats) -> Floats:
-        return singular_values(Tool.at(query, positions, "tool0", 6).jacobian)[0][0, -1:]
+        at = frame_jacobian(
+            problem.reduced, Motion.single(positions, query), "tool0", length=LENGTH, offset=np.zeros(3)
+        )
+        return singular_values(at)[0][0, -1:]
 
     braking = Braking(with_jerk(problem.limits), PERIOD)
-    row = Tool.at(query, start, "tool0", 6).approach(np.full(6, 0.1), braking, np.zeros(6))
+    tool = Tool.at(query, start, "tool0", 6)
+    row = tool.approach(np.full(6, 0.1), braking, np.zeros(6))
+    assert tool.smallest_singular_value()[0] == pytest.approx(float(smallest(start)[0]), abs=1e-12)
     assert row.jacobian[0] == pytest.approx(slope(smallest, start)[0], abs=1e-6)
     assert row.lower[0] <= 0.0
 

@@ -6,6 +6,7 @@ import pytest
 from tests.oracles import joint_stops
 from trajopt.arrays import Floats, readonly
 from trajopt.model.limits import EXCESS, JointLimits
+from trajopt.model.trajectory_state import state_of
 from trajopt.native import timing
 from trajopt.retime.joint_stops import stop_from
 
@@ -41,7 +42,7 @@ def test_joints_end_at_rest_and_keep_accelerations_and_jerks() -> None:
         begin, limits = drawn(rng)
         stop = stop_from(begin, limits)
         assert stop.velocities is not None and not stop.velocities[-1].any()
-        assert stop.state(0.0) == pytest.approx(begin, abs=1e-12)
+        assert state_of(stop, 0.0) == pytest.approx(begin, abs=1e-12)
         times = np.linspace(0.0, stop.duration, 500)
         assert (np.abs(stop(times, 2)) <= limits.acceleration * (1.0 + EXCESS)).all()
         assert (np.abs(stop(times, 3)) <= limits.jerk * (1.0 + 1e-4)).all()

@@ -9,6 +9,7 @@ from trajopt.arrays import Floats, floats
 from trajopt.errors import JointNotFound
 from trajopt.errors.arguments import checked
 from trajopt.model.trajectory import MEETING, Trajectory
+from trajopt.model.trajectory_state import state_of
 from trajopt.planning.moving.waiting import JOLT, begun_later
 
 REST = 1e-6
@@ -80,7 +81,7 @@ class CommittedMotion:
             first = self._standing if not pieces else pieces[0].trajectory.positions[0]
             return np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
         since = time - now.begin
-        rows = now.trajectory.state(since)
+        rows = state_of(now.trajectory, since)
         if since >= now.trajectory.duration:
             rows[1:] = 0.0
         return rows
@@ -106,13 +107,13 @@ class CommittedMotion:
             return f"{self.joint_names[int(left.argmax())]}, which it leaves where it is, is still moving"
         # From rest a motion may begin with an acceleration, as it may end with one: there is time for both.
         orders = 2 if at >= self.end + 2.0 * JOLT else 3
-        apart = np.abs(trajectory.state(0.0) - here[:, columns])[:orders]
+        apart = np.abs(state_of(trajectory, 0.0) - here[:, columns])[:orders]
         if apart.max() > MEETING:
             order = int((apart.max(axis=1) > MEETING).argmax())
             worst = int(apart[order].argmax())
             name = trajectory.joint_names[worst]
             return f"the {ORDERS[order]} of {name} would jump by {apart[order, worst]:.3g}"
-        last = np.abs(trajectory.state(trajectory.duration)[1])
+        last = np.abs(state_of(trajectory, trajectory.duration)[1])
         if last.max() > REST:
             return f"it does not end at rest: {trajectory.joint_names[int(last.argmax())]} moves on"
         return ""

@@ -15,6 +15,7 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.track import Prediction
 from trajopt.model.trajectory import Trajectory
+from trajopt.model.trajectory_state import state_of
 from trajopt.problem import Problem
 from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
@@ -143,7 +144,7 @@ class Guard(Value):
 
     def _specification(self, motion: Trajectory, *, requirements: bool, clock: float = 0.0) -> Specification:
         """State what must hold; the motion begins where it begins, which is for the executor to check."""
-        problem, begins = self.problem, motion.state(0.0)
+        problem, begins = self.problem, state_of(motion, 0.0)
         return Specification(
             goals=(),
             constraints=problem.requirements if requirements else (),

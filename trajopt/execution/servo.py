@@ -168,13 +168,13 @@ class Servo(Printed):
 
     def tick(self) -> None:
         """Watch the robot, and prove and commit what follows the command for the next tick."""
-        begun = time.process_time()
+        begun = time.thread_time()
         if not self._failed():
             if self._revise:
                 self._revise = False
                 self._look_again()
             self._follow()
-        self.seconds.append(time.process_time() - begun)
+        self.seconds.append(time.thread_time() - begun)
 
     def _follow(self) -> None:
         """Commit the next tick's motion and a stop after it; without one, the robot is left to its stop."""
@@ -210,7 +210,7 @@ class Servo(Printed):
         braking, period = self._braking, self.options.period
         clock = at - self._seen.stamp
         lower, upper = braking.bounds(state)
-        near = self._around.approach(state, clock, lower, upper)
+        near = self._around.approach(state, clock, (lower, upper))
         if isinstance(command, Twist | Pose):
             # Joints have the velocities that are asked for a lag later, farther on.
             then = state[0] + braking.lag * state[1]

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Floats, Value
+from trajopt.execution.body_speeds import BodySpeeds
 from trajopt.model.changing_pairs import ChangingPairs
-from trajopt.model.deviation import pair_levers
 from trajopt.model.limits import EXCESS, JointLimits
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.timed import timed_model
@@ -64,6 +64,12 @@ class Approach(Value):
 
     jacobian: Floats
     lower: Floats
+
+    def that_can_break(self, lower: Floats, upper: Floats) -> "Approach":
+        """Return the rows that velocities between bounds, shape (n,) each, can break."""
+        least = np.minimum(self.jacobian * lower, self.jacobian * upper).sum(axis=1)
+        rows = least < self.lower
+        return Approach(self.jacobian[rows], self.lower[rows])
 
 
 class Braking:
@@ -138,7 +144,7 @@ class Surrounding:
         self._changing = None if timed is None else ChangingPairs.of(timed)
         self._kept = np.asarray(among.pairs.required) + kept
         self._joints = len(reduced.joint_names)
-        self._levers = pair_levers(among)
+        self._speeds = BodySpeeds(among)
 
     def positions(self, positions: Floats, time: float) -> Floats:
         """Return the positions of the query's joints, for those of the group (n,) at a time [s]."""
@@ -146,7 +152,7 @@ class Surrounding:
             return positions
         return self._timed.positions(positions[None], np.array((time,)))[0]
 
-    def approach(self, state: Floats, time: float, lower: Floats, upper: Floats) -> Approach:
+    def approach(self, state: Floats, time: float, bounds: tuple[Floats, Floats] | None = None) -> Approach:
         """Measure what is near, and return how fast it may come nearer.
 
         Only what can be too fast is measured: all else has room for any velocities within the bounds.
@@ -154,8 +160,8 @@ class Surrounding:
         Args:
             state: Positions, velocities and accelerations of the group's joints, shape (3, n).
             time: On the scene's clock [s].
-            lower: Least velocities that joints can settle at, shape (n,) [rad/s | m/s].
-            upper: Largest, likewise.
+            bounds: Between what velocities joints can settle, shape (n,) each [rad/s | m/s]; when None, any
+                that their limits allow while they are stopped.
         """
         braking, joints = self._braking, self._joints
         limits = braking.limits
@@ -164,9 +170,14 @@ class Surrounding:
         if self._timed is not None:
             after = self._timed.driven.at(np.array((time, time + STEP)))
             rates[joints:] = (after[1] - after[0]) / STEP
-        fastest = np.abs(rates)
-        fastest[:joints] = np.maximum(-lower, upper)
-        reach, grows = self._kept + late * (self._levers @ fastest), np.zeros(len(self._kept))
+        lower, upper = rates.copy(), rates.copy()
+        if bounds is None:
+            upper[:joints] = np.minimum(np.abs(state[1]) + limits.acceleration * late, limits.velocity)
+            lower[:joints] = -upper[:joints]
+        else:
+            lower[:joints], upper[:joints] = bounds
+        nearest = self._speeds.nearer(self.query.kinematics(places[None]), lower, upper)
+        reach, grows = self._kept + late * nearest, np.zeros(len(self._kept))
         if self._changing is not None:
             _, velocity, acceleration = self._changing.errors.T
             error, grows = self._changing.error_at(time, slice(None)), velocity + acceleration * time
@@ -180,9 +191,8 @@ class Surrounding:
         brake = np.abs(jacobian) @ limits.acceleration
         nearer = np.minimum(room / late, np.sqrt(2.0 * brake * room))
         by_itself = near.jacobian[:, joints:] @ rates[joints:] - grows[near.pair]
-        least = np.minimum(jacobian * lower, jacobian * upper).sum(axis=1)
-        kept = np.flatnonzero(least < -nearer - by_itself)
-        return Approach(jacobian[kept], (-nearer - by_itself)[kept])
+        found = Approach(jacobian, -nearer - by_itself)
+        return found if bounds is None else found.that_can_break(*bounds)
 
 
 def settle(

@@ -290,12 +290,6 @@ class Trajectory(Value):
         """
         if order not in (0, 1, 2, 3):
             raise ShapeError("order", f"must be 0 to 3, is {order}")
-        if isinstance(t, float):
-            segment, since = self._segment(t)
-            value, *further = self._derivatives[order][:, segment]
-            for coefficient in further:
-                value = value * since + coefficient
-            return np.array(value)
         moments = np.clip(np.asarray(t, dtype=float), 0.0, self.duration)
         segment = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
         since = (moments - self.times[segment])[..., None]
@@ -304,36 +298,6 @@ class Trajectory(Value):
         for coefficient in others:
             value = value * since + coefficient[segment]
         return value
-
-    def state(self, t: float) -> Floats:
-        """Return positions, velocities and accelerations at a time, which is clipped to the duration.
-
-        Args:
-            t: Time [s].
-
-        Returns:
-            Shape (3, n); at the ends as they are stated.
-        """
-        if self.velocities is not None and self.accelerations is not None and not 0.0 < t < self.duration:
-            end = 0 if t <= 0.0 else -1
-            return np.stack((self.positions[end], self.velocities[end], self.accelerations[end]))
-        segment, since = self._segment(t)
-        rows = self.coefficients[:, segment]
-        last = len(rows) - 1
-        powers = [since**power for power in range(last + 1)]
-        taken = [
-            powers[::-1],
-            [power * powers[power - 1] if power > 0 else 0.0 for power in range(last, -1, -1)],
-            [power * (power - 1) * powers[power - 2] if power > 1 else 0.0 for power in range(last, -1, -1)],
-        ]
-        return np.array(taken) @ rows
-
-    def _segment(self, t: float) -> tuple[int, float]:
-        """Return in which piece a time is, clipped to the duration, and how long after its begin [s]."""
-        moment = min(max(t, 0.0), self.duration)
-        after = int(self.times.searchsorted(moment, side="right"))
-        segment = min(max(after - 1, 0), len(self.times) - 2)
-        return segment, moment - float(self.times[segment])
 
     def __repr__(self) -> str:
         """Say points, joints and duration."""
