@@ -4,8 +4,9 @@ python -m benchmarks.execution [--runs 100] [--seed 0] [--json FILE] [--page FIL
 
 Each problem is planned, and driven with as many seeds as are asked for: once by the supervisor as it is,
 and once by one that plans only once the robot stands. Every run is measured by the simulation, and judged.
-Contacts at fault are those that are met while the robot moves. Times of stages are CPU time, beside the
-median of a plan of the same problems, in the same process, from rest and in a world that stands still.
+Contacts at fault are those that are met while the robot moves. A servo is led by random twists among twenty
+boxes as well. Times of stages are CPU time of the thread, beside the median of a plan of the same problems,
+in the same process, from rest and in a world that stands still.
 """
 
 import argparse
@@ -19,12 +20,27 @@ import numpy as np
 
 import trajopt as to
 from benchmarks.page import table, write_section
-from trajopt.execution import Kind, Run, SupervisorOptions, random_surprise, run, undisturbed
+from trajopt.execution import (
+    IdealExecutor,
+    Kind,
+    Run,
+    Servo,
+    ServoOptions,
+    SimulatedExecutor,
+    Supervisor,
+    SupervisorOptions,
+    Twist,
+    random_surprise,
+    run,
+    undisturbed,
+)
 
 PROBLEMS = ("cup_past_pillar", "bookshelf_panda", "bookshelf_ur5", "past_pillar_ur5", "past_pillar_xarm7")
 PLANS = 15
 WAYS = {"supervisor": SupervisorOptions(), "plans from rest only": SupervisorOptions(on_the_way=False)}
-STAGES = ("cycle", "prove", "look again", "stop", "plan")
+STAGES = ("cycle", "prove", "look again", "stop", "retime", "plan", "surprise to splice", "servo tick")
+LED = ("panda", "ur5")
+BOXES, TICKS, PERIOD = 20, 1000, 0.01
 
 
 @dataclass
@@ -33,6 +49,7 @@ class Tally:
 
     runs: list[Run] = field(default_factory=list[Run])
     plans: list[float] = field(default_factory=list[float])
+    others: dict[str, list[float]] = field(default_factory=dict[str, list[float]])
 
     def row(self) -> list[str]:
         """The row of the table."""
@@ -54,7 +71,8 @@ class Tally:
 
     def shares(self, stage: str) -> list[str]:
         """Median, 99 and 99.9 percent of a stage's CPU time, beside the median of a plan."""
-        times = np.array([second for each in self.runs for second in each.seconds.get(stage, ())])
+        driven = [second for each in self.runs for second in each.seconds.get(stage, ())]
+        times = np.array(driven + self.others.get(stage, []))
         if not len(times):
             return ["-"] * 5
         still = float(np.median(self.plans))
@@ -62,20 +80,74 @@ class Tally:
         return [str(len(times)), f"{1e3 * found[0]:.2f}", *(f"{each / still:.3f}" for each in found)]
 
 
+class Reactions:
+    """CPU time of the cycles from a surprise to the next motion that is committed."""
+
+    def __init__(self, seconds: list[float]) -> None:
+        """Take where to write it."""
+        self.seconds, self._looked, self._spent, self._end = seconds, 0, -1.0, -np.inf
+
+    def look(self, supervisor: Supervisor) -> None:
+        """Look at a supervisor after a cycle."""
+        arm = supervisor.executor
+        assert isinstance(arm, SimulatedExecutor)
+        fresh, self._looked = supervisor.events[self._looked :], len(supervisor.events)
+        if any(event.kind is Kind.WORLD_CHANGED for event in fresh) and arm.now() > 0.0:
+            self._spent = 0.0
+        if self._spent >= 0.0:
+            self._spent += supervisor.seconds["cycle"][-1]
+            if arm.committed.end != self._end:
+                self.seconds.append(self._spent)
+                self._spent = -1.0
+        self._end = arm.committed.end
+
+
+def crowded(robot: str, rng: np.random.Generator) -> to.Problem:
+    """Return a robot among boxes of 10 cm, none of them nearer than 5 cm to it where it starts."""
+    loaded = to.load(robot)
+    scene, group = to.Scene(loaded), {"panda": "panda_arm", "ur5": "manipulator"}[robot]
+    state = {"panda": "ready", "ur5": "up"}[robot]
+    while len(scene.objects) < BOXES:
+        angle, away, height = rng.uniform(-np.pi, np.pi), rng.uniform(0.3, 0.8), rng.uniform(0.0, 0.9)
+        where = to.placement((away * np.cos(angle), away * np.sin(angle), height))
+        wide = to.Problem(
+            scene=scene.add("wide", to.Box(0.2, 0.2, 0.2), where), group=group, start=state, goal=state
+        )
+        if to.examine(wide.reduced, wide.reduced.start_positions).clear:
+            scene = scene.add(f"box {len(scene.objects)}", to.Box(0.1, 0.1, 0.1), where)
+    return to.Problem(scene=scene, group=group, start=state, goal=state)
+
+
+def ticks(robot: str, seed: int) -> list[float]:
+    """Lead a robot among boxes by random twists, a new one every 0.2 s; CPU time of each tick [s]."""
+    rng = np.random.default_rng(seed)
+    problem = crowded(robot, rng)
+    arm = IdealExecutor(problem.reduced.joint_names, problem.reduced.start_positions)
+    servo, command = Servo(arm, problem, ServoOptions(period=PERIOD)), Twist()
+    for number in range(TICKS):
+        if number % 20 == 0:
+            command = Twist(rng.uniform(-0.4, 0.4, 3), rng.uniform(-1.0, 1.0, 3))
+        servo.command(command)
+        servo.tick()
+        arm.advance(PERIOD)
+    return servo.seconds
+
+
 def measured(name: str, seeds: range, tallies: dict[str, Tally]) -> None:
     """Drive one problem, with each way in turn."""
     problem = to.named_problem(name)
     motion = undisturbed(problem)
     for _ in range(PLANS):
-        begin = time.process_time()
+        begin = time.thread_time()
         to.plan(problem)
-        took = time.process_time() - begin
+        took = time.thread_time() - begin
         for tally in tallies.values():
             tally.plans.append(took)
     for seed in seeds:
         surprises = random_surprise(problem, motion, seed)
         for way, options in WAYS.items():
-            tallies[way].runs.append(run(problem, surprises=surprises, options=options))
+            found = Reactions(tallies[way].others.setdefault("surprise to splice", []))
+            tallies[way].runs.append(run(problem, surprises=surprises, options=options, watch=found.look))
 
 
 def page(tallies: dict[str, Tally]) -> str:
@@ -98,8 +170,11 @@ def page(tallies: dict[str, Tally]) -> str:
             "",
             table(heads, [[way, *tally.row()] for way, tally in tallies.items()]),
             "",
-            "CPU time of the supervisor's stages; the last three columns are shares of the median of a plan,",
-            f"{still:.1f} ms:",
+            "CPU time of the thread in each stage; the last three columns are shares of the median of a",
+            f"plan, {still:.1f} ms. `prove`: a piece and its stop are found, proven and committed.",
+            "`look again`: after a surprise, until what is committed is known to hold, or a stop is",
+            "committed. `surprise to splice`: all cycles until the next motion is committed, plans included.",
+            f"`servo tick`: among {BOXES} boxes, {' and '.join(LED)}.",
             "",
             stages,
         )
@@ -117,6 +192,7 @@ def main(words: Sequence[str] | None = None) -> None:
     tallies = {way: Tally() for way in WAYS}
     for name in PROBLEMS:
         measured(name, range(asked.seed, asked.seed + asked.runs), tallies)
+    tallies["supervisor"].others["servo tick"] = [each for robot in LED for each in ticks(robot, asked.seed)]
     text = page(tallies)
     print(text)
     if asked.json is not None:
