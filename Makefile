@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-execution bench-servo bench-threads bench-cold clean
+.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-execution bench-driving bench-servo bench-threads bench-cold clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -81,6 +81,11 @@ bench-server: $(STAMP_DEV)
 # The servo beside mink on the same streams of commands. OPTIONS: --seeds N, of each of two robots.
 bench-servo: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.servo --page benchmarks/README.md $(OPTIONS)
+
+# Thousands of runs with surprises; goes on where it was stopped (rows in out/driving). OPTIONS: --runs N, --beside N,
+# --beyond N.
+bench-driving: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.driving --page benchmarks/README.md $(OPTIONS)
 
 bench-poses: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.pose_goals $(DATA) --page benchmarks/README.md

@@ -7,13 +7,16 @@ from contextlib import contextmanager
 from trajopt.arrays import Printed
 from trajopt.execution.events import Event, Kind
 
+KEPT = 100_000
+"""So many times of a stage are kept, the last: half an hour of cycles, enough for one in ten thousand."""
+
 
 class Journal(Printed):
     """What happened while a robot was driven, and the CPU time that each stage took.
 
     Attributes:
         events: What happened, in order.
-        seconds: CPU time that each stage took, each time [s].
+        seconds: CPU time that each stage took, the last times [s].
     """
 
     def __init__(self, now: Callable[[], float]) -> None:
@@ -43,4 +46,7 @@ class Journal(Printed):
         try:
             yield
         finally:
-            self.seconds.setdefault(name, []).append(time.thread_time() - begun)
+            times = self.seconds.setdefault(name, [])
+            times.append(time.thread_time() - begun)
+            if len(times) > KEPT:
+                del times[: KEPT // 2]
