@@ -1,7 +1,7 @@
 """Why nothing can be done in time: something sweeps the start, or the goal is occupied at all times."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from math import inf
@@ -32,6 +32,9 @@ MOMENTS = 6
 """At so many moments it is tried to prove that nothing escapes, those at which least is missing first."""
 SAMPLES = 256
 """So many configurations that may be reached by a moment are looked at where there is no proof."""
+SCOUTS = 32
+"""So many of them are looked at before it is tried to prove that none is clear: where one is, none can be
+proven, and to look at so many takes no longer than to look at a few boxes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +132,9 @@ class InTime:
     problem: Problem
     timed: TimedModel
     counts: Counts
+    _boxes: dict[float, tuple[Floats, Floats]] = field(
+        init=False, repr=False, default_factory=dict[float, tuple[Floats, Floats]]
+    )
 
     def inevitable(self, *, proven: bool) -> Sweep | None:
         """Find something that sweeps the start and that no motion escapes.
@@ -148,13 +154,14 @@ class InTime:
         begin = float(times[sample].min(initial=inf))
         for row in likely:
             time = float(times[sample[row]])
-            box = by_then(self.problem, time)
-            met = self.occupancy.throughout(*box, time, time, most=MOST_BOXES, which=moved)
+            if not self._none_clear(time, SCOUTS):
+                continue
+            met = self.occupancy.throughout(*self._by_then(time), time, time, most=MOST_BOXES, which=moved)
             if met:
                 return _sweep(met, begin, time)
         for row in () if proven else likely:
             time, names = float(times[sample[row]]), self.occupancy.names(int(pair[row]))
-            if self._none_clear(time):
+            if self._none_clear(time, SAMPLES):
                 return Sweep(
                     thing=names[0], link=names[1], begin=begin, time=time, depth=float(depth[row]),
                     travel=None, boxes=0,
@@ -242,21 +249,28 @@ class InTime:
 
     def _spare(self, times: Floats, pairs: Ints, depths: Floats) -> Floats:
         """Return by how much more pairs are too near, with the robot at rest, than it may travel by then."""
-        boxes = [by_then(self.problem, time) for time in times.tolist()]
+        boxes = [self._by_then(time) for time in times.tolist()]
         half = [(upper - lower) / 2.0 for lower, upper in boxes]
         return depths - self.occupancy.travel(pairs, np.array(half)) if half else depths
 
-    def _none_clear(self, time: float) -> bool:
+    def _by_then(self, time: float) -> tuple[Floats, Floats]:
+        """Return bounds of all configurations that may be reached by a time [s]."""
+        found = self._boxes.get(time)
+        if found is None:
+            found = self._boxes[time] = by_then(self.problem, time)
+        return found
+
+    def _none_clear(self, time: float, count: int) -> bool:
         """Say whether none of some configurations that may be reached by a time is clear then."""
-        lower, upper = by_then(self.problem, time)
-        share = np.random.default_rng(0).random((SAMPLES, len(lower)))
-        share[: SAMPLES // 2] = np.round(share[: SAMPLES // 2])  # half of them are corners
+        lower, upper = self._by_then(time)
+        share = np.random.default_rng(0).random((count, len(lower)))
+        share[: count // 2] = np.round(share[: count // 2])  # half of them are corners
         drawn, moved = lower + share * (upper - lower), ~self.occupancy.fixed
-        return not self.occupancy.free(drawn, np.full(SAMPLES, time), moved).any()
+        return not self.occupancy.free(drawn, np.full(count, time), moved).any()
 
     def _under_way(self, time: float) -> bool:
         """Say whether no motion within the limits can be at the goal by a time."""
-        box = by_then(self.problem, time)
+        box = self._by_then(time)
         if not all(np.isfinite(side).all() for side in box):
             return False
         still = (goal for goal in self.problem.goals if not self._moves(goal))

@@ -131,6 +131,16 @@ class Workspace(Printed):
         assert self._among is not None
         yield from self._counted(self._among, self._among.soon(motion.trajectory, by), motion)
 
+    def stands_clear(self, until: float) -> bool:
+        """Say whether the robot seems clear of what changes if it stands at the start until a time [s]."""
+        among = self._among
+        assert among is not None
+        before = replace(among.looks.counts)
+        with self.tracker.stage("wait"):
+            clear = among.waiting.stands_clear(self.problem.reduced.start_positions[None], until)
+        self.tracker.count_work(among.looks.counts.since(before))
+        return clear
+
     def _counted(
         self, among: Among, timings: Iterator[TimedOnPath], motion: TimedMotion
     ) -> Iterator[TimedMotion]:

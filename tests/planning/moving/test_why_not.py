@@ -41,6 +41,21 @@ def test_what_sweeps_the_start_faster_than_the_arm_is_inevitable(planar_arm: to.
     assert code_of(result).val == MoveItErrorCodes.START_STATE_IN_COLLISION
 
 
+def test_the_proof_comes_before_a_motion_is_looked_for(
+    planar_arm: to.Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def tried(*_: object, **__: object) -> None:
+        raise AssertionError("a motion was looked for")
+
+    monkeypatch.setattr("trajopt.planning.moving.space_time.InSpaceTime.of", tried)
+    scene = to.Scene(planar_arm).add("ball", to.Sphere(0.2), motion=along_y(8.0))
+    result = to.plan(problem(scene), budget=FAST)
+    assert result.status is to.Status.INEVITABLE and not result.verified
+    # The motion without what changes is there to look at, with what is wrong with it.
+    assert result.trajectory is not None and result.certificate is not None
+    assert any("ball" in check.detail for check in result.certificate.failed)
+
+
 def test_the_bound_is_stated(planar_arm: to.Robot) -> None:
     scene = to.Scene(planar_arm).add("wall", to.Box(0.8, 0.4, 0.5), motion=along_y(20.0))
     result = to.plan(problem(scene), budget=FAST)

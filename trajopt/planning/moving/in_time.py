@@ -16,6 +16,7 @@ from trajopt.model.scene import Scene
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import bounding_box
 from trajopt.planning.budget import BudgetTracker, Stopped
+from trajopt.planning.judgement import Judged
 from trajopt.planning.moving.meeting import Meeting, goals_that_move, soonest_goal
 from trajopt.planning.moving.space_time import BECAUSE, ENOUGH, InSpaceTime
 from trajopt.planning.moving.still import without_changes
@@ -114,17 +115,22 @@ def _soonest_from(alone: Result, none: Result, work: Workspace, rng: np.random.G
     """Return the motion that is over soonest, from the one without what changes, or why there is none.
 
     What takes hardly longer comes first, since nothing can be much better; the rest takes longer to find.
+    Where something sweeps the start it is looked for a proof that there is none first: that takes less.
     """
     planned = alone.require()
     for motion in work.soon(_motion(alone), ENOUGH * planned.trajectory.duration):
         judged = work.judged(motion, alone.solve)
         if judged.verified:
             return _kept(judged, alone)
+    swept = not work.stands_clear(planned.trajectory.duration)
+    if swept and (refused := impossible(_unjudged(alone, work), alone, work.tracker)) is not None:
+        return refused
     together = InSpaceTime.of(work, alone, none)
     if together is not None and (near := together.hardly_longer()).verified:
         return near
     best = _judged(alone, work)
-    best = impossible(best, alone, work.tracker) or best
+    if not best.verified and not swept:
+        best = impossible(best, alone, work.tracker) or best
     if together is None or _ended(best, planned.trajectory.duration):
         return best
     return together.shortest(best, rng)
@@ -133,6 +139,20 @@ def _soonest_from(alone: Result, none: Result, work: Workspace, rng: np.random.G
 def _motion(result: Result) -> TimedMotion:
     planned = result.require()
     return TimedMotion(planned.path, planned.trajectory, result.timed)
+
+
+def _unjudged(alone: Result, work: Workspace) -> Result:
+    """Return the motion without what changes as one that is refused; by how much is measured when asked."""
+    motion = alone.require()
+    judged = Judged(work.problem, motion.trajectory, verified=False)
+    return work.result(
+        Status.BLOCKED_IN_TIME,
+        path=motion.path,
+        solve=alone.solve,
+        trajectory=motion.trajectory,
+        timed=alone.timed,
+        judged=judged,
+    )
 
 
 def _kept(judged: Result, other: Result) -> Result:

@@ -78,6 +78,11 @@ class Waiting:
             if stands < len(stretch):
                 return
 
+    def stands_clear(self, start: Floats, until: float) -> bool:
+        """Say whether it is clear of what changes to stand at the start, (1, n), until a time [s]."""
+        self.looks.leave_room(start)
+        return self._standing(start, 0.0, np.array((until,))) == 1
+
     def _later(self, latest: float) -> Iterator[float]:
         """Yield times to begin at, until nothing changes any more."""
         last = min(self.looks.settled, LONGEST, self.looks.timed.until, latest)

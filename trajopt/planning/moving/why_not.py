@@ -32,15 +32,13 @@ def impossible(failure: Result, alone: Result, tracker: BudgetTracker) -> Result
     """Return the proof that no motion within the limits solves a problem in time; None if there is none.
 
     Args:
-        failure: What became of the motion that is planned without what changes; nothing to prove if verified.
+        failure: The motion that is planned without what changes, refused.
         alone: That motion.
         tracker: Counts the work.
 
     Raises:
         Stopped: If the budget ends before.
     """
-    if failure.verified:
-        return None
     found = _WhyNot(failure.problem, alone.require().trajectory, tracker).refusal(proven=True)
     return None if found is None else _instead_of(failure, found)
 
