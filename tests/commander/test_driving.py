@@ -9,8 +9,8 @@ import trajopt as to
 from tests.commander.conftest import Clock
 from trajopt.commander import MoveGroupCommander, MoveItCommanderException, World
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
-from trajopt.commander.trajectories import trajectory_message
 from trajopt.execution import IdealExecutor, SimulatedExecutor
+from trajopt.moveit.trajectory_message import trajectory_message
 
 
 def bent_to_straight(count: int, *, duration: float, off: float = 0.0) -> np.ndarray:
