@@ -2,7 +2,7 @@
 
 import asyncio
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,9 +15,25 @@ from trajopt.cli.options import (
     SrdfOption,
     TorqueOption,
 )
+from trajopt.cli.rosbridge import (
+    MeshPortOption,
+    OriginOption,
+    Ros,
+    RosbridgeFace,
+    RosbridgeHostOption,
+    RosbridgePortOption,
+    RosOption,
+)
 from trajopt.errors import MissingExtra, ModelError
 from trajopt.model.robot import Robot
 
+if TYPE_CHECKING:
+    from trajopt.server import Service
+    from trajopt.server.http import HttpOptions, Metrics
+    from trajopt.server.running import Face
+
+OPERATIONS, ROSBRIDGE_OPERATIONS = "trajopt.server.operations", "trajopt.server.rosbridge.answers"
+"""Modules of what workers do: for everybody, and for clients made for ROS."""
 RobotsOption = Annotated[
     list[str],
     typer.Option("--robot", help="Installed robot, or a URDF, xacro or MJCF file (repeatable)."),
@@ -43,7 +59,7 @@ WaitingOption = Annotated[
     int | None, typer.Option("--waiting", min=1, help="Requests that may wait; more are told to come again.")
 ]
 SecondsOption = Annotated[
-    float | None, typer.Option("--timeout", metavar="S", help="Time that one request may take.")
+    float | None, typer.Option("--timeout", metavar="S", help="Time that one request may take \\[s].")
 ]
 MemoryOption = Annotated[
     int | None, typer.Option("--memory", metavar="MB", min=1, help="Memory that one request may take.")
@@ -66,11 +82,19 @@ def serve(
     waiting: WaitingOption = None,
     timeout: SecondsOption = None,
     memory: MemoryOption = None,
+    rosbridge_port: RosbridgePortOption = None,
+    mesh_port: MeshPortOption = 9190,
+    rosbridge_host: RosbridgeHostOption = "127.0.0.1",
+    rosbridge_origin: OriginOption = None,
+    ros: RosOption = Ros.JAZZY,
 ) -> None:
-    """Serve robots over HTTP until Ctrl-C. docs/server.md says what can be asked."""
+    """Serve robots over HTTP until Ctrl-C, and to clients made for ROS where a port of rosbridge is given.
+
+    docs/server.md and docs/from-compas-fab.md say what can be asked.
+    """
     try:
         from trajopt.server import Limits
-        from trajopt.server.http import HttpOptions, Metrics, serve_http
+        from trajopt.server.http import HttpOptions, Metrics
         from trajopt.server.limits import MEGABYTE
         from trajopt.server.log import log_request, write_log
         from trajopt.server.running import run_faces
@@ -79,34 +103,52 @@ def serve(
 
     folders = tuple(package_dir or ())
     beside = (srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
-    robots = loaded([RobotSource(each, *beside) for each in robot])
-    stated: dict[str, Any] = {
-        "workers": workers,
-        "waiting": waiting,
-        "seconds": timeout,
-        "memory": None if memory is None else memory * MEGABYTE,
-    }
-    most = Limits(**{key: value for key, value in stated.items() if value is not None})
+    sources = [RobotSource(each, *beside) for each in robot]
+    robots = loaded(sources)
+    megabytes = None if memory is None else memory * MEGABYTE
+    most = Limits(**stated(workers=workers, waiting=waiting, seconds=timeout, memory=megabytes))
     options = HttpOptions(host=host, port=port, token=token, names=tuple(name or ()))
     metrics = Metrics()
-
-    def listening(at: int) -> None:
-        shown = f"[{host}]" if ":" in host else host
-        typer.echo(f"listening on http://{shown}:{at}")
-
-    async def face(service: Any, stop: asyncio.Event) -> None:
-        metrics.of(service)
-        await serve_http(service, options, metrics=metrics, ready=listening, stop=stop)
 
     def observed(done: Any) -> None:
         metrics.count(done)
         log_request(done)
 
+    faces, modules = [http_face(options, metrics)], [OPERATIONS]
+    if rosbridge_port is not None:
+        told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, tuple(rosbridge_origin or ()), ros)
+        faces.append(told.of(sources[0], next(iter(robots.values())), options.names))
+        modules.append(ROSBRIDGE_OPERATIONS)
     write_log()
     try:
-        asyncio.run(run_faces(robots, [face], limits=most, observer=observed))
+        asyncio.run(run_faces(robots, faces, limits=most, modules=tuple(modules), observer=observed))
     except OSError as error:
-        raise ModelError(f"cannot listen on {host}:{port}: {error.strerror}") from error
+        raise ModelError(f"cannot listen: {error.strerror or error}") from error
+
+
+def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
+    """Return what serves over HTTP.
+
+    Args:
+        options: Where it listens, and whom it lets in.
+        metrics: What it shows of itself.
+    """
+    from trajopt.server.http import serve_http
+
+    def listening(at: int) -> None:
+        shown = f"[{options.host}]" if ":" in options.host else options.host
+        typer.echo(f"listening on http://{shown}:{at}")
+
+    async def face(service: "Service", stop: asyncio.Event) -> None:
+        metrics.of(service)
+        await serve_http(service, options, metrics=metrics, ready=listening, stop=stop)
+
+    return face
+
+
+def stated(**limits: float | None) -> dict[str, Any]:
+    """Return what is stated of limits."""
+    return {key: value for key, value in limits.items() if value is not None}
 
 
 def loaded(sources: list[RobotSource]) -> dict[str, Robot]:

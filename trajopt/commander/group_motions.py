@@ -2,8 +2,8 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import wraps
+from threading import Event
 from typing import Any, TypeVar
 
 import numpy as np
@@ -25,12 +25,14 @@ from trajopt.errors import shown
 from trajopt.grasping import GraspingOptions, PickPlaceResult, grasps_of, gripper_of
 from trajopt.messages import document_of, field_names, is_message
 from trajopt.methods import method_named
-from trajopt.model.collisions.allowed_collisions import AllowedCollisions
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
 from trajopt.moveit.constraints import read_constraints
+from trajopt.moveit.scene_edits import without_collisions
 from trajopt.moveit.trajectory_message import trajectory_message
+from trajopt.planning.budget import Budget
+from trajopt.planning.plan import NO_BOUNDS
 
 R = TypeVar("R")
 _LOG = logging.getLogger("trajopt.commander")
@@ -50,6 +52,8 @@ def followed_through(
     group: str,
     start: Floats,
     settings: Settings,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
 ) -> Followed:
     """Follow straight lines from where a link is through poses, as far as they go.
 
@@ -60,6 +64,8 @@ def followed_through(
         group: The planning group.
         start: Positions of all joints at the beginning [rad | m].
         settings: Speeds.
+        budget: Time that it may take.
+        cancel: Set it from another thread to stop.
 
     Raises:
         MoveItCommanderException: If there is no pose to go to.
@@ -75,13 +81,15 @@ def followed_through(
         acceleration_scaling=settings.acceleration_scaling,
         tool_speed=() if settings.tool_speed is None else (settings.tool_speed,),
     )
-    return follow(scene, follows_curve(link, polyline(stops)), start=start, group=group, options=options)
-
-
-def without_collisions(scene: Scene) -> Scene:
-    """Return the scene with every contact allowed."""
-    everything = dict.fromkeys((*scene.robot.links, *scene.objects), True)
-    return replace(scene, allowed=AllowedCollisions({}, everything))
+    return follow(
+        scene,
+        follows_curve(link, polyline(stops)),
+        start=start,
+        group=group,
+        options=options,
+        budget=budget,
+        cancel=cancel,
+    )
 
 
 def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:

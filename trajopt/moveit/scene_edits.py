@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from trajopt.io.document import Node
+from trajopt.model.collisions.allowed_collisions import AllowedCollisions
 from trajopt.model.collisions.clearances import Clearances
 from trajopt.model.scene import Scene
 from trajopt.moveit.attached_object import apply_attached
@@ -90,3 +91,9 @@ def _empty(scene: Scene) -> Scene:
         clearances=everywhere,
         tools=scene.tools_on_links,
     )
+
+
+def without_collisions(scene: Scene) -> Scene:
+    """Return the scene with every contact allowed."""
+    everything = dict.fromkeys((*scene.robot.links, *scene.objects), True)
+    return replace(scene, allowed=AllowedCollisions({}, everything))

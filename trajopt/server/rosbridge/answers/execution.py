@@ -1,0 +1,182 @@
+"""Execution: `/execute_trajectory` and `/joint_trajectory_action`, by the simulated robot of the session."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from trajopt.arrays import Floats
+from trajopt.commander.driving import Drive
+from trajopt.commander.execution import Execution
+from trajopt.commander.trajectories import trajectory_of
+from trajopt.errors import ProblemError, TrajoptError
+from trajopt.execution import SimulatedExecutor
+from trajopt.io.document import Node
+from trajopt.messages import encode
+from trajopt.messages.builtin_interfaces import Duration
+from trajopt.messages.control_msgs import (
+    FollowJointTrajectoryFeedback,
+    FollowJointTrajectoryGoal,
+    FollowJointTrajectoryResult,
+)
+from trajopt.messages.moveit_msgs import (
+    ExecuteTrajectoryFeedback,
+    ExecuteTrajectoryGoal,
+    ExecuteTrajectoryResult,
+    MoveItErrorCodes,
+    RobotTrajectory,
+)
+from trajopt.messages.trajectory_msgs import JointTrajectory, JointTrajectoryPoint
+from trajopt.model.bases import PLANAR
+from trajopt.model.description.groups import Group
+from trajopt.model.reduced import reduce_model
+from trajopt.model.robot import Robot
+from trajopt.model.trajectory import Trajectory
+from trajopt.server.operation import Answer
+from trajopt.server.rosbridge.answers.codes import code_of_error, failed
+from trajopt.server.rosbridge.answers.service_call import read_call
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+
+TELLING = 0.1
+"""Who watches a robot sees it move smoothly enough at so many seconds between two places [s]."""
+CYCLE = 0.02
+"""Time from one look at the robot to the next [s]."""
+STATES = ("MONITOR", "IDLE")
+"""What MoveIt says of an execution that is under way, and of one that is over."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is seen of a robot on its way.
+
+    Attributes:
+        joints: Names of the joints.
+        desired: Where they should be, and how fast.
+        actual: Where they are, and how fast.
+    """
+
+    joints: tuple[str, ...]
+    desired: JointTrajectoryPoint
+    actual: JointTrajectoryPoint
+
+
+def execute_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Drive the session's robot along a trajectory, at the pace of the world; a cancelled one stops."""
+    request = read_call(ExecuteTrajectoryGoal, arguments, watch)
+
+    def tell(_: Seen) -> object:
+        return encode(ExecuteTrajectoryFeedback(STATES[0]), request.generation)
+
+    try:
+        code, state = driven(request.message.trajectory, state, watch, tell)
+    except TrajoptError as error:
+        code = replace(code_of_error(error), val=MoveItErrorCodes.INVALID_MOTION_PLAN)
+    return request.answer(ExecuteTrajectoryResult(code), state)
+
+
+def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Drive the session's robot along a trajectory as a controller does, telling where it is."""
+    request = read_call(FollowJointTrajectoryGoal, arguments, watch)
+    goal, result = request.message, FollowJointTrajectoryResult
+
+    def tell(seen: Seen) -> object:
+        return encode(_feedback(seen), request.generation)
+
+    whole = RobotTrajectory(goal.trajectory, goal.multi_dof_trajectory)
+    try:
+        code, state = driven(whole, state, watch, tell)
+    except TrajoptError as error:
+        return request.answer(result(result.INVALID_GOAL, str(error)))
+    if code.val in (MoveItErrorCodes.SUCCESS, MoveItErrorCodes.PREEMPTED):
+        return request.answer(result(result.SUCCESSFUL, code.message), state)
+    return request.answer(result(result.PATH_TOLERANCE_VIOLATED, code.message), state)
+
+
+def _feedback(seen: Seen) -> FollowJointTrajectoryFeedback:
+    pairs = zip(seen.desired.positions, seen.actual.positions, strict=True)
+    off = JointTrajectoryPoint([wanted - is_at for wanted, is_at in pairs])
+    return FollowJointTrajectoryFeedback(
+        joint_names=list(seen.joints), desired=seen.desired, actual=seen.actual, error=off
+    )
+
+
+def driven(
+    message: RobotTrajectory, state: SessionState, watch: Watch, tell: Callable[[Seen], object]
+) -> tuple[MoveItErrorCodes, SessionState]:
+    """Drive the robot of a session along a trajectory.
+
+    Args:
+        message: The trajectory.
+        state: What the session holds.
+        watch: Of the request; where it is cancelled, the robot stops as soon as is proven.
+        tell: Makes a document of what is seen on the way.
+
+    Returns:
+        How it ended, and what the session holds then.
+
+    Raises:
+        TrajoptError: If the trajectory is malformed, or of joints that are no group.
+    """
+    robot = state.scene.robot
+    group = _group_of(message.joint_trajectory, message.multi_dof_joint_trajectory.joint_names, robot)
+    trajectory = trajectory_of(message, "trajectory", group, state.named_positions)
+    if trajectory is None:
+        return failed(MoveItErrorCodes.INVALID_MOTION_PLAN, "the trajectory has no points"), state
+    reduced = reduce_model(state.scene, group.name, state.positions)
+    execution = Execution(reduced, trajectory, group.tip or "")
+    refusal = execution.refusal(state.positions)
+    if refusal is not None:
+        return refusal.error_code, state
+    arm = SimulatedExecutor(state.scene, state.positions)
+    drive = Drive(robot, arm, state.positions, arm.advance)
+    refused = drive.start(reduced, trajectory)
+    if refused:
+        return failed(MoveItErrorCodes.CONTROL_FAILED, refused), state
+    _watched(arm, drive, trajectory, watch, tell)
+    stop = drive.stop() if watch.cancel.is_set() else None
+    outcome = execution.measured(drive.positions, drive.wait(), stop=stop)
+    watch.tell({}, drive.positions.tolist())
+    return outcome.error_code, replace(state, positions=drive.positions)
+
+
+def _watched(
+    arm: SimulatedExecutor,
+    drive: Drive,
+    trajectory: Trajectory,
+    watch: Watch,
+    tell: Callable[[Seen], object],
+) -> None:
+    """Let the robot go on, at the pace of the world, until it is there or nobody wants it any more."""
+    begun, last, start = time.monotonic(), -TELLING, arm.now()
+    columns = [arm.joint_names.index(name) for name in trajectory.joint_names]
+    while drive.moving and not watch.cancel.is_set():
+        now = arm.now() - start
+        if now - last >= TELLING:
+            last, is_at = now, arm.state()
+            actual = _point(is_at.positions[columns], is_at.velocities[columns], now)
+            moment = min(now, trajectory.duration)
+            desired = _point(trajectory(moment), trajectory(moment, 1), now)
+            document = tell(Seen(trajectory.joint_names, desired, actual))
+            watch.tell({"feedback": document}, drive.positions.tolist())
+        arm.advance(CYCLE)
+        time.sleep(max(begun + arm.now() - start - time.monotonic(), 0.0))
+
+
+def _point(positions: Floats, velocities: Floats, moment: float) -> JointTrajectoryPoint:
+    return JointTrajectoryPoint(
+        positions.tolist(), velocities.tolist(), time_from_start=Duration.from_sec(moment)
+    )
+
+
+def _group_of(trajectory: JointTrajectory, planar: list[str], robot: Robot) -> Group:
+    """Return the group that a trajectory moves: it has just these joints.
+
+    Raises:
+        ProblemError: If there is none.
+    """
+    moved = {*trajectory.joint_names, *(f"{name}{suffix}" for name in planar for suffix in PLANAR)}
+    for group in robot.groups.values():
+        if moved == set(group.joints):
+            return group
+    there = "; ".join(f"{group.name}: {', '.join(group.joints)}" for group in robot.groups.values())
+    raise ProblemError(f"no group has just the joints {', '.join(sorted(moved))}; there are {there}")

@@ -1,0 +1,78 @@
+"""What a client made for ROS asks: a message in its ROS' way of writing, and where the robot stands by it."""
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from trajopt.arrays import Floats
+from trajopt.io.document import Node
+from trajopt.messages import Generation, decode, document_of, encode
+from trajopt.model.scene import Scene
+from trajopt.moveit.frames import Reading, world_names
+from trajopt.moveit.robot_state import layered_positions, read_joint_positions
+from trajopt.server.operation import Answer
+from trajopt.server.sizes import check_sizes
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+
+M = TypeVar("M")
+
+
+@dataclass(frozen=True)
+class ServiceCall(Generic[M]):
+    """A request.
+
+    Attributes:
+        message: What is asked.
+        generation: How the client's ROS writes messages.
+    """
+
+    message: M
+    generation: Generation
+
+    def answer(self, response: object, state: SessionState | None = None) -> Answer:
+        """Return a message as the answer.
+
+        Args:
+            response: The message.
+            state: What the session holds from now on; None where it stays as it was.
+        """
+        return Answer(encode(response, self.generation), state)
+
+
+def read_call(kind: type[M], arguments: Node, watch: Watch) -> ServiceCall[M]:
+    """Return what is asked.
+
+    Args:
+        kind: Kind of the message.
+        arguments: The name of the generation as `ros`, and the message as `args`.
+        watch: Of the request: it knows how large meshes and trajectories may be.
+
+    Raises:
+        FileFormatError: If the message does not fit its kind.
+        Refusal: If it is too large.
+    """
+    generation = Generation[arguments["ros"].text()]
+    check_sizes(arguments["args"].value, watch)
+    message = decode(kind, arguments["args"].value, generation, name="args")
+    return ServiceCall(message, generation)
+
+
+def reading_in(scene: Scene, positions: Floats) -> Reading:
+    """Return what names and frames in a message mean while the robot stands at positions."""
+    return Reading(world_names(scene.robot), positions)
+
+
+def positions_in(message: object, state: SessionState, place: str) -> Floats:
+    """Return positions of all joints in a robot state message; those it leaves out are where they are now.
+
+    Args:
+        message: The message; joints that the robot does not have are left out, as MoveIt does.
+        state: What the session holds.
+        place: What complaints call the message.
+
+    Raises:
+        FileFormatError: If it is malformed.
+    """
+    robot = state.scene.robot
+    stated = read_joint_positions(document_of(message, place), robot, [])
+    return layered_positions(robot, state.named_positions, stated)
