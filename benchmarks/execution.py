@@ -1,6 +1,7 @@
 """Robots driven in the simulated world while boxes appear in their way, by the rule of `random_surprise`.
 
 python -m benchmarks.execution [--runs 100] [--seed 0] [--json FILE] [--page FILE]
+python -m benchmarks.execution --scenarios [--page FILE]
 
 Each problem is planned, and driven with as many seeds as are asked for: once by the supervisor as it is,
 and once by one that plans only once the robot stands. Every run is measured by the simulation, and judged.
@@ -19,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import trajopt as to
+from benchmarks.execution_scenarios import scenarios_page
 from benchmarks.page import table, write_section
 from trajopt.execution import (
     IdealExecutor,
@@ -188,7 +190,14 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=0, help="the first one")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--page", type=Path)
+    parser.add_argument("--scenarios", action="store_true", help="what can happen, one run of each")
     asked = parser.parse_args(words)
+    if asked.scenarios:
+        text = scenarios_page()
+        print(text)
+        if asked.page is not None:
+            write_section(asked.page, "scenarios", text)
+        return
     tallies = {way: Tally() for way in WAYS}
     for name in PROBLEMS:
         measured(name, range(asked.seed, asked.seed + asked.runs), tallies)

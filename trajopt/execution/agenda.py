@@ -12,11 +12,12 @@ from trajopt.execution.intention import Goal, Intention
 from trajopt.execution.next_goal import Transition, from_rest, passing
 from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.retimed import retimed
-from trajopt.execution.running import Progress, Running
-from trajopt.execution.uncertain import too_uncertain
+from trajopt.execution.running import Pause, Progress, Running
+from trajopt.execution.uncertain import grow_uncertain, too_uncertain
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.moving.waiting import JOLT
 from trajopt.planning.plan import plan
+from trajopt.planning.result import Result
 
 SOONER = 0.95
 """A new motion is taken in place of one that waits only if it is over in less than this part of its time."""
@@ -106,7 +107,10 @@ class Agenda(Printed):
         intended = running.intended
         if intended is None:
             return
-        if running.in_motion and not self._holds(intended, running.parting):
+        holds = not running.in_motion or self._holds(intended, running.parting)
+        if not holds and self._only_uncertain(intended, running.parting):
+            return  # it is gone on along as far as that is proven, maybe slower
+        if not holds:
             self.pending, self._next, self._hurry = self.pending or intended.goal, None, False
             return
         self.commitment.journal.note(Kind.STILL_CLEAR)
@@ -123,7 +127,7 @@ class Agenda(Printed):
             self.pending, self._doubted = None, False
         if self.pending is not None and now >= self._again:
             self._plan(self.pending, now)
-        self._get_on(now)
+        self._get_on(self.commitment.executor.now())  # a plan may have taken long
         if self.pending is None and self.later and now >= self._next_again:
             self._plan_ahead(now)
 
@@ -138,20 +142,34 @@ class Agenda(Printed):
         if not in_motion and rest > now + options.ahead:
             return  # it is on its way to rest
         pause = running.pause
-        uncertain = pause is not None and pause.intended.goal is goal and running.would_be_clear(pause, at)
+        uncertain = pause is not None and pause.intended.goal is goal and self._only_uncertain(pause, at)
         if commitment.stale(at) or uncertain:
             self._again = now + options.retry
             return
         if in_motion and self._retimed(goal, at):
             return
         with commitment.journal.stage("plan"):
-            result = plan(commitment.from_then(goal.problem, at), budget=options.budget)
+            result = self._found(goal, at)
         late = commitment.soonest > at
         if late or not result.verified:
             kind = Kind.MISSED_DEADLINE if late else Kind.NO_PLAN
             self._not_planned(kind, "" if late else result.reason, same=not late and not in_motion)
             return
         self._planned(goal, result.require().trajectory, at)
+
+    def _found(self, goal: Goal, at: float) -> Result:
+        """Plan to a goal from where the robot will be at a time.
+
+        Where things are known worse and worse, and nothing is proven to the goal for that, what is clear as
+        well as they were known when they were seen will do: it is gone along as far as that is proven.
+        """
+        commitment, budget = self.commitment, self.options.budget
+        result = plan(commitment.from_then(goal.problem, at, commitment.world), budget=budget)
+        known = commitment.world.as_well_known(at)
+        if result.verified or known is None or not grow_uncertain(commitment.world):
+            return result
+        other = plan(commitment.from_then(goal.problem, at, known), budget=budget)
+        return other if other.verified else result
 
     def _planned(self, goal: Goal, trajectory: Trajectory, at: float) -> None:
         """Take a motion that was planned, unless the one at hand is as good."""
@@ -185,11 +203,12 @@ class Agenda(Printed):
         if intended is None or intended.goal is not goal:
             return False
         with commitment.journal.stage("retime"):
-            here = commitment.from_then(goal.problem, at)
+            here = commitment.from_then(goal.problem, at, commitment.world)
             found = retimed(intended, here, commitment.world, at, patience)
         if found is None or commitment.soonest > at:
             return False
-        commitment.journal.note(Kind.SLOWING, "; ".join(found.remarks))
+        words = "; ".join(found.remarks) or "the same path, hardly slower"
+        commitment.journal.note(Kind.SLOWING, words)
         self._take(Intention.of(goal, found.trajectory, at, held_back=True))
         self.pending = None
         return True
@@ -237,8 +256,7 @@ class Agenda(Printed):
         progress = running.extend(now)
         if progress is Progress.UNPROVEN and not self._hopeless(intended, now):
             # There is time until it brakes: what comes next may be clear a cycle later, or planned anew.
-            changing = bool(self.commitment.world.scene.changing)
-            if not changing or not running.would_be_clear(intended, running.parting):
+            if not self._only_uncertain(intended, running.parting):
                 self.pending = self.pending or intended.goal
             elif not self._doubted:
                 self._doubted = True
@@ -313,6 +331,11 @@ class Agenda(Printed):
         if now - following.holds_since >= following.hold:
             self.following = None
             commitment.journal.note(Kind.REACHED)
+
+    def _only_uncertain(self, left: Intention | Pause, time: float) -> bool:
+        """Whether nothing speaks against what is left of a motion but that things are known worse later."""
+        changing = bool(self.commitment.world.scene.changing)
+        return changing and self.running.would_be_clear(left, time)
 
     def _holds(self, intended: Intention, begin: float) -> bool:
         commitment = self.commitment

@@ -67,13 +67,16 @@ class Commitment(Printed):
         self.motion.splice(motion, at, now=self.executor.now())
         return True
 
-    def from_then(self, problem: Problem, at: float) -> Problem:
-        """Return a problem from where the robot will be at a time [s], among what will be there.
+    def around(self, at: float, world: Seen) -> Scene:
+        """Return what will be around the robot at a time [s], for a plan from there.
 
         It asks for room for how far the robot can be off: without, what is planned might not be proven.
         """
-        scene = with_room(self.world.at(at), self.guard.options.distance_error)
-        here = self.still_at(problem, at, scene)
+        return with_room(world.at(at), self.guard.options.distance_error)
+
+    def from_then(self, problem: Problem, at: float, world: Seen) -> Problem:
+        """Return a problem from where the robot will be at a time [s], among what will be there."""
+        here = self.still_at(problem, at, self.around(at, world))
         running = self.motion.ahead(at, self.joint_names)
         return here if running is None else on_the_way(here, running, 0.0)
 

@@ -45,19 +45,21 @@ class Seen(Value):
                 return f"where {name} is, was known until {self.stamp + motion.until:.3f} s"
         return ""
 
-    def as_certain_as(self, time: float) -> "Seen | None":
-        """Return the world as if everything stayed as well known as it is at a time [s]; None if it is not.
+    def as_well_known(self, time: float) -> "Seen | None":
+        """Return the world as if all were still known as well as when it was seen; None if that is no more.
 
-        What moves goes on along its track.
+        Args:
+            time: What moves has gone on along its track until then, on the executor's clock [s].
         """
-        if self.stale(time) or not self._changing:
-            return None if self._changing else self
-        scene = self.at(time)
+        if not self._changing:
+            return self
+        if self.stale(time):
+            return None
+        scene, objects = self.at(time), self.scene.objects
         for name in scene.changing:
-            motion = scene.objects[name].timing.motion
-            if motion is not None:
-                timing = scene.objects[name].timing
-                known = Prediction(motion.track, (motion.error[0], 0.0, 0.0))
+            timing, seen = scene.objects[name].timing, objects[name].timing.motion
+            if timing.motion is not None and seen is not None:
+                known = Prediction(timing.motion.track, (seen.error[0], 0.0, 0.0))
                 scene = scene.with_motion(name, known, appears=timing.appears, expires=timing.expires)
         return Seen(scene, time)
 

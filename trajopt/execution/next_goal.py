@@ -54,7 +54,7 @@ def from_rest(
     if stale := commitment.world.stale(begin):
         return None, stale
     problem, motion = following.problem, before.trajectory
-    there = commitment.still_at(problem, begin, commitment.world.at(begin))
+    there = commitment.still_at(problem, begin, commitment.around(begin, commitment.world))
     positions, robot = np.array(there.start_positions), there.scene.robot
     positions[robot.index(problem.reduced.joint_names)] = motion(motion.duration)
     there = start_from(there, robot.followed(positions), there.scene)
@@ -81,7 +81,7 @@ def passing(
     following, near, away = at_rest.intended.goal, *_comes_near(before)
     if not commitment.soonest < near < before.end or commitment.world.stale(near):
         return at_rest, ""
-    here = commitment.still_at(following.problem, near, commitment.world.at(near))
+    here = commitment.still_at(following.problem, near, commitment.around(near, commitment.world))
     result = plan(on_the_way(here, before.trajectory, near - before.begin), budget=options.budget)
     if not result.verified or commitment.soonest > near:
         return at_rest, ""

@@ -144,7 +144,7 @@ class Running(Printed):
     def resume(self, now: float) -> bool:
         """Go on along the path on which the robot stands, at the fastest pace that is proven.
 
-        All that is left of it has to be clear, as far as it is known where everything is.
+        All that is left of it has to be clear, as well as it was known where everything is.
         """
         pause, motion = self.pause, self.commitment.motion
         if pause is None or motion.end > now + self.options.ahead:
@@ -161,9 +161,9 @@ class Running(Printed):
         return False
 
     def would_be_clear(self, left: Intention | Pause, time: float) -> bool:
-        """Whether what is left of a motion is clear if everything stays as well known as it is."""
+        """Whether what is left of a motion is clear if all is still known as well as when it was seen."""
         commitment = self.commitment
-        world = commitment.world.as_certain_as(time)
+        world = commitment.world.as_well_known(time)
         if world is None:
             return False
         if isinstance(left, Intention):

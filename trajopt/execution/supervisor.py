@@ -46,11 +46,15 @@ class Supervisor(Printed):
         executor: What drives the robot.
         problem: What is required on the way, and the goal.
         options: Numbers to work with.
+        events: What happened, in order.
+        seconds: CPU time that each stage took, each time [s].
     """
 
     executor: Executor
     problem: Problem
     options: SupervisorOptions = DEFAULT
+    events: list[Event] = field(init=False)
+    seconds: dict[str, list[float]] = field(init=False)
     _journal: Journal = field(init=False)
     _commitment: Commitment = field(init=False)
     _running: Running = field(init=False)
@@ -63,6 +67,7 @@ class Supervisor(Printed):
         if np.abs(state.velocities).max() > REST:
             raise ProblemError("the robot moves: a supervisor takes it over where it stands")
         self._journal = Journal(executor.now)
+        self.events, self.seconds = self._journal.events, self._journal.seconds
         self._commitment = Commitment(
             executor,
             self._journal,
@@ -72,16 +77,6 @@ class Supervisor(Printed):
         )
         self._running = Running(self._commitment, self.options, None, now)
         self._agenda = Agenda(self._commitment, self._running, self.options)
-
-    @property
-    def events(self) -> list[Event]:
-        """What happened, in order."""
-        return self._journal.events
-
-    @property
-    def seconds(self) -> dict[str, list[float]]:
-        """CPU time that each stage took, each time [s]."""
-        return self._journal.seconds
 
     @property
     def scene(self) -> Scene:
