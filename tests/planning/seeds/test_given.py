@@ -61,11 +61,11 @@ def test_a_useless_path_costs_an_attempt_and_no_more(solved: to.Result) -> None:
 
 def test_what_is_no_path_is_refused(solved: to.Result) -> None:
     joints = solved.problem.reduced.joint_names
-    with pytest.raises(ShapeError, match="seed 2"):
+    with pytest.raises(ShapeError, match=r"seeds\[1\]"):
         to.plan(solved.problem, seeds=[solved.require().path, np.zeros((4, 3))])
     with pytest.raises(ProblemError, match="at least two knots"):
         to.plan(solved.problem, seeds=[np.zeros((1, len(joints)))])
-    with pytest.raises(JointNotFound, match="joint of seed 1"):
+    with pytest.raises(JointNotFound, match=r"joint of seeds\[0\]"):
         to.plan(solved.problem, seeds=[Path(("elbow", *joints[1:]), np.zeros((2, len(joints))))])
     with pytest.raises(ProblemError, match="waypoints"):
         to.plan(replace(solved.problem, waypoints=[solved.problem.goals]), seeds=[solved.require().path])

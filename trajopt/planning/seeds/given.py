@@ -30,7 +30,7 @@ def stated_seeds(problem: Problem, seeds: Sequence[SeedLike]) -> tuple[Floats, .
     given = sequence("seeds", seeds)
     if given and problem.waypoints:
         raise ProblemError("seeds do not say where they pass the waypoints: leave one of both out")
-    return tuple(_knots(problem, f"seed {number}", each) for number, each in enumerate(given, 1))
+    return tuple(_knots(problem, f"seeds[{number}]", each) for number, each in enumerate(given))
 
 
 def _knots(problem: Problem, name: str, seed: SeedLike) -> Floats:
