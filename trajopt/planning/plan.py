@@ -61,8 +61,7 @@ def plan(
         rng: Draws the starts of inverse kinematics and the bends of seeds; a fixed seed when None, so that
             the answer is the same every time.
         budget: How much work, time and how many cores it may use, and whether to go on improving.
-        cancel: Set it from another thread to stop: the best motion so far is returned, if there is
-            one.
+        cancel: Set it from another thread to stop: the best motion so far is returned, if there is one.
         progress: Called at every stage and every step of the solver.
         on_incumbent: Called with every verified motion that is better than the one before.
 
@@ -74,8 +73,7 @@ def plan(
         ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, or nothing
             improves what the method plans, or every goal is asked for and there is one, or seeds are given
             for a problem with waypoints.
-        JointNotFound: If a seed does not name a joint of the group.
-        ShapeError: If a seed is not of the group's joints.
+        ShapeError: If a seed is not of the group's joints (`JointNotFound` if it does not name one).
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
     tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
