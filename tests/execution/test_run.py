@@ -11,6 +11,7 @@ from trajopt.execution import (
     Fault,
     FaultKind,
     Kind,
+    Sensors,
     Surprise,
     Surprises,
     random_surprise,
@@ -102,6 +103,23 @@ def test_a_stuck_joint_ends_a_run() -> None:
     done = run(problem, surprises=Surprises(faults=(stuck,)))
     assert not done.reached and done.clearance_proven is None
     assert done.count(Kind.OFF_TRACK) == 1
+
+
+@pytest.mark.parametrize("at", [0.02, 0.06, 0.3])
+def test_what_late_sensors_see_is_seen(at: float) -> None:
+    """A time and a delay do not add up exactly: (0.06 + 0.01) - 0.01 is less than 0.06."""
+    problem = named("past_pillar_xarm7")
+    far = Surprise(
+        name="box",
+        at=at,
+        placement=to.placement((5.0, 0.0, 0.0)),
+        shape=to.Box(0.1, 0.1, 0.1),
+        leaves=at + 0.1,
+    )
+    told: list[bool] = []
+    late = Surprises(objects=(far,), sensors=Sensors(delay=0.01))
+    run(problem, surprises=late, watch=lambda supervisor: told.append("box" in supervisor.scene.objects))
+    assert any(told) and not told[-1]
 
 
 FILE = """

@@ -191,7 +191,7 @@ def driven_by(
     driver.go(problem)
     names, samples = problem.reduced.joint_names, list[tuple[float, Floats, Floats]]()
     columns = [arm.joint_names.index(name) for name in names]
-    changes = [time + surprises.sensors.delay for time in surprises.times]
+    changes, delay = list(surprises.times), surprises.sensors.delay
     steps = max(1, round(cycle / arm.period))
 
     def advance(count: int) -> None:
@@ -201,8 +201,8 @@ def driven_by(
             arm.advance(arm.period)
 
     while driver.busy and arm.now() < longest and (changes or not driver.blocked):
-        while changes and changes[0] <= arm.now():
-            driver.see(surprises.seen(problem.scene, changes.pop(0) - surprises.sensors.delay), 0.0)
+        while changes and changes[0] + delay <= arm.now():
+            driver.see(surprises.seen(problem.scene, changes.pop(0)), 0.0)
         driver.cycle()
         if watch is not None:
             watch(driver)
