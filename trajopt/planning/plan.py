@@ -62,7 +62,7 @@ def plan(
             the answer is the same every time.
         budget: How much work, time and how many cores it may use, and whether to go on improving.
         cancel: Set it from another thread to stop: the best motion so far is returned, if there is one.
-        progress: Called at every stage and every step of the solver.
+        progress: Called at every stage and step of the solver.
         on_incumbent: Called with every verified motion that is better than the one before.
 
     Returns:
@@ -81,32 +81,20 @@ def plan(
     given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
     paths = stated_seeds(problem, seeds)
-    state = None if given is None else given.bit_generator.state
-    one_of("every_goal", every_goal, bool)
-    arguments = PlanArguments(method, improve, every_goal, tracker.budget, state, paths)
-
-    def run(search: Search) -> Result:
-        attempted = _attempted_in_time if problem.scene.changing else _attempted
-        return attempted(replace(search, given=paths))
-
-    if every_goal:
-        result = EveryGoal(problem, choice, given, tracker, on_incumbent).planned(run)
-    else:
-        rng = given or np.random.default_rng(0)
-        result = _in_time_for(arguments, Search(problem, choice, rng, tracker, on_incumbent), run)
-    return replace(result, arguments=arguments)
-
-
-def _in_time_for(arguments: PlanArguments, search: Search, run: Callable[[Search], Result]) -> Result:
-    """Run a search; where it ends too late and no method was named, shape and time are optimised together."""
-    result, problem = run(search), search.problem
+    arguments = PlanArguments.of(method, improve, every_goal, tracker.budget, given, paths)
+    run = _attempted_in_time if problem.scene.changing else _attempted
+    if one_of("every_goal", every_goal, bool):
+        each = EveryGoal(problem, choice, given, tracker, on_incumbent)
+        return replace(each.planned(lambda one: run(replace(one, given=paths))), arguments=arguments)
+    rng = given or np.random.default_rng(0)
+    result = run(Search(problem, choice, rng, tracker, on_incumbent, given=paths))
     missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
-    decided = arguments.method is not None or arguments.improve or problem.starts_moving
-    if not missed or result.stopped is not None or decided:
-        return result
-    freed = choose(problem, None, improve=True)
-    shorter = run(Search(problem, freed, search.rng, search.tracker, search.on_incumbent))
-    return shorter if shorter.verified else result
+    decided = method is not None or improve or problem.starts_moving
+    if missed and result.stopped is None and not decided:
+        choice = choose(problem, None, improve=True)
+        shorter = run(Search(problem, choice, rng, tracker, on_incumbent, given=paths))
+        result = shorter if shorter.verified else result
+    return replace(result, arguments=arguments)
 
 
 def _attempted_in_time(search: Search) -> Result:

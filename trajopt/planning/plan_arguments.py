@@ -32,6 +32,19 @@ class PlanArguments(Value):
     random: Mapping[str, Any] | None = None
     seeds: tuple[Floats, ...] = ()
 
+    @staticmethod
+    def of(
+        method: Method | str | None,
+        improve: bool,
+        every_goal: bool,
+        budget: Budget,
+        rng: np.random.Generator | None,
+        seeds: tuple[Floats, ...],
+    ) -> "PlanArguments":
+        """Keep the arguments of a call that has not yet drawn from its generator."""
+        state = None if rng is None else rng.bit_generator.state
+        return PlanArguments(method, improve, every_goal, budget, state, seeds)
+
     @property
     def generator(self) -> np.random.Generator | None:
         """A generator in the state of the one that was given; None where none was.
