@@ -318,7 +318,9 @@ SCENARIOS = {
         "a box appears inside the stopping distance", "earliest stop; pair and shortfall are named", too_late
     ),
     10: Scenario(
-        "a person's arm reaches in and leaves", "slows, stops, resumes; no contact at fault", reaches_in
+        "a person's arm reaches in and leaves (plans from rest only)",
+        "slows, stops, resumes; no contact at fault",
+        reaches_in,
     ),
     15: Scenario("tracking error beyond the tolerance", "stops, then is resynchronised", off_track),
     16: Scenario("the planner dies in motion", "rest at the committed stop", killed),
