@@ -183,6 +183,10 @@ def of_contents() -> dict[str, Change]:
             '"positions": {"array": [[0, 0], [1, 1]], "type": "float64"}}}',
         ),
         "a method that is a list": text("arguments.json", '{"method": []}'),
+        "seeds that are one array": text(
+            "arguments.json", '{"seeds": {"array": [[1, 2]], "type": "float64"}}'
+        ),
+        "a seed that is a ball": text("arguments.json", '{"seeds": [{"kind": "Sphere", "radius": 1.0}]}'),
         "a random state that is a list": text("arguments.json", '{"random": [1]}'),
         "a budget that is a ball": text("arguments.json", '{"budget": {"kind": "Sphere", "radius": 1.0}}'),
         "a clock of one's own": text(

@@ -82,3 +82,11 @@ def test_fifty_bundles_are_replayed_to_the_last_digit(tmp_path: Path) -> None:
 def test_a_problem_that_was_never_planned_is_planned(solved: Result, tmp_path: Path) -> None:
     save(solved.problem, tmp_path / "problem.trajopt")
     assert replay(read_bundle(tmp_path / "problem.trajopt")).result.verified
+
+
+def test_paths_that_were_given_are_given_again(solved: Result, tmp_path: Path) -> None:
+    again = to.plan(solved.problem, seeds=[solved.require().path])
+    again.save(tmp_path / "given.trajopt")
+    found = replay(read_bundle(tmp_path / "given.trajopt"))
+    assert found.same, found.differences
+    assert found.result.attempts[0].kind is again.attempts[0].kind

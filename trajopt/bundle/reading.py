@@ -6,6 +6,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from trajopt.arrays import Floats, floats
 from trajopt.bundle.archive import LARGEST_DOCUMENT, Archive, digest
 from trajopt.bundle.bundle import (
     ANSWER,
@@ -20,7 +21,7 @@ from trajopt.bundle.bundle import (
     Holds,
 )
 from trajopt.bundle.from_document import Reader
-from trajopt.errors import FileFormatError, TrajoptError, shown
+from trajopt.errors import FileFormatError, ShapeError, TrajoptError, shown
 from trajopt.errors.arguments import checked
 from trajopt.io.document import Node
 from trajopt.io.files import refuse_deep_nesting
@@ -183,8 +184,16 @@ def _arguments(archive: Archive, reader: Reader) -> PlanArguments | None:
         node["every_goal"].flag(),
         _of_kind(reader, node["budget"], Budget),
         cast("dict[str, object] | None", random),
-        reader.value(node["seeds"]) or (),
+        tuple(_knots(reader, seed) for seed in node["seeds"].elements()),
     )
+
+
+def _knots(reader: Reader, node: Node) -> Floats:
+    """Return the knots of a path that was given to planning."""
+    try:
+        return floats(node.place, reader.value(node), (None, None))
+    except ShapeError as error:
+        raise node.error(str(error)) from error
 
 
 def _file(archive: Archive, name: str, folder: Path | str | None) -> Path:
