@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import trajopt as to
-from trajopt.bundle.archive import digest
+from trajopt.bundle.members import digest
 from trajopt.planning import Result
 
 

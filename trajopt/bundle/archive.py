@@ -5,44 +5,29 @@ none is encrypted or there twice, and what they say they hold is bounded for eac
 beyond that is not read.
 """
 
-import io
 import os
 import re
 import zipfile
 import zlib
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from hashlib import sha256
 from pathlib import Path
-from typing import Any, cast
 
-import numpy as np
-from numpy.typing import NDArray
-
+from trajopt.bundle.members import LARGEST, Members
 from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import is_file
 
 MOST_MEMBERS = 20_000
 """Members of a bundle: objects of a large scene have some arrays each."""
-LARGEST = 2**28
-"""Bytes of all members together when unpacked: as many as of one file elsewhere."""
-LARGEST_DOCUMENT = 2**24
-"""Bytes of a JSON document, which takes up to thirty times as much memory once it is parsed; arrays and
-meshes have members of their own."""
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
 _PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _ENCRYPTED = 0x1
-_TYPES = ("<f8", "<i8", "<i4", "|b1")
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 """The time stamp of every member: the same content makes the same file."""
 
 
-class Archive:
-    """The members of a bundle's file, read one by one.
-
-    Attributes:
-        path: The file.
-    """
+class Archive(Members):
+    """The members of a bundle's file, read one by one."""
 
     def __init__(self, path: Path | str) -> None:
         """Open a file and check its members.
@@ -50,18 +35,14 @@ class Archive:
         Raises:
             FileFormatError: If it is missing, no zip, or its members are not what a bundle has.
         """
-        self.path = Path(path)
+        super().__init__(Path(path))
         if not is_file(self.path):
-            raise FileFormatError(str(path), "there is no such file")
+            raise self.error("there is no such file")
         try:
             with zipfile.ZipFile(self.path) as file:
                 self._members = {item.filename: item for item in self._checked(file.infolist())}
         except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError) as error:
             raise self.error(f"is no bundle: {error}") from error
-
-    def error(self, reason: str) -> FileFormatError:
-        """Return the error that says what is wrong with the file."""
-        return FileFormatError(str(self.path), reason)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -91,32 +72,6 @@ class Archive:
         if len(data) != item.file_size:
             raise self.error(f"{name} is damaged: it holds {len(data)} bytes and not {item.file_size}")
         return data
-
-    def array(self, name: str) -> NDArray[np.generic]:
-        """Return an array, read-only.
-
-        Raises:
-            FileFormatError: If the member is no array of numbers, or not of the size that it states.
-        """
-        data = self.read(name)
-        stream, layout = io.BytesIO(data), cast("Any", np.lib.format)
-        try:
-            version = layout.read_magic(stream)
-            if version != (1, 0):
-                raise self.error(f"{name} is an array of format {version}, known: (1, 0)")
-            header: tuple[tuple[int, ...], bool, np.dtype[Any]] = layout.read_array_header_1_0(stream)
-        except ValueError as error:
-            raise self.error(f"{name} is no array: {error}") from error
-        shape, fortran, kind = header
-        rest = len(data) - stream.tell()
-        if fortran or kind.str not in _TYPES:
-            raise self.error(f"{name} is an array of a kind that no bundle has: {kind.str}")
-        count = 1
-        for size in shape:
-            count *= size
-        if any(size < 0 for size in shape) or count * kind.itemsize != rest:
-            raise self.error(f"{name} says that it has shape {shape}, and holds {rest} bytes")
-        return cast("NDArray[np.generic]", np.frombuffer(data, kind, count, stream.tell()).reshape(shape))
 
     def _checked(self, items: list[zipfile.ZipInfo]) -> Iterable[zipfile.ZipInfo]:
         if len(items) > MOST_MEMBERS:
@@ -159,16 +114,3 @@ def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:
                 draft.unlink()
     except OSError as error:
         raise FileFormatError(str(path), f"cannot be written: {error}") from error
-
-
-def array_bytes(array: NDArray[np.generic]) -> bytes:
-    """Return an array as a member holds it: numpy's own format, without objects."""
-    stream = io.BytesIO()
-    layout = cast("Any", np.lib.format)
-    layout.write_array(stream, np.ascontiguousarray(array), version=(1, 0), allow_pickle=False)
-    return stream.getvalue()
-
-
-def digest(data: bytes) -> str:
-    """Return the SHA-256 of a member, in hexadecimal digits."""
-    return sha256(data).hexdigest()

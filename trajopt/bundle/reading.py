@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from trajopt.arrays import Floats, floats
-from trajopt.bundle.archive import LARGEST_DOCUMENT, Archive, digest
+from trajopt.bundle.archive import Archive
 from trajopt.bundle.bundle import (
     ANSWER,
     ARGUMENTS,
@@ -21,6 +21,7 @@ from trajopt.bundle.bundle import (
     Holds,
 )
 from trajopt.bundle.from_document import Reader
+from trajopt.bundle.members import LARGEST_DOCUMENT, Members, digest
 from trajopt.errors import FileFormatError, ShapeError, TrajoptError, shown
 from trajopt.errors.arguments import checked
 from trajopt.io.document import Node
@@ -52,14 +53,22 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
         FileFormatError: If the file is missing, damaged, too large, newer than this version of trajopt, or
             does not say what it must.
     """
-    archive = Archive(path)
-    about = _document(archive, DESCRIPTION)
+    return bundle_of(Archive(path), meshes)
+
+
+def bundle_of(archive: Members, meshes: Path | str | None = None) -> Bundle:
+    """Return the bundle that members make, wherever they lie; see `read_bundle`.
+
+    Raises:
+        FileFormatError: If they do not say what they must.
+    """
+    about = document_in(archive, DESCRIPTION)
     if about["format"].value != FORMAT:
         raise about.error("is no bundle of trajopt")
     if about["version"].value != VERSION:
         raise about["version"].error(f"is {shown(about['version'].value)}; this trajopt reads {VERSION}")
     _check_digests(archive, about["members"])
-    reader = Reader(archive.array, lambda name: _file(archive, name, meshes))
+    reader = reader_of(archive, meshes)
     holds, problem = about["holds"].text(), _problem(archive, reader)
     if holds not in Holds.__members__:
         raise about["holds"].error(f"must be one of {', '.join(Holds.__members__)}, is {shown(holds)}")
@@ -76,8 +85,8 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
         versions=_texts(about["versions"]),
         problem=problem,
         arguments=arguments,
-        method="" if arguments is None else _document(archive, ARGUMENTS)["planned_by"].text(""),
-        custom_method=arguments is not None and _document(archive, ARGUMENTS)["custom_method"].flag(),
+        method="" if arguments is None else document_in(archive, ARGUMENTS)["planned_by"].text(""),
+        custom_method=arguments is not None and document_in(archive, ARGUMENTS)["custom_method"].flag(),
         trajectory=motion.get("trajectory"),
         path_planned=motion.get("path"),
         answer=_plain(archive, ANSWER),
@@ -85,8 +94,8 @@ def read_bundle(path: Path | str, *, meshes: Path | str | None = None) -> Bundle
     )
 
 
-def _document(archive: Archive, name: str) -> Node:
-    """Return a JSON document.
+def document_in(archive: Members, name: str) -> Node:
+    """Return a JSON document among members.
 
     Raises:
         FileFormatError: If it is missing, too large, too deep, no JSON, or no mapping.
@@ -109,13 +118,13 @@ def _refuse_constant(name: str) -> float:
     raise ValueError(f"{name} is no number of JSON's")
 
 
-def _plain(archive: Archive, name: str) -> Mapping[str, object]:
+def _plain(archive: Members, name: str) -> Mapping[str, object]:
     if name not in archive.names:
         return {}
-    return cast("dict[str, object]", _document(archive, name).value)
+    return cast("dict[str, object]", document_in(archive, name).value)
 
 
-def _check_digests(archive: Archive, members: Node) -> None:
+def _check_digests(archive: Members, members: Node) -> None:
     """Make sure that every member is the one that was written.
 
     This finds damage, not malice: who changes a member can change its digest.
@@ -136,9 +145,9 @@ def _texts(node: Node) -> dict[str, str]:
     return {key: node[key].text() for key in cast("dict[str, object]", inside)}
 
 
-def _problem(archive: Archive, reader: Reader) -> Problem:
+def _problem(archive: Members, reader: Reader) -> Problem:
     """Return the problem, after making sure that its robot can be put together."""
-    node = _document(archive, PROBLEM)
+    node = document_in(archive, PROBLEM)
     problem = _of_kind(reader, node, Problem)
     try:
         _ = problem.reduced
@@ -155,11 +164,11 @@ def _of_kind(reader: Reader, node: Node, kind: type[Kind]) -> Kind:
     return value
 
 
-def _motion(archive: Archive, reader: Reader, problem: Problem) -> dict[str, Any]:
+def _motion(archive: Members, reader: Reader, problem: Problem) -> dict[str, Any]:
     """Return path and trajectory, as far as there are any, of the joints of the problem."""
     if MOTION not in archive.names:
         return {}
-    node = _document(archive, MOTION).only(("path", "trajectory"))
+    node = document_in(archive, MOTION).only(("path", "trajectory"))
     found: dict[str, Any] = {}
     for key, kind in (("path", PlannedPath), ("trajectory", Trajectory)):
         if node.has(key):
@@ -169,11 +178,11 @@ def _motion(archive: Archive, reader: Reader, problem: Problem) -> dict[str, Any
     return found
 
 
-def _arguments(archive: Archive, reader: Reader) -> PlanArguments | None:
+def _arguments(archive: Members, reader: Reader) -> PlanArguments | None:
     """Return how planning was called; None where the bundle does not say."""
     if ARGUMENTS not in archive.names:
         return None
-    node = _document(archive, ARGUMENTS)
+    node = document_in(archive, ARGUMENTS)
     node.only(("method", "improve", "every_goal", "seeds", "budget", "random", "planned_by", "custom_method"))
     random: object = node["random"].value
     if random is not None and not isinstance(random, dict):
@@ -196,7 +205,17 @@ def _knots(reader: Reader, node: Node) -> Floats:
         raise node.error(str(error)) from error
 
 
-def _file(archive: Archive, name: str, folder: Path | str | None) -> Path:
+def reader_of(archive: Members, meshes: Path | str | None = None) -> Reader:
+    """Return what makes values of documents whose arrays and meshes are members.
+
+    Args:
+        archive: The members.
+        meshes: As `read_bundle` takes it.
+    """
+    return Reader(archive.array, lambda name: _file(archive, name, meshes))
+
+
+def _file(archive: Members, name: str, folder: Path | str | None) -> Path:
     """Return where a mesh is, after unpacking it where a folder is given; of other files the name."""
     if name not in archive.names:
         return Path(Path(name).name)

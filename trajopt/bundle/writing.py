@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from trajopt.arrays import one_of
-from trajopt.bundle.archive import LARGEST, array_bytes, digest, write_archive
+from trajopt.bundle.archive import write_archive
 from trajopt.bundle.bundle import (
     ANSWER,
     ARGUMENTS,
@@ -21,6 +21,7 @@ from trajopt.bundle.bundle import (
     VERSION,
     Holds,
 )
+from trajopt.bundle.members import LARGEST, array_bytes, digest
 from trajopt.bundle.to_document import Writer
 from trajopt.errors import FileFormatError, ModelError
 from trajopt.errors.arguments import checked
@@ -47,6 +48,16 @@ def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = T
         ModelError: If the problem holds code of the caller's, which no file can hold.
         FileFormatError: If the file, or a mesh of the robot, cannot be written or read.
     """
+    write_archive(path, bundle_members(what, explained=explained))
+
+
+def bundle_members(what: Result | Plan | Problem, *, explained: bool = True) -> dict[str, bytes]:
+    """Return the members of a bundle by name; see `save`.
+
+    Raises:
+        ModelError: If the problem holds code of the caller's.
+        FileFormatError: If a mesh of the robot cannot be read.
+    """
     writer, members = Writer(), dict[str, bytes]()
     problem = what if isinstance(what, Problem) else what.problem
     members[PROBLEM] = _json(writer.document(problem, "problem"))
@@ -58,8 +69,7 @@ def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = T
             members[EXPLANATION] = _json(what.explain().as_dict())
     if problem.scene.robot.urdf_xml.lstrip().startswith("<"):
         members[URDF] = problem.scene.robot.urdf_xml.encode()
-    members |= {name: array_bytes(array) for name, array in writer.arrays.items()}
-    members |= {name: _mesh(file) for name, file in writer.files.items()}
+    members |= named_members(writer)
     described: dict[str, object] = {
         "format": FORMAT,
         "version": VERSION,
@@ -69,7 +79,17 @@ def save(what: Result | Plan | Problem, path: Path | str, *, explained: bool = T
         "versions": versions(),
         "members": {name: digest(data) for name, data in members.items()},
     }
-    write_archive(path, {DESCRIPTION: _json(described), **members})
+    return {DESCRIPTION: _json(described), **members}
+
+
+def named_members(writer: Writer) -> dict[str, bytes]:
+    """Return the arrays and meshes that documents name.
+
+    Raises:
+        FileFormatError: If a mesh cannot be read.
+    """
+    arrays = {name: array_bytes(array) for name, array in writer.arrays.items()}
+    return arrays | {name: _mesh(file) for name, file in writer.files.items()}
 
 
 def versions() -> Mapping[str, str]:
