@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test campaign check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-execution bench-driving bench-servo bench-threads bench-cold clean
+.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-execution bench-driving bench-servo bench-threads bench-cold clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -33,10 +33,10 @@ wheel: $(VENV)/bin/python
 wheel-test: wheel
 	$(BIN)/python packaging/try_wheel.py dist/*.whl
 
-# Thousands of random problems, judged by code of its own; goes on where it was stopped (rows in out/campaign).
-# OPTIONS: those of tests/fuzz/campaign/__main__.py, such as --families mimic_chain --count 100.
-campaign: $(STAMP_DEV)
-	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.campaign --out out/campaign --workers $(WORKERS) $(OPTIONS)
+# Thousands of random problems, judged by code of its own; goes on where it was stopped (rows in out/fuzz).
+# OPTIONS: those of tests/fuzz/random_problems/__main__.py, such as --families mimic_chain --count 100.
+fuzz: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.random_problems --out out/fuzz --workers $(WORKERS) $(OPTIONS)
 
 check: $(STAMP_DEV)
 	$(BIN)/ruff check .

@@ -1,4 +1,4 @@
-"""A problem that hangs and one that ends its process, for the guard of the campaign."""
+"""A problem that hangs and one that ends its process, for the guard of the random problems."""
 
 import os
 import time

@@ -4,13 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.fuzz.campaign.arms import installed
-from tests.fuzz.campaign.asked import Apart, Asked, Coupled, Pointing, Within, near
-from tests.fuzz.campaign.case import Case, Contact, Thing
-from tests.fuzz.campaign.check import HULLS, fault_of_path
-from tests.fuzz.campaign.drawing import at, at_end, clear, cluttered, joints_at_end, moved, moving, small_arm
-from tests.fuzz.campaign.families import touching
-from tests.fuzz.campaign.shapes import ball, box
+from tests.fuzz.random_problems.arms import installed
+from tests.fuzz.random_problems.asked import Apart, Asked, Coupled, Pointing, Within, near
+from tests.fuzz.random_problems.case import Case, Contact, Thing
+from tests.fuzz.random_problems.check import HULLS, fault_of_path
+from tests.fuzz.random_problems.drawing import (
+    at,
+    at_end,
+    clear,
+    cluttered,
+    joints_at_end,
+    moved,
+    moving,
+    small_arm,
+)
+from tests.fuzz.random_problems.families import touching
+from tests.fuzz.random_problems.shapes import ball, box
 from trajopt.arrays import Floats
 
 

@@ -1,4 +1,4 @@
-"""Robots as the campaign reads them: its own reader of URDF, its own products of placements."""
+"""Robots as the check reads them: its own reader of URDF, its own products of placements."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ import coal
 import numpy as np
 import yaml
 
-from tests.fuzz.campaign.shapes import Body, box, cylinder, sphere
+from tests.fuzz.random_problems.shapes import Body, box, cylinder, sphere
 from trajopt.arrays import Floats
 
 

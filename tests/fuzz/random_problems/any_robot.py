@@ -6,10 +6,10 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import yaml
 
-from tests.fuzz.campaign.arms import following, limb, turns
-from tests.fuzz.campaign.case import Arm, Source
-from tests.fuzz.campaign.chain import read_chain
-from tests.fuzz.campaign.shapes import Body, as_mesh, box, mesh_file
+from tests.fuzz.random_problems.arms import following, limb, turns
+from tests.fuzz.random_problems.case import Arm, Source
+from tests.fuzz.random_problems.chain import read_chain
+from tests.fuzz.random_problems.shapes import Body, as_mesh, box, mesh_file
 
 MOST_JOINTS = 14
 WORDS = ("link", "upper arm", "Gelenk ß", "関節", "глава", "l'épaule", "a.b/c", "90 %", "<left>", "joint")

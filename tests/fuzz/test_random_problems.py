@@ -1,4 +1,4 @@
-"""A fixed part of the random campaign, and that its own check sees what is wrong."""
+"""A fixed part of the random problems, and that its own check sees what is wrong."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,18 +9,18 @@ import pytest
 import trajopt as to
 from benchmarks.rows import Rows
 from benchmarks.workers import run
-from tests.fuzz.campaign.any_robot import any_robot
-from tests.fuzz.campaign.arms import installed, random_arm
-from tests.fuzz.campaign.asked import near
-from tests.fuzz.campaign.attack import AT_GOAL, AT_START
-from tests.fuzz.campaign.case import Case, Contact, Thing
-from tests.fuzz.campaign.check import fault_of_configuration, fault_of_path, fault_of_trajectory
-from tests.fuzz.campaign.drawing import at, moving
-from tests.fuzz.campaign.registry import FAMILIES, case, keys
-from tests.fuzz.campaign.shapes import ball, box, prism, sphere
-from tests.fuzz.campaign.summary import summary
-from tests.fuzz.campaign.trial import FALSE, trial
 from tests.fuzz.hanging import hang_or_die
+from tests.fuzz.random_problems.any_robot import any_robot
+from tests.fuzz.random_problems.arms import installed, random_arm
+from tests.fuzz.random_problems.asked import near
+from tests.fuzz.random_problems.attack import AT_GOAL, AT_START
+from tests.fuzz.random_problems.case import Case, Contact, Thing
+from tests.fuzz.random_problems.check import fault_of_configuration, fault_of_path, fault_of_trajectory
+from tests.fuzz.random_problems.drawing import at, moving
+from tests.fuzz.random_problems.registry import FAMILIES, case, keys
+from tests.fuzz.random_problems.shapes import ball, box, prism, sphere
+from tests.fuzz.random_problems.summary import summary
+from tests.fuzz.random_problems.trial import FALSE, trial
 
 SLOW, CHUNK = 500, 50
 ELSEWHERE = 100_000
@@ -46,7 +46,7 @@ def test_two_of_each_family(family: str) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize("chunk", range(0, SLOW, CHUNK))
-def test_a_fixed_part_of_the_campaign(chunk: int) -> None:
+def test_a_fixed_part_of_the_random_problems(chunk: int) -> None:
     assert not wrong(list(keys(SLOW, start=ELSEWHERE, families=HELD))[chunk : chunk + CHUNK])
 
 
@@ -117,7 +117,7 @@ def test_families_go_on_from_a_seed() -> None:
 
 
 def planned() -> tuple[Case, to.Trajectory]:
-    """A problem of the campaign and a motion for it."""
+    """A random problem and a motion for it."""
     drawn = case("joint_tolerance", 0)
     return drawn, to.plan(drawn.problem()).require().trajectory
 
@@ -239,7 +239,7 @@ def test_a_row_torn_off_is_asked_again(tmp_path: Path) -> None:
 
 
 def test_every_verdict_on_an_end_is_attacked_as_one() -> None:
-    """But a start in motion, and a goal that something passes, which no problem of the campaign has."""
+    """But a start in motion, and a goal that something passes, which no random problem has."""
     of_start = {status for status in to.Status if status.name.startswith("START_")}
     of_goal = {status for status in to.Status if status.name.startswith("GOAL_")}
     assert of_start - {to.Status.START_TOO_FAST} == set(AT_START)

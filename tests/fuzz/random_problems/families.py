@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.fuzz.campaign.arms import installed, planar, random_arm
-from tests.fuzz.campaign.asked import Coupled, Joints, Pointing, near
-from tests.fuzz.campaign.case import Arm, Case, Thing
-from tests.fuzz.campaign.check import Pair, fault_of_path
-from tests.fuzz.campaign.drawing import at, at_end, clear, cluttered, joints_at_end, moving
-from tests.fuzz.campaign.shapes import sphere
+from tests.fuzz.random_problems.arms import installed, planar, random_arm
+from tests.fuzz.random_problems.asked import Coupled, Joints, Pointing, near
+from tests.fuzz.random_problems.case import Arm, Case, Thing
+from tests.fuzz.random_problems.check import Pair, fault_of_path
+from tests.fuzz.random_problems.drawing import at, at_end, clear, cluttered, joints_at_end, moving
+from tests.fuzz.random_problems.shapes import sphere
 from trajopt.arrays import Floats
 
 

@@ -1,10 +1,10 @@
-"""The table of a campaign."""
+"""The table of all that was asked."""
 
 from collections import Counter
 from collections.abc import Sequence
 from statistics import median
 
-from tests.fuzz.campaign.trial import FALSE
+from tests.fuzz.random_problems.trial import FALSE
 
 
 def summary(rows: Sequence[dict[str, object]]) -> str:

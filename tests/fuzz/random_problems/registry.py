@@ -1,4 +1,4 @@
-"""The families by name, and the order in which the campaign asks them."""
+"""The families by name, and the order in which they are asked."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import cycle
@@ -6,8 +6,8 @@ from zlib import crc32
 
 import numpy as np
 
-from tests.fuzz.campaign import families, families_apart, families_robots
-from tests.fuzz.campaign.case import Case
+from tests.fuzz.random_problems import families, families_apart, families_robots
+from tests.fuzz.random_problems.case import Case
 
 FAMILIES: dict[str, tuple[int, Callable[[np.random.Generator], Case]]] = {
     "joint_tolerance": (4, families.joint_tolerance),

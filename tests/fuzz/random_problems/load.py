@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from tests.fuzz.campaign.case import Arm
+from tests.fuzz.random_problems.case import Arm
 from trajopt.arrays import Floats
 
 LEAST = 1.0

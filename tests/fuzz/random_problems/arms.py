@@ -1,4 +1,4 @@
-"""Arms of the campaign: planar ones, random ones, ones with chains of mimics, and installed ones."""
+"""Arms of the random problems: planar ones, random ones, ones with chains of mimics, and installed ones."""
 
 from functools import cache
 from pathlib import Path
@@ -8,10 +8,10 @@ import numpy as np
 import trajopt_robots
 from trajopt_robots._example_robot_data import share_folder
 
-from tests.fuzz.campaign.case import Arm, Source
-from tests.fuzz.campaign.chain import read_chain
-from tests.fuzz.campaign.shapes import Body, box, cylinder, sphere
 from tests.fuzz.dense_check import FILES
+from tests.fuzz.random_problems.case import Arm, Source
+from tests.fuzz.random_problems.chain import read_chain
+from tests.fuzz.random_problems.shapes import Body, box, cylinder, sphere
 
 INSTALLED = {
     "panda": ("panda_arm", "panda_hand", {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.02}),

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.fuzz.campaign.arms import planar, random_arm
-from tests.fuzz.campaign.asked import Joints, Spot, near
-from tests.fuzz.campaign.case import Arm, Case, Thing
-from tests.fuzz.campaign.chain import turned
-from tests.fuzz.campaign.check import fault_of_configuration, fault_of_path
-from tests.fuzz.campaign.shapes import Body, ball, box, cylinder, prism, sphere
+from tests.fuzz.random_problems.arms import planar, random_arm
+from tests.fuzz.random_problems.asked import Joints, Spot, near
+from tests.fuzz.random_problems.case import Arm, Case, Thing
+from tests.fuzz.random_problems.chain import turned
+from tests.fuzz.random_problems.check import fault_of_configuration, fault_of_path
+from tests.fuzz.random_problems.shapes import Body, ball, box, cylinder, prism, sphere
 from trajopt.arrays import Floats
 
 SPARE = 0.004

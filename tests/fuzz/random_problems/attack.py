@@ -6,8 +6,13 @@ import numpy as np
 from scipy.optimize import minimize
 
 import trajopt as to
-from tests.fuzz.campaign.case import Case
-from tests.fuzz.campaign.check import fault_of_configuration, fault_of_path, fault_of_trajectory, spare_of
+from tests.fuzz.random_problems.case import Case
+from tests.fuzz.random_problems.check import (
+    fault_of_configuration,
+    fault_of_path,
+    fault_of_trajectory,
+    spare_of,
+)
 from trajopt.arrays import Floats
 from trajopt.methods import method_named
 

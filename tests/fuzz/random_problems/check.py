@@ -9,9 +9,9 @@ import numpy as np
 from scipy.interpolate import BPoly
 
 import trajopt as to
-from tests.fuzz.campaign.case import Case, Contact
-from tests.fuzz.campaign.chain import Placed
-from tests.fuzz.campaign.load import torques
+from tests.fuzz.random_problems.case import Case, Contact
+from tests.fuzz.random_problems.chain import Placed
+from tests.fuzz.random_problems.load import torques
 from trajopt.arrays import Floats
 
 SLACK = 1e-6

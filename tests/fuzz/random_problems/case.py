@@ -1,4 +1,4 @@
-"""A problem of the campaign as plain numbers: trajopt's problem is made of them, and the check reads them."""
+"""A random problem as plain numbers: trajopt's problem is made of them, and the check reads them."""
 
 import tempfile
 from collections.abc import Mapping
@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 import trajopt as to
-from tests.fuzz.campaign.asked import Asked
-from tests.fuzz.campaign.chain import Chain, Placed
-from tests.fuzz.campaign.shapes import Body
+from tests.fuzz.random_problems.asked import Asked
+from tests.fuzz.random_problems.chain import Chain, Placed
+from tests.fuzz.random_problems.shapes import Body
 from trajopt.arrays import Floats
 
 
@@ -51,7 +51,7 @@ def _loaded(source: Source) -> to.Robot:
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """A robot for both sides: trajopt's source of it, and the campaign's own chain.
+    """A robot for both sides: trajopt's source of it, and the check's own chain.
 
     `efforts`: what each driven joint can bear [Nm | N]; none where that is no matter.
     """

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.fuzz.campaign.any_robot import any_robot
-from tests.fuzz.campaign.case import Arm, Case
-from tests.fuzz.campaign.check import HULLS, fault_of_configuration, fault_of_path
-from tests.fuzz.campaign.drawing import ARMS, COARSE, DRAWS, SPARE, at_end, cluttered
-from tests.fuzz.campaign.families_apart import along
-from tests.fuzz.campaign.load import with_tight_efforts
+from tests.fuzz.random_problems.any_robot import any_robot
+from tests.fuzz.random_problems.case import Arm, Case
+from tests.fuzz.random_problems.check import HULLS, fault_of_configuration, fault_of_path
+from tests.fuzz.random_problems.drawing import ARMS, COARSE, DRAWS, SPARE, at_end, cluttered
+from tests.fuzz.random_problems.families_apart import along
+from tests.fuzz.random_problems.load import with_tight_efforts
 
 
 def robots(*, tree: bool = False, mimics: bool = False) -> Callable[[np.random.Generator], Case]:

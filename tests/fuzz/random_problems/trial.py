@@ -6,10 +6,10 @@ import traceback
 import numpy as np
 
 import trajopt as to
-from tests.fuzz.campaign.attack import counterexample
-from tests.fuzz.campaign.case import Case
-from tests.fuzz.campaign.check import fault_of_trajectory
-from tests.fuzz.campaign.registry import case as drawn
+from tests.fuzz.random_problems.attack import counterexample
+from tests.fuzz.random_problems.case import Case
+from tests.fuzz.random_problems.check import fault_of_trajectory
+from tests.fuzz.random_problems.registry import case as drawn
 from trajopt.explanation.explanation import Certainty
 
 FALSE = ("false success", "false proof", "hang", "crash")

@@ -1,4 +1,4 @@
-"""The random campaign: `python -m tests.fuzz.campaign --out out/campaign --count 5000 --workers 2`.
+"""Random problems: `python -m tests.fuzz.random_problems --out out/fuzz --count 5000 --workers 2`.
 
 A row for each problem is appended to `rows.jsonl`; what has a row is not asked again. A problem that
 runs over its time is ended with its process and counted as a hang. Exit status 1 if there is a false success,
@@ -11,15 +11,15 @@ from pathlib import Path
 
 from benchmarks.rows import Rows
 from benchmarks.workers import run
-from tests.fuzz.campaign.registry import FAMILIES, keys
-from tests.fuzz.campaign.summary import summary
-from tests.fuzz.campaign.trial import FALSE, trial
+from tests.fuzz.random_problems.registry import FAMILIES, keys
+from tests.fuzz.random_problems.summary import summary
+from tests.fuzz.random_problems.trial import FALSE, trial
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run what has no row yet, print the table, and return the exit status."""
-    parser = argparse.ArgumentParser(prog="python -m tests.fuzz.campaign", description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("out/campaign"), help="folder of rows and summary")
+    parser = argparse.ArgumentParser(prog="python -m tests.fuzz.random_problems", description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("out/fuzz"), help="folder of rows and summary")
     parser.add_argument("--count", type=int, default=5000, help="problems, over all families")
     parser.add_argument("--start", type=int, default=0, help="first seed of each family")
     parser.add_argument("--families", nargs="+", choices=FAMILIES, default=[], help="these only")

@@ -1,4 +1,4 @@
-"""What a problem of the campaign asks, as plain numbers, with formulas of its own."""
+"""What a random problem asks, as plain numbers, with formulas of its own."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 
 import trajopt as to
-from tests.fuzz.campaign.chain import Chain
+from tests.fuzz.random_problems.chain import Chain
 from trajopt.arrays import Floats
 
 
