@@ -3,8 +3,9 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
+from importlib import import_module
 from itertools import chain
-from typing import cast
+from pathlib import Path
 
 from trajopt.arrays import Floats, Value, number, one_of, sequence, several
 from trajopt.errors import ProblemError, ProblemNotFound, WaypointNotFound, shown
@@ -30,18 +31,11 @@ from trajopt.model.stated import (
 )
 from trajopt.model.tool_speed import ToolSpeed
 from trajopt.terms.residual import Constraint, Cost, check_path_constraint
-from trajopt.terms.rolling import default_knots
-from trajopt.terms.smoothness import Acceleration, Velocity
+from trajopt.terms.rolling import stated_knots
+from trajopt.terms.smoothness import default_costs
 
 PathConstraint = Requirement | Constraint
 """What must hold on the way: a requirement, which is plain data, or a residual with bounds."""
-MOST_KNOTS = 2000
-"""Time and memory grow with the square of the knots: this many take some seconds and 0.3 GB."""
-
-
-def default_costs() -> tuple[Cost, ...]:
-    """Return the costs of a problem that names none: short and smooth."""
-    return (Cost(Velocity()), Cost(Acceleration()))
 
 
 @checked
@@ -106,14 +100,19 @@ class Problem(Value):
         """Keep each field in one form, its exact type under an underscore, and check names and numbers."""
         robot = one_of("scene", self.scene, Scene).robot
         object.__setattr__(self, "group", one_of("group", self.group, str) or only_group(robot))
-        object.__setattr__(self, "knots", default_knots(robot, self.group, self.knots))
+        object.__setattr__(self, "knots", stated_knots(robot, self.group, self.knots))
         if not robot.group(self.group).joints:
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
         start = stated_start(robot, self.group, self.start, degrees=degrees)
         goal = stated_goal(self.scene, self.group, self.goal, degrees=degrees)
         goals = tuple(chain(*goal.alternatives.values())) if isinstance(goal, GoalSet) else goal
         constraints = tuple(sequence("constraints", self.constraints))
-        _check_kinds(goals, constraints, self.knots)
+        if not goals:
+            raise ProblemError(
+                "a problem needs a goal: joint_positions(...), frame_placement(...) or several"
+            )
+        for item in constraints:
+            check_path_constraint(item.required if isinstance(item, During) else item)
         waypoints = stated_waypoints(self.scene, self.group, self.waypoints, degrees=degrees)
         check_waypoints(waypoints, self.knots)
         costs = default_costs() if self.costs is None else several("costs", self.costs, Cost)
@@ -280,6 +279,17 @@ class Problem(Value):
         if isinstance(item, Requirement):
             check_names(self.scene, item)
 
+    @checked
+    def save(self, path: Path | str) -> None:
+        """Write a bundle, as `Result.save`, of a problem that nobody has planned yet.
+
+        Raises:
+            ModelError: If the problem holds code of the caller's, which no file can hold.
+            FileFormatError: If the file cannot be written.
+        """
+        # Bundles are a higher layer; a problem only knows where to find it.
+        import_module("trajopt.bundle").save(self, path)
+
     def __repr__(self) -> str:
         """Say the problem in a line: robot, group and goal."""
         goal = self.goal if isinstance(self.goal, GoalSet) else " and ".join(map(str, self.goals))
@@ -319,16 +329,6 @@ class Problem(Value):
 
 def _words(item: PathConstraint) -> str:
     return item.in_full() if isinstance(item, Requirement) else item.residual.name
-
-
-def _check_kinds(goals: Sequence[object], constraints: Sequence[object], knots: object) -> None:
-    """Refuse what is of the wrong kind: callers may have no type checks."""
-    if not goals or not all(isinstance(goal, Requirement) for goal in goals):
-        raise ProblemError("a problem needs a goal: joint_positions(...), frame_placement(...) or several")
-    for item in constraints:
-        check_path_constraint(cast("During[object]", item).required if isinstance(item, During) else item)
-    if not isinstance(knots, int) or not 3 <= knots <= MOST_KNOTS:
-        raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}, not {shown(knots)}")
 
 
 def named_problem(name: str) -> Problem:

@@ -93,7 +93,7 @@ def test_hulls_are_taken_as_they_are() -> None:
 
 
 def test_a_problem_and_a_failure_are_kept_too(solved: Result, tmp_path: Path) -> None:
-    save(solved.problem, tmp_path / "problem.trajopt")
+    solved.problem.save(tmp_path / "problem.trajopt")
     bundle = read_bundle(tmp_path / "problem.trajopt")
     assert bundle.holds is Holds.PROBLEM and bundle.arguments is None and not bundle.answer
     with pytest.raises(ModelError, match="a problem, and no motion"):

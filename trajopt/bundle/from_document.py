@@ -1,23 +1,19 @@
 """Values made again of a bundle's documents (`trajopt/bundle/to_document.py` says how they are written)."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, fields
-from enum import Enum
-from functools import cache
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeGuard, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from trajopt.bundle.checks import check_value
-from trajopt.bundle.kinds import is_enum, kind_named, kind_places
+from trajopt.bundle.kinds import bundle_kinds
 from trajopt.bundle.kinematics import model_from
-from trajopt.bundle.to_document import TYPES
-from trajopt.errors import ModelError, ShapeError, TrajoptError, shown
-from trajopt.errors.arguments import check_arguments
+from trajopt.errors import ShapeError
+from trajopt.io import read_values
 from trajopt.io.document import Node
+from trajopt.io.read_values import is_mapping
+from trajopt.model.read_checks import check_value
 
 ArrayOf = Callable[[str], NDArray[np.generic]]
 """Returns an array by the name of its member."""
@@ -25,114 +21,24 @@ FileOf = Callable[[str], Path]
 """Returns where a file is, by its name in the bundle."""
 
 
-class Reader:
+class Reader(read_values.Reader):
     """Makes values of documents, and nothing else: only kinds that a bundle may hold, checked again."""
 
     def __init__(self, array_of: ArrayOf, file_of: FileOf) -> None:
         """Note where arrays and files are."""
+        forms = {"file": self._file, "kinematics": self._kinematics}
+        super().__init__(bundle_kinds(), check_value, forms)
         self._array_of, self._file_of = array_of, file_of
-        self._forms: Mapping[str, Callable[[Node], object]] = {
-            "kind": self._kind,
-            "map": self._map,
-            "pairs": self._pairs,
-            "set": self._set,
-            "number": self._number,
-            "array": self._array,
-            "file": self._file,
-            "kinematics": self._kinematics,
-        }
 
-    def value(self, node: Node) -> Any:
-        """Return the value that a document states.
+    def array(self, node: Node) -> NDArray[np.generic]:
+        """Return an array, of the document or of a member of its own.
 
         Raises:
-            FileFormatError: If it states none.
+            FileFormatError: If it is none.
         """
-        value = node.value
-        if value is None or isinstance(value, bool | str | int | float):
-            return value
-        if isinstance(value, list):
-            return tuple(self.value(item) for item in node.elements())
-        if not _is_mapping(value):
-            raise node.error("is no value")
-        for key, read in self._forms.items():
-            if key in value:
-                return read(node)
-        raise node.error(f"is no value: it has none of {', '.join(self._forms)}")
-
-    def _kind(self, node: Node) -> Any:
-        name = node["kind"].text()
-        kind = kind_named(name)
-        if kind is None:
-            raise node["kind"].error(f"{shown(name)} is not among the {len(kind_places())} known kinds")
-        if is_enum(kind):
-            return self._named(kind, node.only(("kind", "is")))
-        names = [item.name for item in fields(kind) if item.init]
-        node.only(("kind", *names))
-        given = {key: self.value(node[key]) for key in names if key in cast("Any", node.value)}
-        missing = [item.name for item in fields(kind) if _needed(item) and item.name not in given]
-        if missing:
-            raise node.error(f"lacks {', '.join(missing)}")
-        try:
-            check_arguments(kind, given)
-            _check_members(kind, given)
-            made = kind(**given)
-            check_value(made)
-        except TrajoptError as error:
-            raise node.error(str(error)) from error
-        except (TypeError, ValueError, KeyError, IndexError, AttributeError, OverflowError) as error:
-            raise node.error(f"does not make a {name}: {error}") from error
-        return made
-
-    def _named(self, kind: type[Enum], node: Node) -> Enum:
-        name = node["is"].text()
-        if name not in kind.__members__:
-            raise node["is"].error(f"must be one of {', '.join(kind.__members__)}, is {shown(name)}")
-        return kind[name]
-
-    def _map(self, node: Node) -> dict[str, Any]:
-        inside = node.only(("map",))["map"]
-        if not _is_mapping(inside.value):
-            raise inside.error("must be a mapping")
-        return {key: self.value(inside[key]) for key in inside.value}
-
-    def _pairs(self, node: Node) -> dict[Any, Any]:
-        found: dict[Any, Any] = {}
-        for item in node.only(("pairs",))["pairs"].elements():
-            pair = item.elements()
-            if len(pair) != 2:
-                raise item.error("must be a key and a value")
-            try:
-                found[self.value(pair[0])] = self.value(pair[1])
-            except TypeError as error:
-                raise pair[0].error("cannot be a key") from error
-        return found
-
-    def _set(self, node: Node) -> frozenset[Any]:
-        try:
-            return frozenset(self.value(item) for item in node.only(("set",))["set"].elements())
-        except TypeError as error:
-            raise node.error("cannot be a set") from error
-
-    def _number(self, node: Node) -> float:
-        text = node.only(("number",))["number"].text()
-        if text not in ("inf", "-inf", "nan"):
-            raise node.error("must be inf, -inf or nan")
-        return float(text)
-
-    def _array(self, node: Node) -> NDArray[np.generic]:
-        node.only(("array", "type"))
         if isinstance(node["array"].value, str):
-            return self._array_of(node["array"].text())
-        kind = node["type"].text()
-        if kind not in TYPES:
-            raise node["type"].error(f"must be one of {', '.join(TYPES)}")
-        try:
-            array = np.array(node["array"].value, dtype=kind)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise node.error(f"is no array: {error}") from error
-        array.flags.writeable = False
-        return array
+            return self._array_of(node.only(("array", "type"))["array"].text())
+        return super().array(node)
 
     def _file(self, node: Node) -> Path:
         return self._file_of(node.only(("file",))["file"].text())
@@ -152,46 +58,8 @@ class Reader:
         """Read the arrays of a plain document."""
         if isinstance(node.value, list):
             return [self._tree(item) for item in node.elements()]
-        if not _is_mapping(node.value):
+        if not is_mapping(node.value):
             return node.value
         if "array" in node.value:
-            return self._array(node)
+            return self.array(node)
         return {key: self._tree(node[key]) for key in node.value}
-
-
-def _is_mapping(value: object) -> TypeGuard[dict[str, object]]:
-    return isinstance(value, dict)
-
-
-def _needed(item: Field[Any]) -> bool:
-    return item.init and item.default is MISSING and item.default_factory is MISSING
-
-
-def _check_members(kind: type[Any], given: Mapping[str, Any]) -> None:
-    """Refuse mappings whose members are not of the kinds that their annotations name.
-
-    Raises:
-        ModelError: If one is not.
-    """
-    hints = _hints(kind)
-    for name, value in given.items():
-        hint = hints.get(name)
-        if get_origin(hint) is not Mapping or not isinstance(value, Mapping):
-            continue
-        inner = get_args(hint)[1]
-        wanted = get_origin(inner) or inner
-        if not isinstance(wanted, type):
-            continue
-        kinds = (int, float) if wanted is float else (wanted,)
-        for each in cast("Mapping[object, object]", value).values():
-            if not isinstance(each, kinds) or (wanted is float and isinstance(each, bool)):
-                raise ModelError(f"each of {name} must be a {wanted.__name__}, is {shown(each)}")
-
-
-@cache
-def _hints(kind: type[Any]) -> Mapping[str, Any]:
-    """Return the annotations of a kind; none where only type checkers import what they name."""
-    try:
-        return get_type_hints(kind)
-    except NameError:
-        return {}

@@ -5,7 +5,7 @@
      "version": 1,
      "robot": {"name": "panda", "joints": ["panda_joint1", ...], "source": {...}},
      "sightings": [{"since": 0.0, "stamp": 0.0, "scene": {"objects": {...}, "margin": 0.01, ...}}, ...],
-     "group": "panda_arm", "times": {"floats": [...]}, "committed": [...], ...
+     "group": "panda_arm", "times": {"array": [...], "type": "float64"}, "committed": [...], ...
     }
 
 What is there are the fields of `trajopt.execution.Recording`, of its motions, events and scenes, and of the
@@ -16,8 +16,9 @@ robot is not in it: whoever reads a recording has it, or loads it from its sourc
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from trajopt.arrays import Value
 from trajopt.errors import TrajoptError, shown
@@ -27,33 +28,23 @@ from trajopt.execution.guard import Seen
 from trajopt.execution.recording import Recording, Sighting, TimedMotion
 from trajopt.io.document import Node, read_document
 from trajopt.io.json_files import write_json
-from trajopt.io.values import plain, restored
-from trajopt.model.collisions.allowed_collisions import AllowedCollisions, ContactAllowance
-from trajopt.model.collisions.clearances import Clearances, PairKind
-from trajopt.model.meshes.mesh_file import Mesh
-from trajopt.model.placement import Placement
+from trajopt.io.read_values import Reader
+from trajopt.io.values import Kinds, Writer
+from trajopt.model.kinds import model_kinds
+from trajopt.model.read_checks import check_value
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
-from trajopt.model.scene_object import SceneObject
-from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Sphere
-from trajopt.model.timing import Timing
-from trajopt.model.track import Prediction, Track
-from trajopt.model.trajectory import Trajectory
 
 FORMAT, VERSION = "trajopt recording", 1
 
-
-KINDS: Mapping[str, type[Any]] = {
-    kind.__name__: kind
-    for kind in (
-        TimedMotion, Trajectory, Event, Kind, SceneObject, Placement, Timing, Prediction, Track, Box,
-        Sphere, Cylinder, Capsule, Cone, Plane, Convex, Mesh, AllowedCollisions, ContactAllowance,
-        Clearances, PairKind,
-    )
-}  # fmt: skip
-"""What a file may hold."""
 PARTS = tuple(name for name in (item.name for item in fields(Recording)) if name != "sightings")
 WORLD = tuple(name for name in (item.name for item in fields(Scene)) if name != "robot")
+
+
+@cache
+def recording_kinds() -> Kinds:
+    """Return the classes of what a file may hold, by name."""
+    return {**model_kinds(), **{kind.__name__: kind for kind in (TimedMotion, Event, Kind)}}
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,8 +104,9 @@ class RecordingFile(Value):
             raise document["robot"].error(
                 f"is of {shown(self.robot_name)}, whose joints are not those of {shown(robot.name)}"
             )
-        parts = {name: restored(document[name], KINDS) for name in PARTS}
-        sightings = [_sighting(each, robot) for each in document["sightings"].elements()]
+        reader = Reader(recording_kinds(), check_value)
+        parts = {name: reader.value(document[name]) for name in PARTS}
+        sightings = [_sighting(reader, each, robot) for each in document["sightings"].elements()]
         try:
             return Recording(**parts, sightings=sightings)
         except TrajoptError as error:
@@ -151,24 +143,25 @@ def write_recording(
     """
     robot = recording.robot
     about = {"name": robot.name, "joints": list(robot.joint_names), "source": source}
+    writer = Writer(recording_kinds())
     sightings = [
         {
-            "since": plain(each.since),
+            "since": writer.document(each.since, "since"),
             "stamp": each.seen.stamp,
-            "scene": {name: plain(getattr(each.seen.scene, name)) for name in WORLD},
+            "scene": {name: writer.document(getattr(each.seen.scene, name), name) for name in WORLD},
         }
         for each in recording.sightings
     ]
-    parts = {name: plain(getattr(recording, name)) for name in PARTS}
+    parts = {name: writer.document(getattr(recording, name), name) for name in PARTS}
     told = {"format": FORMAT, "version": VERSION, "robot": about, "sightings": sightings, **parts}
     write_json(path, told, indent=None)
 
 
-def _sighting(node: Node, robot: Robot) -> Sighting:
+def _sighting(reader: Reader, node: Node, robot: Robot) -> Sighting:
     node.only(("since", "stamp", "scene"))
-    parts = {name: restored(node["scene"].only(WORLD)[name], KINDS) for name in WORLD}
+    parts = {name: reader.value(node["scene"].only(WORLD)[name]) for name in WORLD}
     try:
         seen = Seen(Scene(robot=robot, **parts), node["stamp"].number())
-        return Sighting(since=restored(node["since"], KINDS), seen=seen)
+        return Sighting(since=reader.value(node["since"]), seen=seen)
     except (TrajoptError, TypeError) as error:
         raise node.error(str(error)) from error

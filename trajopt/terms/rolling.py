@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Value
+from trajopt.errors import ProblemError, shown
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.robot import Robot
 from trajopt.nlp import Rows
@@ -20,9 +21,20 @@ ROLLING_KNOTS = 48
 30 mm on a journey of ten metres."""
 
 
-def default_knots(robot: Robot, group: str, stated: int) -> int:
-    """Return the number of knots of a path of a group: what a problem states, unless that is 0."""
-    if not isinstance(stated, int) or stated:  # pyright: ignore[reportUnnecessaryIsInstance]
+MOST_KNOTS = 2000
+"""Time and memory grow with the square of the knots: this many take some seconds and 0.3 GB."""
+
+
+def stated_knots(robot: Robot, group: str, stated: int) -> int:
+    """Return the number of knots of a path of a group: what a problem states, unless that is 0.
+
+    Raises:
+        ProblemError: If it is no whole number, too small or too large.
+    """
+    if stated != 0:
+        whole = isinstance(stated, int)  # pyright: ignore[reportUnnecessaryIsInstance]
+        if not whole or not 3 <= stated <= MOST_KNOTS:
+            raise ProblemError(f"knots must be a whole number from 3 to {MOST_KNOTS}, not {shown(stated)}")
         return stated
     rolls = robot.base.rolling(robot.group(group).joints)
     return DEFAULT_KNOTS if rolls is None else ROLLING_KNOTS

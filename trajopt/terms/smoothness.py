@@ -13,6 +13,7 @@ import numpy as np
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.nlp import Rows
 from trajopt.terms.motion import Motion
+from trajopt.terms.residual import Cost
 
 
 def _differences(knots: Floats, order: int) -> Rows:
@@ -73,3 +74,8 @@ class Jerk:
     def linearise(self, motion: Motion) -> Rows:
         """Return the differences; exact, for they are linear."""
         return _differences(motion.knots, 3)
+
+
+def default_costs() -> tuple[Cost, ...]:
+    """Return the costs of a problem that names none: short and smooth."""
+    return (Cost(Velocity()), Cost(Acceleration()))
