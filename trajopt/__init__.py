@@ -21,6 +21,8 @@ from trajopt.errors import MissingExtra as MissingExtra
 from trajopt.errors import TrajoptError as TrajoptError
 from trajopt.kinematics import goal_configurations as goal_configurations
 from trajopt.model import bases as bases
+from trajopt.model.clouds.points import Points as Points
+from trajopt.model.clouds.voxels import Voxels as Voxels
 from trajopt.model.load import load as load
 from trajopt.model.meshes.mesh_cover import MeshPolicy as MeshPolicy
 from trajopt.model.meshes.mesh_file import load_mesh as load_mesh
@@ -51,12 +53,10 @@ from trajopt.problem import Problem as Problem
 from trajopt.problem import named_problem as named_problem
 from trajopt.terms import Constraint as Constraint
 from trajopt.terms import Cost as Cost
-from trajopt.verify import Moment as Moment
 from trajopt.verify import examine as examine
 
 if _TYPE_CHECKING:
     from trajopt.benchmark import compare as compare
-    from trajopt.benchmark import expected_status as expected_status
     from trajopt.cartesian import follow as follow
     from trajopt.explanation import explain as explain
     from trajopt.grasping import pick_and_place as pick_and_place
@@ -66,7 +66,6 @@ if _TYPE_CHECKING:
 
 _LATER: _Mapping[str, str] = {
     "compare": "trajopt.benchmark",
-    "expected_status": "trajopt.benchmark",
     "follow": "trajopt.cartesian",
     "explain": "trajopt.explanation",
     "pick_and_place": "trajopt.grasping",

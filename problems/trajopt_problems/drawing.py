@@ -26,7 +26,7 @@ def until_feasible(make: Callable[[], to.Problem], rng: np.random.Generator) -> 
         except to.TrajoptError:
             continue
         reduced = problem.reduced
-        clear = to.examine(reduced, reduced.start_positions, moment=to.Moment.START).clear
+        clear = to.examine(reduced, reduced.start_positions, moment=to.verify.Moment.START).clear
         if clear and to.goal_configurations(problem, rng=rng):
             return problem
     raise to.TrajoptError(f"none of {DRAWS} instances has a start and a goal that are clear")

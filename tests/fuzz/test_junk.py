@@ -86,13 +86,14 @@ def calls(folder: Path) -> dict[str, Sound]:
         "plan_many": Sound(
             to.plan_many, {"problems": [problem], "workers": 2, "planner": to.plan, "bar": False}
         ),
-        "expected_status": Sound(to.expected_status, {"status": to.Status.STUCK}),
         "tool_speed": Sound(to.tool_speed, {"frame": TIP, "linear": 0.2, "angular": 1.0}),
         "Box": Sound(to.Box, {"x": 0.1, "y": 0.1, "z": 0.1}),
         "Sphere": Sound(to.Sphere, {"radius": 0.1}),
         "Cylinder": Sound(to.Cylinder, {"radius": 0.1, "length": 0.1}),
         "Capsule": Sound(to.Capsule, {"radius": 0.1, "length": 0.1}),
         "Cone": Sound(to.Cone, {"radius": 0.1, "length": 0.1}),
+        "Points": Sound(to.Points, {"points": np.eye(3), "radius": 0.01}),
+        "Voxels": Sound(to.Voxels, {"keys": np.eye(3, dtype=int), "size": 0.02}),
         "Problem": Sound(
             to.Problem,
             {
@@ -198,7 +199,6 @@ def silent(*_: object) -> None:
 TYPED = {"scene", "reduced", "problem", "trajectory", "joint_names"}
 """Arguments that are our own values, made by nothing that is not checked: types are for type checkers."""
 NOT_CALLED = {
-    "Moment": "an enumeration",
     "RotationCoordinates": "an enumeration",
     "Status": "an enumeration",
     "Plane": "takes nothing",

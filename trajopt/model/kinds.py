@@ -12,6 +12,8 @@ def model_kinds() -> Kinds:
         {
             "trajopt.model.shapes": "Box Sphere Cylinder Capsule Cone Plane Convex",
             "trajopt.model.meshes.mesh_file": "Mesh",
+            "trajopt.model.clouds.points": "Points",
+            "trajopt.model.clouds.voxels": "Voxels",
             "trajopt.model.placement": "Placement",
             "trajopt.model.robot": "Robot",
             "trajopt.model.limits": "JointLimits LimitKind",

@@ -7,6 +7,8 @@ import numpy as np
 
 from trajopt.arrays import Floats, floats
 from trajopt.errors import ModelError, ShapeError
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.collisions.bodies import CollisionBody
 from trajopt.model.description.urdf import MeshReference
 from trajopt.model.limits import JointLimits
@@ -46,6 +48,10 @@ def _faces(value: Convex | Mesh) -> None:
         raise ShapeError("faces", f"must be 1 to {MOST_FACES}, are {len(faces)}")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise ShapeError("faces", "are between vertices that are not there")
+
+
+def _cloud(value: Points | Voxels) -> None:
+    value.__post_init__()
 
 
 def _limits(value: JointLimits) -> None:
@@ -89,6 +95,8 @@ _CHECKS: Mapping[type[object], Callable[[Any], None]] = {
     Placement: _placement,
     Convex: _faces,
     Mesh: _faces,
+    Points: _cloud,
+    Voxels: _cloud,
     JointLimits: _limits,
     CollisionBody: _body,
     MeshReference: _mesh,

@@ -10,21 +10,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Ints, Value, floats, number, readonly
-from trajopt.errors import ShapeError, SizeError
+from trajopt.arrays import Floats, Ints, Value, floats, readonly
+from trajopt.errors import ShapeError
+from trajopt.model.clouds.parts import centres_of
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.mesh_file import Mesh
-
-LARGEST_SIZE = 50.0
-"""Sizes beyond this [m] are taken for millimetres and refused; planes have none."""
-
-
-def _length(name: str, value: float) -> float:
-    length = number(name, value)
-    if length <= 0.0:
-        raise SizeError(name, f"must be positive, is {length:g} m")
-    if length > LARGEST_SIZE:
-        raise SizeError(name, f"is {length:g} m; lengths are in metres: was {length / 1000:g} m meant?")
-    return length
+from trajopt.model.placement import Placement
+from trajopt.model.sizes import length
 
 
 @dataclass(frozen=True)
@@ -44,7 +37,7 @@ class Box(Value):
     def __post_init__(self) -> None:
         """Check the edge lengths."""
         for name in ("x", "y", "z"):
-            object.__setattr__(self, name, _length(f"Box.{name}", getattr(self, name)))
+            object.__setattr__(self, name, length(f"Box.{name}", getattr(self, name)))
 
 
 @dataclass(frozen=True)
@@ -59,7 +52,7 @@ class Sphere(Value):
 
     def __post_init__(self) -> None:
         """Check the radius."""
-        object.__setattr__(self, "radius", _length("Sphere.radius", self.radius))
+        object.__setattr__(self, "radius", length("Sphere.radius", self.radius))
 
 
 @dataclass(frozen=True)
@@ -76,8 +69,8 @@ class Cylinder(Value):
 
     def __post_init__(self) -> None:
         """Check the sizes."""
-        object.__setattr__(self, "radius", _length("Cylinder.radius", self.radius))
-        object.__setattr__(self, "length", _length("Cylinder.length", self.length))
+        object.__setattr__(self, "radius", length("Cylinder.radius", self.radius))
+        object.__setattr__(self, "length", length("Cylinder.length", self.length))
 
 
 @dataclass(frozen=True)
@@ -94,8 +87,8 @@ class Capsule(Value):
 
     def __post_init__(self) -> None:
         """Check the sizes."""
-        object.__setattr__(self, "radius", _length("Capsule.radius", self.radius))
-        object.__setattr__(self, "length", _length("Capsule.length", self.length))
+        object.__setattr__(self, "radius", length("Capsule.radius", self.radius))
+        object.__setattr__(self, "length", length("Capsule.length", self.length))
 
 
 @dataclass(frozen=True)
@@ -112,8 +105,8 @@ class Cone(Value):
 
     def __post_init__(self) -> None:
         """Check the sizes."""
-        object.__setattr__(self, "radius", _length("Cone.radius", self.radius))
-        object.__setattr__(self, "length", _length("Cone.length", self.length))
+        object.__setattr__(self, "radius", length("Cone.radius", self.radius))
+        object.__setattr__(self, "length", length("Cone.length", self.length))
 
 
 @dataclass(frozen=True)
@@ -142,7 +135,7 @@ class Convex(Value):
         return centre, float(np.linalg.norm(self.vertices - centre, axis=1).max())
 
 
-Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Cone | Plane | Convex | Mesh
+Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Cone | Plane | Convex | Mesh | Points | Voxels
 
 
 def convex(points: ArrayLike) -> Convex:
@@ -187,6 +180,8 @@ def bounding_sphere(shape: Shape) -> tuple[Floats, float]:
             return origin, np.inf
         case Convex():
             return shape.sphere
+        case Points() | Voxels():
+            return shape.sphere
         case Mesh():
             centre = (shape.vertices.min(axis=0) + shape.vertices.max(axis=0)) / 2
             return centre, float(np.linalg.norm(shape.vertices - centre, axis=1).max())
@@ -207,13 +202,15 @@ def bounding_box(shape: Shape) -> tuple[Floats, Floats]:
             return np.full(3, -np.inf), np.array((np.inf, np.inf, 0.0))
         case Convex() | Mesh():
             return shape.vertices.min(axis=0), shape.vertices.max(axis=0)
+        case Points() | Voxels():
+            return shape.box
     return -half, half
 
 
 def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
     """Return a shape of another size: primitives about their origin, points about a centre, shape (3,) [m].
 
-    A plane has no size, and stays.
+    A plane has no size, and stays; the cells of a grid stay on a grid about their origin.
 
     Raises:
         SizeError: If it would become larger than any shape may be.
@@ -229,3 +226,15 @@ def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
             return shape
         case Convex() | Mesh():
             return replace(shape, vertices=readonly(centre + factor * (shape.vertices - centre)))
+        case Points():
+            return Points(centre + factor * (shape.points - centre), factor * shape.radius)
+        case Voxels():
+            return Voxels(shape.keys, factor * shape.size)
+
+
+def solids_of(shape: Shape, where: Placement) -> list[tuple[Shape, Placement]]:
+    """Return a cloud as its balls or cubes, each with its placement; any other shape as it is."""
+    if not isinstance(shape, Points | Voxels):
+        return [(shape, where)]
+    one = Sphere(shape.radius) if isinstance(shape, Points) else Box(shape.size, shape.size, shape.size)
+    return [(one, Placement(where.rotation, readonly(where * at))) for at in centres_of(shape)]

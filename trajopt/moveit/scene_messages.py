@@ -13,6 +13,9 @@ from trajopt.messages.shape_msgs import Mesh as MeshMessage
 from trajopt.messages.shape_msgs import MeshTriangle, SolidPrimitive
 from trajopt.messages.shape_msgs import Plane as PlaneMessage
 from trajopt.messages.std_msgs import Header
+from trajopt.model.clouds.parts import centres_of
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, placement
 from trajopt.model.requirements import WORLD
@@ -74,6 +77,12 @@ def _enter(message: CollisionObject, shape: Shape, where: Placement) -> None:
         case Plane():
             message.planes.append(PlaneMessage([0.0, 0.0, 1.0, 0.0]))
             message.plane_poses.append(pose_of(where))
+        case Points() | Voxels():
+            # Of each ball or cube one; MoveIt's own octree has cubes of one grid only.
+            one = Sphere(shape.radius) if isinstance(shape, Points) else Box(*(shape.size,) * 3)
+            primitive = _primitives(one)[0][0]
+            message.primitives += [primitive] * len(shape)
+            message.primitive_poses += [pose_of(where * placement(at)) for at in centres_of(shape)]
         case Mesh() | Convex():
             message.meshes.append(mesh_message(shape))
             message.mesh_poses.append(pose_of(where))

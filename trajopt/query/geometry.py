@@ -7,6 +7,8 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints
 from trajopt.model.cached import cached_per_value
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.closed_surface import closed_surface
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.reduced import ReducedModel
@@ -18,11 +20,14 @@ PLANE_EXTENT = 1e3
 
 @cached_per_value
 def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
-    """Return Coal's geometry of a shape, in the shape's own frame; computed once for each shape."""
+    """Return Coal's geometry of a shape, in the shape's own frame; computed once for each shape.
+
+    Of a cloud it is that of one ball or cube about the origin: where they are, the core knows.
+    """
     match shape:
         case Box():
             geometry = coal.Box(shape.x, shape.y, shape.z)
-        case Sphere():
+        case Sphere() | Points():
             geometry = coal.Sphere(shape.radius)
         case Cylinder():
             geometry = coal.Cylinder(shape.radius, shape.length)
@@ -36,6 +41,8 @@ def collision_geometry(shape: Shape) -> coal.CollisionGeometry:
             surface = _surface(shape)
             surface.buildConvexRepresentation(False)  # shares no memory with the surface
             geometry = surface.convex
+        case Voxels():
+            geometry = coal.Box(shape.size, shape.size, shape.size)
         case Mesh():
             geometry = _surface(shape)
             geometry.endModel()

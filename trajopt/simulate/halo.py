@@ -6,6 +6,9 @@ from functools import cache
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value, readonly
+from trajopt.model.clouds.parts import centres_of
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.collisions.bodies import FixedBody
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
@@ -79,6 +82,14 @@ def _farthest(shape: Shape, directions: Floats) -> Floats:
             tip = directions[:, 2:] * shape.length > size * shape.radius
             top = np.array((0.0, 0.0, shape.length / 2))
             return np.where(tip, top, shape.radius * aside - top)
+        case Points() | Voxels():
+            grown = (
+                shape.radius * directions
+                if isinstance(shape, Points)
+                else np.sign(directions) * shape.size / 2
+            )
+            centres = centres_of(shape)
+            return centres[[int((centres @ each).argmax()) for each in directions]] + grown
         case Convex() | Mesh():
             return shape.vertices[(directions @ shape.vertices.T).argmax(axis=1)]
         case Plane():

@@ -1,12 +1,15 @@
 """Shapes in MuJoCo's terms: each becomes one native geometry, or convex meshes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats, Ints, readonly
 from trajopt.io.engine import mujoco
+from trajopt.model.clouds.parts import centres_of, fewer
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
@@ -16,6 +19,8 @@ CONE_TOLERANCE = 5e-6
 """How far the pyramid that stands for a cone may protrude from it [m]."""
 MOST_CONE_SIDES = 512
 """Sides of that pyramid at most; reached by cones of more than 13 cm in radius."""
+MOST_OF_CLOUD = 5_000
+"""Balls or cubes that stand for a cloud: MuJoCo looks at each of them in every step."""
 HALF_SPACE_EDGE = 40.0
 """Edge of the box that stands for a half-space on a moving body [m]."""
 
@@ -56,6 +61,8 @@ def pieces(shape: Shape, *, moving: bool) -> tuple[tuple[Piece, ...], str]:
             return _pyramid(shape)
         case Convex():
             return (surface(shape.vertices, shape.faces),), ""
+        case Points() | Voxels():
+            return _cloud(shape)
         case Mesh():
             cover = cover_mesh(shape, MeshPolicy())
             hulls = (hull for hull in cover.shapes if isinstance(hull, Convex))
@@ -93,6 +100,18 @@ def _native(kind: mujoco.mjtGeom, *size: float) -> Piece:
     padded = np.zeros(3)
     padded[: len(size)] = size
     return Piece(kind, readonly(padded), Placement(), np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
+
+
+def _cloud(cloud: Points | Voxels) -> tuple[tuple[Piece, ...], str]:
+    """Return a ball or cube for each of a cloud; of a large one fewer, which contain them."""
+    shown = fewer(cloud, MOST_OF_CLOUD)
+    one = _primitive(Sphere(shown.radius) if isinstance(shown, Points) else Box(*(shown.size,) * 3))
+    each = tuple(
+        replace(one, placement=Placement(translation=readonly(at.copy()))) for at in centres_of(shown)
+    )
+    if shown is cloud:
+        return each, ""
+    return each, f"{cloud} is simulated as {shown}, which contains it"
 
 
 def _half_space(*, moving: bool) -> tuple[tuple[Piece, ...], str]:

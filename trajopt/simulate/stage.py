@@ -9,6 +9,9 @@ from trajopt.arrays import Floats
 from trajopt.errors import MeshFileError
 from trajopt.io.engine import mujoco
 from trajopt.model.cached import cached_per_value
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.surface import cloud_surface
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.description.urdf import LinkGeometry, MeshReference
 from trajopt.model.meshes.mesh_file import Mesh, load_mesh
 from trajopt.model.placement import Placement
@@ -152,6 +155,8 @@ def object_colours(reduced: ReducedModel, loose: str = "") -> dict[str, Colour]:
 def _seen(shape: Shape) -> tuple[Piece, ...]:
     if isinstance(shape, Mesh):
         return (surface(shape.vertices, shape.faces),)
+    if isinstance(shape, Points | Voxels):
+        return (surface(*cloud_surface(shape)),)
     return pieces(shape, moving=False)[0]
 
 

@@ -11,6 +11,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError, shown
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
@@ -84,14 +86,20 @@ def _counted(need: LineOfSight, reduced: ReducedModel) -> list[str]:
     """Return the objects that may not be in between.
 
     Raises:
-        ProblemError: If one has exact meshes.
+        ProblemError: If one has exact meshes, or is a cloud.
     """
     left_out = {need.frame, need.reference, *need.ignored}
     names = [name for name in reduced.scene.objects if name not in left_out]
     for name in names:
-        if any(isinstance(shape, Mesh) for shape, _ in reduced.scene.object(name).parts):
+        shapes = [shape for shape, _ in reduced.scene.object(name).parts]
+        if any(isinstance(shape, Mesh) for shape in shapes):
             raise ProblemError(
                 f"{need}: object {shown(name)} has an exact mesh; add it as convex pieces, or ignore it"
+            )
+        if any(isinstance(shape, Points | Voxels) for shape in shapes):
+            raise ProblemError(
+                f"{need}: object {shown(name)} is a cloud, which no line of sight is measured to; add what"
+                " may not be in between as boxes or hulls, and ignore the cloud"
             )
     return names
 

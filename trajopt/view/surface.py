@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.surface import cloud_surface
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Plane, Shape, Sphere, convex
 
@@ -45,6 +48,8 @@ def surface(shape: Shape) -> Surface:
             x, z = PLANE_EDGE / 2, -PLANE_DEPTH
             corners = np.array([(-x, -x, z), (x, -x, z), (x, x, z), (-x, x, z)])
             return Surface(corners, np.array([(0, 1, 2), (0, 2, 3)]), False)
+        case Points() | Voxels():
+            return Surface(*cloud_surface(shape), False)
         case Convex() | Mesh():
             return Surface(shape.vertices, shape.faces, isinstance(shape, Mesh))
         case _:

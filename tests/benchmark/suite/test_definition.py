@@ -55,12 +55,12 @@ def test_what_is_refused_must_say_the_right_reason(arm: to.Robot) -> None:
 
     unmarked = run(Definition("beyond", make).instance())
     assert unmarked.status is to.Status.GOAL_OUT_OF_LIMITS and not unmarked.good
-    right = to.expected_status(to.Status.GOAL_OUT_OF_LIMITS)(make)
+    right = to.benchmark.expected_status(to.Status.GOAL_OUT_OF_LIMITS)(make)
     assert run(Definition("beyond", right).instance()).good
-    wrong = to.expected_status(to.Status.STUCK)(make)
+    wrong = to.benchmark.expected_status(to.Status.STUCK)(make)
     assert not run(Definition("beyond", wrong).instance()).good
 
 
 def test_solved_is_no_refusal() -> None:
     with pytest.raises(ProblemError, match="SOLVED"):
-        to.expected_status(to.Status.SOLVED)
+        to.benchmark.expected_status(to.Status.SOLVED)

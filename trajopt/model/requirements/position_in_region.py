@@ -19,7 +19,8 @@ from trajopt.model.requirements.requirement import (
     direction_of,
     positive,
 )
-from trajopt.model.shapes import LARGEST_SIZE, Box, Cylinder, Plane, Sphere
+from trajopt.model.shapes import Box, Cylinder, Plane, Sphere
+from trajopt.model.sizes import LARGEST_SIZE
 
 Region = Box | Sphere | Cylinder | Plane
 """Convex shapes that a point can be kept in; `Plane` is the half-space below its plane z = 0."""

@@ -72,6 +72,6 @@ def placement_document(where: Placement) -> dict[str, list[float]]:
 def _shape(shape: Shape) -> dict[str, Any]:
     """Return a shape as plain data, in the words in which it is stated."""
     sizes = vars(shape)
-    kept = ("x", "y", "z", "radius", "length", "vertices", "points", "faces")
+    kept = ("x", "y", "z", "radius", "length", "vertices", "points", "faces", "keys", "size")
     plain = {key: getattr(sizes[key], "tolist", lambda key=key: sizes[key])() for key in kept if key in sizes}
     return {type(shape).__name__.lower(): plain}

@@ -14,6 +14,8 @@ from trajopt.cartesian import arc_about, arc_through, circle, line, polyline, sp
 from trajopt.errors import shown
 from trajopt.io.document import Node
 from trajopt.model import requirements
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import placement
 from trajopt.model.shapes import Box, Capsule, Cone, Cylinder, Plane, Sphere, convex
@@ -42,6 +44,8 @@ WORDS: Mapping[str, Callable[..., object]] = {
     "plane": Plane,
     "convex": convex,
     "mesh": _mesh,
+    "points": Points,
+    "voxels": Voxels,
     "line": line,
     "polyline": polyline,
     "arc_about": arc_about,

@@ -11,6 +11,8 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.errors import ProblemError, shown
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import LineOfSight
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere
@@ -34,8 +36,9 @@ def _(requirement: LineOfSight, motion: Motion) -> tuple[Quantity, ...]:
         camera = RelativeMotion(motion, requirement.frame, reference=name, offset=requirement.origin)
         target = RelativeMotion(motion, requirement.reference, reference=name, offset=requirement.target)
         for shape, where in item.parts:
-            if isinstance(shape, Mesh):
-                raise ProblemError(f"{requirement}: object {shown(name)} has an exact mesh")
+            if isinstance(shape, Mesh | Points | Voxels):
+                what = "has an exact mesh" if isinstance(shape, Mesh) else "is a cloud"
+                raise ProblemError(f"{requirement}: object {shown(name)} {what}")
             found.append(_quantity(requirement, name, _Part(shape, where), camera, target))
     return tuple(found)
 
@@ -149,6 +152,11 @@ def support(shape: Shape, directions: Floats) -> Floats:
             reach = np.maximum(along * shape.length / 2, across * shape.radius - along * shape.length / 2)
         case Plane():
             reach = np.full(len(directions), np.inf)
+        case Points():
+            reach = np.array([(shape.points @ each).max() for each in directions]) + shape.radius
+        case Voxels():
+            half = np.abs(directions).sum(axis=1) * shape.size / 2
+            reach = np.array([(shape.centres @ each).max() for each in directions]) + half
         case Convex() | Mesh():
             reach = (directions @ shape.vertices.T).max(axis=1)
     return np.asarray(reach, dtype=np.float64)

@@ -7,6 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trajopt.arrays import Floats
+from trajopt.errors import ProblemError
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.shapes import (
     Box,
     Capsule,
@@ -23,7 +26,11 @@ Indices: TypeAlias = NDArray[np.integer[Any]]
 
 
 def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
-    """Return a shape as Coal knows it; each of Coal's shapes has its origin where ours has."""
+    """Return a shape as Coal knows it; each of Coal's shapes has its origin where ours has.
+
+    Raises:
+        ProblemError: If it is a cloud, which Coal does not know.
+    """
     geometry: coal.CollisionGeometry
     match shape:
         case Box():
@@ -40,6 +47,8 @@ def coal_geometry(shape: Shape) -> coal.CollisionGeometry:
             geometry = coal.Halfspace(np.array((0.0, 0.0, 1.0)), 0.0)
         case Convex():
             geometry = coal.Convex(_points(shape.vertices), _triangles(shape.faces))
+        case Points() | Voxels():
+            raise ProblemError("a cloud is no shape of Coal's")
         case Mesh():
             geometry = coal.BVHModelOBBRSS()
             geometry.beginModel(len(shape.faces), len(shape.vertices))
