@@ -45,7 +45,7 @@ RETURNED = frozenset(
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
     SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
     Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion
-    RunViewer ServoPage
+    LiveView RunViewer ServoPage
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""

@@ -86,15 +86,15 @@ def test_any_time_of_a_recording_is_shown(viewer: RunViewer, recording: Recordin
         assert viewer.moment is not None and np.array_equal(viewer.moment.positions, moment.positions)
         assert moment.stop is not None and moment.plan is not None
         for ahead, motion in ((drawing._stop, moment.stop), (drawing._plan, moment.plan)):
-            assert ahead._line.visible and ahead._ghost._root.visible
-            ends = ahead._line.points[0, 0], ahead._line.points[-1, 1]
+            assert ahead._trail._line.visible and ahead._ghost._root.visible
+            ends = ahead._trail._line.points[0, 0], ahead._trail._line.points[-1, 1]
             for end, at in zip(ends, (0.0, motion.duration), strict=True):
                 np.testing.assert_allclose(end, tool(viewer, motion(at)), atol=1e-5)
         (_, hand), reduced = drawing._stop._ghost._joints[-1], drawing.reduced
         held = reduced.scene.placement_of("hand", reduced.all_positions(moment.stop(moment.stop.duration)))
         np.testing.assert_allclose(hand.position, held.translation, atol=1e-6)
     viewer.show(recording.duration)
-    assert not drawing._stop._line.visible and not drawing._plan._ghost._root.visible
+    assert not drawing._stop._trail._line.visible and not drawing._plan._ghost._root.visible
 
 
 def test_what_is_around_is_what_was_known_then(viewer: RunViewer, recording: Recording) -> None:
@@ -117,7 +117,7 @@ def test_ghosts_can_be_left_out(viewer: RunViewer) -> None:
     viewer.show(0.3)
     viewer._drawing.ghosts(stop=False, plan=True)
     viewer.show(0.3)
-    assert not viewer._drawing._stop._line.visible and viewer._drawing._plan._line.visible
+    assert not viewer._drawing._stop._trail._line.visible and viewer._drawing._plan._trail._line.visible
     viewer._drawing.ghosts(stop=True, plan=True)
 
 
@@ -174,5 +174,5 @@ def test_a_recording_is_scrubbed_in_a_browser(viewer: RunViewer, recording: Reco
         viewer.show(0.3)
         page.get_by_text("started").wait_for()
         page.get_by_label("stop (orange)").uncheck()
-        until(lambda: not viewer._drawing._stop._line.visible, "the stop is still shown")
+        until(lambda: not viewer._drawing._stop._trail._line.visible, "the stop is still shown")
         browser.close()

@@ -7,21 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from trajopt.planning.result import Result
+from trajopt.planning.stages import DOING
 from trajopt.solvers import Iteration
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
-
-DOING = {
-    "examine": "checking the start",
-    "seed": "searching goal configurations",
-    "optimise": "optimising",
-    "retime": "timing",
-    "verify": "judging",
-    "simulate": "simulating",
-    "render": "rendering",
-}
-"""The name of each stage while it runs."""
 
 
 @dataclass(eq=False)

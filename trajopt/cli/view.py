@@ -1,10 +1,12 @@
-"""`trajopt view`: look at a plan or a recorded run in the browser."""
+"""`trajopt view`: look at a plan or a recorded run in the browser, or plan there by hand."""
 
 import json
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
+from trajopt.cli.kinematics import GroupOption, StateOption
 from trajopt.cli.options import (
     JsonOption,
     LimitsOption,
@@ -14,7 +16,6 @@ from trajopt.cli.options import (
     SrdfOption,
 )
 from trajopt.cli.planned import (
-    MotionArgument,
     OptionalRequest,
     OptionalRobot,
     OptionalScene,
@@ -22,14 +23,23 @@ from trajopt.cli.planned import (
     problem_of,
 )
 from trajopt.cli.watched import HostOption, PortOption, SecondsOption
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, ProblemError
 from trajopt.execution.recording_file import RecordingFile
-from trajopt.view import RunViewer, Viewer, view_run
+from trajopt.model.scene import Scene
+from trajopt.moveit import read_scene
+from trajopt.moveit.trajectory_files import FORMATS
+from trajopt.view import LiveView, RunViewer, live_view, view_run
 from trajopt.view import view as open_viewer
+from trajopt.view.served import Served
+
+OptionalFile = Annotated[
+    Path | None,
+    typer.Argument(help=f"A bundle, a plan's JSON or a recorded run; with --robot ...: {FORMATS}."),
+]
 
 
 def view(
-    plan: MotionArgument,
+    file: OptionalFile = None,
     robot: OptionalRobot = None,
     scene: OptionalScene = None,
     request: OptionalRequest = None,
@@ -37,24 +47,53 @@ def view(
     limits: LimitsOption = None,
     package_dir: PackageOption = None,
     motions: MotionsOption = None,
+    group: GroupOption = "",
+    state: StateOption = None,
     port: PortOption = 8080,
     host: HostOption = "127.0.0.1",
     seconds: SecondsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a plan or a recorded run in the browser: slider over time, play, clearance readout."""
+    """Show a plan or a recorded run in the browser; with --robot and no file, plan there by hand.
+
+    Without a file the page has the robot, arrows at its hand to drag, sliders for its joints, what is around
+    it, and buttons to plan and execute: trajopt view --robot panda.
+    """
     source = None if robot is None else RobotSource(robot, srdf, limits, tuple(package_dir or ()))
-    if RecordingFile.is_one(plan):
-        viewer: RunViewer | Viewer = _run(RecordingFile.open(plan), plan, source, port, host)
+    viewer: Served
+    if file is None:
+        if source is None:
+            raise ProblemError("view: name a file to show, or with --robot a robot to plan for by hand")
+        if request is not None or motions is not None:
+            raise ProblemError(
+                "view: --request and --motions belong to a file; leave them out to plan by hand"
+            )
+        viewer = _live(source, scene, group, state, port, host)
+    elif group or state is not None:
+        raise ProblemError("view: --group and --state are for planning by hand, without a file")
+    elif RecordingFile.is_one(file):
+        viewer = _run(RecordingFile.open(file), file, source, port, host)
     else:
-        trajectory = motion_in(plan)
-        reduced = problem_of(plan, source, scene, request, motions).reduced
+        trajectory = motion_in(file)
+        reduced = problem_of(file, source, scene, request, motions).reduced
         viewer = open_viewer(reduced, trajectory.ordered(reduced.joint_names), port=port, host=host)
     typer.echo(json.dumps({"url": viewer.url}) if as_json else f"open {viewer.url} (Ctrl-C ends)")
     try:
         viewer.wait(seconds)
     finally:
         viewer.close()
+
+
+def _live(
+    source: RobotSource, scene: Path | None, group: str, state: str | None, port: int, host: str
+) -> LiveView:
+    """Open the page to plan by hand; the robot stands as named, as the scene's file has it, or by itself."""
+    robot = source.load()
+    if scene is None:
+        return live_view(Scene(robot), group=group, start=state, port=port, host=host)
+    file = read_scene(scene, robot)
+    start = state if state is not None or not file.state else file.positions
+    return live_view(file.scene, group=group, start=start, port=port, host=host)
 
 
 def _run(file: RecordingFile, path: Path, source: RobotSource | None, port: int, host: str) -> RunViewer:

@@ -8,6 +8,8 @@ Nothing else in trajopt depends on them.
 """
 
 from trajopt.view.explained import draw_explanation as draw_explanation
+from trajopt.view.live import LiveView as LiveView
+from trajopt.view.live import live_view as live_view
 from trajopt.view.path_time import plot_path_time as plot_path_time
 from trajopt.view.plots import plot_motion as plot_motion
 from trajopt.view.reach import plot_reach as plot_reach

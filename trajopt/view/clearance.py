@@ -77,24 +77,37 @@ class ClearanceQuery:
             t: Time [s].
             positions: The group's at that time, shape (n,) [rad | m].
         """
+        return next(iter(self.nearest_pairs(t, positions, 1)), None)
+
+    def nearest_pairs(self, t: float, positions: Floats, count: int) -> tuple[Nearest, ...]:
+        """Return the pairs of things with the least clearance beyond what is required, the nearest first.
+
+        Args:
+            t: Time [s].
+            positions: The group's at that time, shape (n,) [rad | m].
+            count: How many at most.
+        """
         pairs, moment = self.reduced.pairs, np.array([t])
         checked, error = ~self.meant(moment)[0], self.error(moment)[0]
-        at = self.positions(moment, positions[None])
+        at, nearest = self.positions(moment, positions[None]), dict[frozenset[str], Nearest]()
         for reach in REACHES:
+            nearest.clear()
             found = self.query.close_pairs(at, np.where(checked, reach + pairs.required + error, -np.inf))
-            if len(found.distance):
-                distance = found.distance - error[found.pair]
-                best = int((distance - pairs.required[found.pair]).argmin())
-                pair = int(found.pair[best])
-                return Nearest(
+            distance = found.distance - error[found.pair]
+            for place in np.argsort(distance - pairs.required[found.pair], kind="stable").tolist():
+                pair = int(found.pair[place])
+                each = Nearest(
                     self.reduced.owners(pair),
-                    float(distance[best]),
+                    float(distance[place]),
                     float(pairs.required[pair]),
                     float(pairs.margin[pair]),
-                    np.stack((found.point_first[best], found.point_second[best])),
+                    np.stack((found.point_first[place], found.point_second[place])),
                     float(error[pair]),
                 )
-        return None
+                nearest.setdefault(frozenset(each.owners), each)
+                if len(nearest) == count:
+                    return tuple(nearest.values())
+        return tuple(nearest.values())
 
     def smallest(self, times: Floats, positions: Floats, reach: float) -> Mapping[PairKind, Floats]:
         """Return the smallest clearance of each kind of pair over time.

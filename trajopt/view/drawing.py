@@ -66,6 +66,7 @@ class Drawing:
             for joint in range(1, reduced.model.njoints)
         ]
         self._collision: list[MeshHandle] = []
+        self._visual: list[MeshHandle] = []
         self._objects: list[tuple[str, MeshHandle]] = []
         if robot:
             self._draw_robot()
@@ -126,6 +127,12 @@ class Drawing:
             for handle in self._collision:
                 handle.visible = visible
 
+    def show_visual_shapes(self, visible: bool) -> None:
+        """Draw the robot's links as they look, or not; one without a look always by its shapes."""
+        with self._server.atomic():
+            for handle in self._visual:
+                handle.visible = visible
+
     def make_translucent(self, names: Collection[str]) -> None:
         """Let these objects be seen through, and no others."""
         with self._server.atomic():
@@ -182,7 +189,7 @@ class Drawing:
             bodies = [body for body in self._reduced.bodies if body.owner == link]
             for count, (visual, shape) in enumerate(shapes):
                 node = f"{self._joint_node(joint)}/link_{number}_visual_{count}"
-                self._mesh(node, shape, where * visual.placement, _colour(visual, plain))
+                self._visual.append(self._mesh(node, shape, where * visual.placement, _colour(visual, plain)))
             for count, body in enumerate(bodies):
                 node = f"{self._joint_node(joint)}/link_{number}_collision_{count}"
                 if shapes:
@@ -271,6 +278,12 @@ def _lowest(body: FixedBody) -> float:
     lower, upper = bounding_box(body.shape)
     half, centre = (upper - lower) / 2, body.placement * ((lower + upper) / 2)
     return float(centre[2] - np.abs(body.placement.rotation[2]) @ half)
+
+
+def in_world(reduced: ReducedModel, name: str, kinematics: Kinematics) -> Placement:
+    """Return where a frame or object is in the world in the first of the configurations."""
+    joint, where = reduced.attachment(name)
+    return Placement(kinematics.rotation[0, joint], kinematics.translation[0, joint]) * where
 
 
 def wxyz(where: Placement) -> Floats:

@@ -90,6 +90,15 @@ class Playback:
             self._duration = duration
             self._slider.max = max(_last(duration, self._slider.step), self._slider.max)
 
+    def replace(self, duration: float) -> None:
+        """Show something else, from its beginning to a duration [s]; of 0 there is nothing to show."""
+        with self.lock:
+            self.pause()
+            self._duration = duration
+            self._slider.max = max(_last(duration, self._slider.step), self._slider.step)
+            self._slider.disabled = self._button.disabled = self._speed.disabled = duration <= 0.0
+            self._slider.value, self.time = 0.0, 0.0
+
     def play(self) -> None:
         """Play, from the beginning if it is at its end."""
         with self.lock:

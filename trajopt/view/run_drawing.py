@@ -8,18 +8,17 @@ from trajopt.arrays import Floats
 from trajopt.execution.recording import Moment, Sighting
 from trajopt.model.reduced import ReducedModel, reduce_model, tool_frame
 from trajopt.model.trajectory import Trajectory
-from trajopt.query import Kinematics, Query
+from trajopt.query import Query
 from trajopt.view import palette
 from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing
 from trajopt.view.ghost import Ghost
 from trajopt.view.palette import Rgb
+from trajopt.view.trail import POINTS, Trail
 
 if TYPE_CHECKING:
-    from viser import LineSegmentsHandle, ViserServer
+    from viser import ViserServer
 
-POINTS = 41
-"""Of the line that a tool will draw."""
 LONG = 1e6
 """Of a run nobody knows how long it takes: an allowance of contact up to its end counts at no time [s]."""
 
@@ -125,27 +124,15 @@ class Ahead:
         self.visible, reduced = True, query.reduced
         self._query, self._tool = query, reduced.attachment(tool_frame(reduced))
         self._ghost = Ghost(server, reduced, f"{name}_ghost", colour)
-        self._line: LineSegmentsHandle = server.scene.add_line_segments(
-            f"/{name}_path",
-            np.zeros((POINTS - 1, 2, 3), dtype=np.float32),
-            colour,
-            thickness=thickness,
-            thickness_units="screen",
-            visible=False,
-        )
+        self._trail = Trail(server, f"/{name}_path", colour, thickness)
 
     def show(self, motion: Trajectory | None) -> None:
         """Show a motion, or none."""
         if motion is None or not self.visible:
-            self._line.visible = False
+            self._trail.show(None)
             self._ghost.stand(None)
             return
         placed = self._query.kinematics(motion(np.linspace(0.0, motion.duration, POINTS)))
-        points = self._line_of(placed)
-        self._line.points = np.stack((points[:-1], points[1:]), axis=1).astype(np.float32)
-        self._line.visible = True
-        self._ghost.stand(placed)
-
-    def _line_of(self, placed: Kinematics) -> Floats:
         joint, held = self._tool
-        return placed.rotation[:, joint] @ held.translation + placed.translation[:, joint]
+        self._trail.show(placed.rotation[:, joint] @ held.translation + placed.translation[:, joint])
+        self._ghost.stand(placed)

@@ -1,12 +1,11 @@
 """The page of a run: while it goes on, or of its recording, with a slider over time."""
 
-import atexit
 import threading
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.errors import ProblemError, shown
+from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.execution.guard import Seen
 from trajopt.execution.logbook import Logbook, Watched
@@ -18,7 +17,8 @@ from trajopt.view.clearance import Nearest
 from trajopt.view.playback import FRAME_TIME, Playback
 from trajopt.view.readout import clearance_html, events_html
 from trajopt.view.run_drawing import RunDrawing
-from trajopt.view.server import address_of, close_server, open_server
+from trajopt.view.served import Served
+from trajopt.view.server import open_server
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -74,7 +74,7 @@ def watch_run(problem: Problem, *, port: int = 8080, host: str = "127.0.0.1") ->
     return RunViewer(drawing, Logbook(), None)
 
 
-class RunViewer:
+class RunViewer(Served):
     """A page that shows a run; `watch_run` and `view_run` open one.
 
     Attributes:
@@ -84,10 +84,10 @@ class RunViewer:
     def __init__(self, drawing: RunDrawing, source: Logbook | Recording, motion: Trajectory | None) -> None:
         """Draw the beginning, and the controls."""
         server = drawing.server
-        self.url = address_of(server)
-        self._server, self._drawing, self._source = server, drawing, source
+        super().__init__(server)
+        self._drawing, self._source = drawing, source
         self._moment: Moment | None = None
-        self._closed, self._shown = threading.Event(), 0
+        self._shown = 0
         self._kept: tuple[int, Recording] | None = None
         look_from_the_best_side(server, drawing.reduced, motion)
         gui = server.gui
@@ -105,7 +105,6 @@ class RunViewer:
             self._playback.refresh(self._playback.time)
 
         self._playback.refresh(0.0)
-        atexit.register(self.close)  # runs before viser's own, which would announce it
         self._follower = threading.Thread(target=self._follow, name="trajopt run viewer", daemon=True)
         self._follower.start()
 
@@ -165,28 +164,9 @@ class RunViewer:
         """Stop where it is."""
         self._playback.pause()
 
-    @checked
-    def wait(self, seconds: float | None = None) -> None:
-        """Block until Ctrl-C, until `close` is called, or until the seconds are over."""
-        try:
-            self._closed.wait(seconds)
-        except KeyboardInterrupt:
-            self.close()
-
-    def close(self) -> None:
-        """Stop serving the page."""
-        with self._playback.lock:
-            if self._closed.is_set():
-                return
-            self._closed.set()
-        atexit.unregister(self.close)
+    def _end(self) -> None:
         self._follower.join()
         self._playback.close()
-        close_server(self._server)
-
-    def __repr__(self) -> str:
-        """Say where the page is."""
-        return f"RunViewer({shown(self.url)})"
 
     def _leave_live(self) -> None:
         self._live.value = False
@@ -219,8 +199,23 @@ class RunViewer:
         self._events_text.content = events_html(self._moment.events, EVENTS)
 
 
-def look_from_the_best_side(server: "ViserServer", reduced: ReducedModel, motion: Trajectory | None) -> None:
-    """Look at a motion, or at the robot as it stands, from where least is hidden."""
+def look_from_the_best_side(
+    server: "ViserServer",
+    reduced: ReducedModel,
+    motion: Trajectory | None,
+    *,
+    back: float = 1.0,
+    aside: float = 0.0,
+) -> None:
+    """Look at a motion, or at the robot as it stands, from where least is hidden.
+
+    Args:
+        server: Serves the page.
+        reduced: The robot in its scene.
+        motion: The motion; None for the robot as it stands.
+        back: From how much farther away than where all just fits in.
+        aside: By how much of the picture's height what is looked at is to the left of its middle.
+    """
     from trajopt.simulate.camera import FIELD_OF_VIEW  # MuJoCo takes a second to import
     from trajopt.simulate.motion import motion_of
     from trajopt.simulate.viewpoint import look_at
@@ -229,4 +224,8 @@ def look_from_the_best_side(server: "ViserServer", reduced: ReducedModel, motion
     seen = motion or Trajectory(reduced.joint_names, np.array((0.0, 1.0)), standing)
     view = look_at(reduced, motion_of(reduced, seen), ASPECT).camera
     camera = server.initial_camera
-    camera.look_at, camera.position, camera.fov = view.target, view.position, float(FIELD_OF_VIEW)
+    away = back * (view.position - view.target)
+    right = np.cross(-away, (0.0, 0.0, 1.0))  # no camera looks straight down
+    moved = 2.0 * np.linalg.norm(away) * np.tan(FIELD_OF_VIEW / 2.0) * aside * right / np.linalg.norm(right)
+    camera.look_at, camera.position = view.target + moved, view.target + moved + away
+    camera.fov = float(FIELD_OF_VIEW)

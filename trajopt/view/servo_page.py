@@ -5,14 +5,12 @@ line to it is gone. Sliders say from -1 to 1, as sticks do: `ServoOptions.scalin
 rad/s of that. The gizmo is the placement that the tool is drawn to.
 """
 
-import atexit
 import threading
 import time
 from enum import Enum
 
 import numpy as np
 
-from trajopt.errors import shown
 from trajopt.errors.arguments import checked
 from trajopt.execution.guard import Seen
 from trajopt.execution.logbook import Logbook, Watched
@@ -29,7 +27,8 @@ from trajopt.view.playback import FRAME_TIME
 from trajopt.view.readout import clearance_html, events_html
 from trajopt.view.run_drawing import RunDrawing
 from trajopt.view.run_viewer import EVENTS, look_from_the_best_side
-from trajopt.view.server import address_of, close_server, open_server
+from trajopt.view.served import Served
+from trajopt.view.server import open_server
 
 AXES = ("x", "y", "z", "about x", "about y", "about z")
 SIGNALS = 20.0
@@ -74,7 +73,7 @@ def servo_page(
     return ServoPage(drawing, tool, axes)
 
 
-class ServoPage:
+class ServoPage(Served):
     """A page that leads a robot; `servo_page` opens one. An input of a servo: `guide(servo, page, ...)`.
 
     Attributes:
@@ -84,11 +83,10 @@ class ServoPage:
     def __init__(self, drawing: RunDrawing, tool: str, axes: str) -> None:
         """Draw the robot, and the controls."""
         server = drawing.server
-        self.url = address_of(server)
-        self._server, self._drawing, self._tool, self._axes = server, drawing, tool, axes
+        super().__init__(server)
+        self._drawing, self._tool, self._axes = drawing, tool, axes
         self._logbook, self._shown = Logbook(), 0
         self._held, self._speed = -np.inf, 1.0
-        self._closed = threading.Event()
         look_from_the_best_side(server, drawing.reduced, None)
         gui = server.gui
         self._button = gui.add_button("Drive (hold)", color="green")
@@ -113,7 +111,6 @@ class ServoPage:
                 each.value = 0.0
             self._gizmo_to_the_tool()
 
-        atexit.register(self.close)  # runs before viser's own, which would announce it
         self._follower = threading.Thread(target=self._follow, name="trajopt servo page", daemon=True)
         self._follower.start()
 
@@ -127,11 +124,6 @@ class ServoPage:
             return Order(speed=new, released=LET_GO)
         return Order(speed=new, command=self._command())
 
-    @property
-    def done(self) -> bool:
-        """Whether the page is closed."""
-        return self._closed.is_set()
-
     @checked
     def look(self, watched: Watched) -> None:
         """Look at the servo after a tick; it is drawn soon after, in another thread."""
@@ -143,23 +135,8 @@ class ServoPage:
         where = as_placement("placement", placement)
         self._gizmo.position, self._gizmo.wxyz = where.translation, wxyz(where)
 
-    @checked
-    def wait(self, seconds: float | None = None) -> None:
-        """Block until `close` is called, or until the seconds are over."""
-        self._closed.wait(seconds)
-
-    def close(self) -> None:
-        """Stop serving the page; the robot stops."""
-        if self._closed.is_set():
-            return
-        self._closed.set()
-        atexit.unregister(self.close)
+    def _end(self) -> None:
         self._follower.join()
-        close_server(self._server)
-
-    def __repr__(self) -> str:
-        """Say where the page is."""
-        return f"ServoPage({shown(self.url)})"
 
     def _hold(self, event: object) -> None:
         del event

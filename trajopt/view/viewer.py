@@ -1,7 +1,5 @@
 """The page: a robot, its surroundings and a motion, with a time slider, served on a local port."""
 
-import atexit
-import threading
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
@@ -17,7 +15,8 @@ from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing
 from trajopt.view.playback import Playback
 from trajopt.view.readout import clearance_html, joints_html
-from trajopt.view.server import address_of, close_server, open_server
+from trajopt.view.served import Served
+from trajopt.view.server import open_server
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -62,7 +61,7 @@ def view(
     return Viewer(open_server(host, port), reduced, trajectory)
 
 
-class Viewer:
+class Viewer(Served):
     """A page that shows a motion; `view` opens one.
 
     Attributes:
@@ -71,11 +70,9 @@ class Viewer:
 
     def __init__(self, server: "ViserServer", reduced: ReducedModel, trajectory: Trajectory) -> None:
         """Draw the scene and the controls, and show the beginning."""
-        self.url = address_of(server)
-        self._server = server
+        super().__init__(server)
         self._reduced = reduced
         self._trajectory = trajectory
-        self._closed = threading.Event()
         self._clearance = ClearanceQuery(reduced, trajectory.duration)
         start = self._kinematics(0.0)
         self._drawing = Drawing(server, self._clearance.reduced, start)
@@ -89,7 +86,6 @@ class Viewer:
         self._playback = Playback(server, trajectory.duration, self._draw)
         self._add_controls()
         self._playback.refresh(0.0)
-        atexit.register(self.close)  # runs before viser's own, which would announce it
 
     @property
     def time(self) -> float:
@@ -124,27 +120,12 @@ class Viewer:
         """Stop where the motion is."""
         self._playback.pause()
 
-    @checked
-    def wait(self, seconds: float | None = None) -> None:
-        """Block until Ctrl-C, until `close` is called, or until the seconds are over."""
-        try:
-            self._closed.wait(seconds)
-        except KeyboardInterrupt:
-            self.close()
-
-    def close(self) -> None:
-        """Stop serving the page."""
-        with self._playback.lock:
-            if self._closed.is_set():
-                return
-            self._closed.set()
-        atexit.unregister(self.close)
-        self._playback.close()
-        close_server(self._server)
-
     def __repr__(self) -> str:
         """Say where the page is."""
         return f"Viewer({shown(self.url)}, {self._trajectory})"
+
+    def _end(self) -> None:
+        self._playback.close()
 
     def _look(self, reduced: ReducedModel, trajectory: Trajectory) -> None:
         """Draw the tools' paths, look from where least is hidden, and through what still is in the way."""

@@ -1,0 +1,91 @@
+"""The goal in the page: arrows and rings at the hand to drag, and the robot as it would stand."""
+
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.model.placement import Placement, placement
+from trajopt.model.reduced import ReducedModel
+from trajopt.query import Query
+from trajopt.view import palette
+from trajopt.view.drawing import wxyz
+from trajopt.view.ghost import Ghost
+from trajopt.view.live.goal import Goal, Reachability
+from trajopt.view.palette import Rgb
+
+if TYPE_CHECKING:
+    from viser import TransformControlsEvent, TransformControlsHandle, ViserServer
+
+GIZMO = 0.22
+"""Length of the arrows [m]: those of an arm's hand, which is about as long."""
+OPACITY = 0.45
+"""Of the robot at its goal: its colour is to be read at a glance, the robot to be seen through it."""
+SAME = 5e-3
+"""A robot with each joint so near to its goal hides it: it is drawn once [rad | m]."""
+
+COLOURS: dict[Reachability, Rgb] = {
+    Reachability.REACHABLE: (0x22, 0x99, 0x66),
+    Reachability.COLLIDING: palette.TOUCHING,
+    Reachability.BEYOND_LIMITS: palette.STOP,
+    Reachability.OUT_OF_REACH: (0x88, 0x88, 0x88),
+}
+"""Of the robot at its goal."""
+
+
+class GoalDrawing:
+    """The goal, and what it is dragged by."""
+
+    def __init__(
+        self, server: "ViserServer", reduced: ReducedModel, dragged: Callable[[Placement], None]
+    ) -> None:
+        """Prepare it; nothing is shown yet.
+
+        Args:
+            server: Serves the page.
+            reduced: The robot, and what it carries.
+            dragged: Told where the hand is dragged to, in the world.
+        """
+        self._server, self._ghosts = server, 0
+        self.gizmo: TransformControlsHandle = server.scene.add_transform_controls(
+            "/goal/hand", scale=GIZMO, depth_test=False, line_width=3.5
+        )
+        self._ghost = Ghost(server, reduced, "goal_0", COLOURS[Reachability.REACHABLE], opacity=OPACITY)
+        self._dragging = False
+
+        # A coroutine, so that its events come in their order.
+        async def hear(event: "TransformControlsEvent") -> None:
+            self._dragging = event.phase != "end"
+            dragged(gizmo_placement(event.target))
+
+        listen: Callable[[Callable[[TransformControlsEvent], Awaitable[None]]], object] = self.gizmo.on_update  # pyright: ignore
+        listen(hear)
+
+    def renew(self, reduced: ReducedModel) -> None:
+        """Draw the robot anew: it carries something else."""
+        self._ghost.remove()
+        self._ghosts += 1
+        self._ghost = Ghost(
+            self._server, reduced, f"goal_{self._ghosts}", COLOURS[Reachability.REACHABLE], opacity=OPACITY
+        )
+
+    def show(self, goal: Goal, query: Query, now: np.ndarray) -> None:
+        """Show a goal.
+
+        Args:
+            goal: The goal.
+            query: Of the robot that is drawn.
+            now: Where the robot is drawn already, shape (n,) [rad | m].
+        """
+        with self._server.atomic():
+            if not self._dragging:  # whoever drags it has it where it is
+                self.gizmo.position, self.gizmo.wxyz = goal.placement.translation, wxyz(goal.placement)
+            elsewhere = float(np.abs(goal.positions - now).max()) > SAME
+            self._ghost.paint(COLOURS[goal.reachability])
+            self._ghost.stand(query.kinematics(goal.positions[None]) if elsewhere else None)
+
+
+def gizmo_placement(handle: "TransformControlsHandle") -> Placement:
+    """Return where a gizmo is."""
+    w, x, y, z = handle.wxyz
+    return placement(handle.position, quaternion=(x, y, z, w))

@@ -1,0 +1,85 @@
+"""The objects in the live page: each a node of its own, so that moving one sends one message."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from trajopt.model.reduced import ReducedModel
+from trajopt.model.scene_object import SceneObject
+from trajopt.model.shapes import Plane
+from trajopt.query import Kinematics
+from trajopt.view import palette
+from trajopt.view.drawing import in_world, wxyz
+from trajopt.view.surface import surface
+
+if TYPE_CHECKING:
+    from viser import FrameHandle, MeshHandle, ViserServer
+
+
+@dataclass(eq=False)
+class _Drawn:
+    """An object in the page."""
+
+    item: SceneObject
+    frame: "FrameHandle"
+    meshes: "list[MeshHandle]"
+
+
+class ObjectsDrawing:
+    """What is around the robot, and what it carries."""
+
+    def __init__(self, server: "ViserServer", picked: Callable[[str], None]) -> None:
+        """Draw nothing yet.
+
+        Args:
+            server: Serves the page.
+            picked: Told the name of an object that somebody clicks.
+        """
+        self._server, self._picked = server, picked
+        self._drawn: dict[str, _Drawn] = {}
+        self._count = 0
+
+    def show(self, reduced: ReducedModel, kinematics: Kinematics) -> None:
+        """Draw the objects of a scene, where they are in the first of the configurations."""
+        objects = reduced.scene.objects
+        with self._server.atomic():
+            for name in [each for each in self._drawn if each not in objects]:
+                self._drawn.pop(name).frame.remove()
+            for name, item in objects.items():
+                known = self._drawn.get(name)
+                if known is None or known.item.parts != item.parts:
+                    if known is not None:
+                        known.frame.remove()
+                    self._drawn[name] = self._draw(item)
+                else:
+                    known.item = item
+            self.move(reduced, kinematics)
+
+    def move(self, reduced: ReducedModel, kinematics: Kinematics) -> None:
+        """Place the objects as in the first of the configurations."""
+        with self._server.atomic():
+            for name, drawn in self._drawn.items():
+                where = in_world(reduced, name, kinematics)
+                drawn.frame.wxyz, drawn.frame.position = wxyz(where), where.translation
+
+    def _draw(self, item: SceneObject) -> _Drawn:
+        node, self._count = f"/objects/{self._count}", self._count + 1
+        colour = palette.SURFACES[self._count % len(palette.SURFACES)]
+        frame = self._server.scene.add_frame(node, show_axes=False)
+        drawn = _Drawn(item, frame, [])
+        for count, (shape, where) in enumerate(item.parts):
+            skin = surface(shape)
+            mesh = self._server.scene.add_mesh_simple(
+                f"{node}/part_{count}",
+                skin.vertices,
+                skin.faces,
+                color=palette.GROUND if isinstance(shape, Plane) else colour,
+                flat_shading=not skin.smooth,
+                side="double",
+                cast_shadow=not isinstance(shape, Plane),
+                wxyz=wxyz(where),
+                position=where.translation,
+            )
+            mesh.on_click(lambda _, name=item.name: self._picked(name))
+            drawn.meshes.append(mesh)
+        return drawn

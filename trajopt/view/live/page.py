@@ -1,0 +1,164 @@
+"""The live page: drag the hand, plan, look at the motion."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from trajopt.arrays import Floats, one_of
+from trajopt.errors import ProblemError
+from trajopt.errors.arguments import checked
+from trajopt.model.placement import Placement
+from trajopt.model.scene import Scene
+from trajopt.model.stated import StartLike
+from trajopt.view.live.desk import Desk
+from trajopt.view.live.goal import Goal
+from trajopt.view.live.goal_drawing import COLOURS
+from trajopt.view.live.goal_panel import GoalPanel
+from trajopt.view.live.motion_panel import MotionPanel
+from trajopt.view.live.picture import Picture
+from trajopt.view.live.planning import Planned
+from trajopt.view.live.shown_panel import ShownPanel
+from trajopt.view.live.words import block_html
+from trajopt.view.live.workbench import Workbench
+from trajopt.view.run_viewer import look_from_the_best_side
+from trajopt.view.served import Served
+from trajopt.view.server import open_server
+
+if TYPE_CHECKING:
+    from viser import ViserServer
+
+BACK, ASIDE = 1.35, 0.16
+"""The robot is looked at from so much farther away, for its hand will go elsewhere, and so far to the left of
+the middle [of the page's height], where the controls do not cover it."""
+SAME = 1e-6
+"""Of places that differ by no more the page cannot tell one from the other [m, and share of a turn]."""
+
+
+@checked
+def live_view(
+    scene: Scene,
+    *,
+    group: str = "",
+    start: StartLike | None = None,
+    port: int = 8080,
+    host: str = "127.0.0.1",
+) -> "LiveView":
+    """Serve a page in which a goal is set by hand, planned to and looked at; returns at once.
+
+    Args:
+        scene: The robot and what is around it.
+        group: The group that moves; when empty the only one, or the first that ends in a hand.
+        start: Where the robot stands, in any form that a problem takes; when None each group in its first
+            named state.
+        port: Port to serve on; the next free one if it is taken.
+        host: Address to serve on; "0.0.0.0" lets other machines use the page too.
+
+    Returns:
+        The page: open its `url` in a browser; `wait()` keeps a script alive.
+
+    Raises:
+        MissingExtra: If viser is not installed.
+        GroupNotFound: If there is no such group.
+        ProblemError: If nothing can be served on this host or port, or something moves by itself.
+    """
+    if one_of("scene", scene, Scene).changing:
+        raise ProblemError(
+            "live_view: things in the scene move by themselves; show it with view or watch_run"
+        )
+    bench = Workbench(scene, group, start)
+    return LiveView(open_server(host, port), bench)
+
+
+class LiveView(Served):
+    """A page to plan by hand; `live_view` opens one.
+
+    Attributes:
+        url: Address of the page.
+    """
+
+    def __init__(self, server: "ViserServer", bench: Workbench) -> None:
+        """Draw the robot and the controls."""
+        super().__init__(server)
+        self._bench, self._desk = bench, Desk(self._say)
+        look_from_the_best_side(server, bench.reduced, None, back=BACK, aside=ASIDE)
+        self._picture = Picture(server, bench, dragged=self._drag, picked=lambda _: None)
+        self._goal_text = server.gui.add_html("")
+        self._motion = MotionPanel(
+            server,
+            self._desk,
+            bench,
+            stand=self._picture.stand,
+            show_motion=self._picture.show_motion,
+        )
+        tabs = server.gui.add_tab_group()
+        with tabs.add_tab("Goal"):
+            self._goal = GoalPanel(server, bench, self._ask)
+        with tabs.add_tab("Show"):
+            ShownPanel(server, lambda shown: self._desk.do("shown", lambda: self._picture.switch(shown)))
+        self._show_goal()
+
+    @property
+    def goal(self) -> Goal:
+        """Where the robot is asked to go."""
+        return self._bench.goal
+
+    @property
+    def planned(self) -> Planned | None:
+        """How planning to this goal ended; None before."""
+        return self._motion.planned
+
+    @property
+    def time(self) -> float:
+        """Time of the motion that is shown [s]."""
+        return self._motion.playback.time
+
+    @property
+    def positions(self) -> Floats:
+        """Positions of the group's joints as they are drawn, shape (n,) [rad | m]."""
+        return self._picture.positions
+
+    @checked
+    def settle(self, seconds: float = 60.0) -> bool:
+        """Wait until the page shows what it was asked for, planning left out; say whether it does."""
+        return self._desk.settle(seconds)
+
+    def _end(self) -> None:
+        self._motion.close()
+        self._desk.close()
+
+    def _drag(self, placement: Placement) -> None:
+        def move() -> None:
+            # The last event of a drag says where the one before it had it.
+            if not same_place(placement, self._bench.goal.placement):
+                self._change(lambda: self._bench.move_hand(placement))
+
+        self._desk.do("goal", move)
+
+    def _ask(self, name: str, change: Callable[[], None]) -> None:
+        """Have the bench changed soon, in place of a change of that name that still waits."""
+        self._desk.do(name, lambda: self._change(change))
+
+    def _change(self, change: Callable[[], None]) -> None:
+        """Change the goal: what was planned is not for this any more."""
+        change()
+        self._motion.drop()
+        self._show_goal()
+
+    def _show_goal(self) -> None:
+        goal = self._bench.goal
+        self._picture.show_goal()
+        self._goal.show()
+        there = self._bench.at_goal
+        title = "The goal is where the robot is" if there else f"The goal is {goal.reachability.value}"
+        self._goal_text.content = block_html(title, [goal.words], COLOURS[goal.reachability])
+        self._motion.show()
+
+    def _say(self, refusal: str) -> None:
+        """Say why something was not done."""
+        self._motion.say("That could not be done", [refusal])
+
+
+def same_place(one: Placement, other: Placement) -> bool:
+    """Say whether two placements are the same, to within what a page rounds."""
+    return bool(np.allclose(one.homogeneous, other.homogeneous, atol=SAME))
