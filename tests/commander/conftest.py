@@ -7,6 +7,7 @@ import pytest
 
 import trajopt as to
 from tests.commander.jumping import JumpingExecutor
+from tests.server.serving import Serving, serving
 from trajopt.commander import World
 from trajopt.execution import SimulatedExecutor
 
@@ -68,10 +69,18 @@ def lab_arm(tmp_path_factory: pytest.TempPathFactory) -> to.Robot:
     return to.Robot.from_urdf(folder / "lab.urdf", srdf=folder / "lab.srdf")
 
 
-@pytest.fixture
-def simulated(lab_arm: to.Robot) -> Iterator[World]:
-    """A world whose robot moves in MuJoCo; it is the current one."""
-    with World(lab_arm) as world:
+@pytest.fixture(scope="session")
+def lab_server(lab_arm: to.Robot) -> Iterator[Serving]:
+    """A server of that arm."""
+    with serving(lab_arm) as server:
+        yield server
+
+
+@pytest.fixture(params=["here", pytest.param("served", marks=pytest.mark.slow)])
+def simulated(lab_arm: to.Robot, request: pytest.FixtureRequest) -> Iterator[World]:
+    """A world whose robot moves in MuJoCo, in this process or in a server's; it is the current one."""
+    served = request.param == "served"
+    with World(url=request.getfixturevalue("lab_server").url) if served else World(lab_arm) as world:
         yield world
 
 

@@ -8,7 +8,7 @@ from trajopt.grasping import Gripper, gripper_of
 from trajopt.model.shapes import Shape
 
 STOOD = to.placement((0.5, -0.2, 0.05), rpy=(0.0, 0.0, 0.3))
-ASKED = to.placement((0.45, 0.25, 0.05))
+FUNCTIONS = to.placement((0.45, 0.25, 0.05))
 BLOCK = to.Box(0.05, 0.06, 0.1)
 
 

@@ -17,14 +17,14 @@ from trajopt.grasping import (
 )
 from trajopt.planning import Budget, Status, Stop
 
-from .conftest import ASKED, BLOCK, STOOD, on_table
+from .conftest import BLOCK, FUNCTIONS, STOOD, on_table
 
 
 def task(panda: to.Robot, gripper: Gripper) -> dict[str, Any]:
     """Arguments of a pick and place that has a solution."""
     scene = on_table(panda, BLOCK, STOOD)
     grasps = grasps_of(scene, "thing", gripper)
-    places = Place(placement=ASKED)
+    places = Place(placement=FUNCTIONS)
     return {"scene": scene, "name": "thing", "start": "ready", "grasps": grasps, "places": places}
 
 
@@ -83,7 +83,7 @@ def test_placing_is_cancelled_too(panda: to.Robot, gripper: Gripper) -> None:
     held = scene.attach("thing", gripper.tool, placement=grasp.placement.inverse())
     cancel = Event()
     cancel.set()
-    carried = place(held, "thing", start="ready", places=Place(placement=ASKED), cancel=cancel)
+    carried = place(held, "thing", start="ready", places=Place(placement=FUNCTIONS), cancel=cancel)
     assert carried.status is Status.CANCELLED
 
 

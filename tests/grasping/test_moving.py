@@ -8,7 +8,7 @@ from trajopt.errors import ProblemError
 from trajopt.grasping import Gripper, PickPlaceResult, Place, Stage, grasps_of, pick, pick_and_place
 from trajopt.kinematics import reduce_model, validity
 
-from .conftest import ASKED, BLOCK, STOOD, on_table
+from .conftest import BLOCK, FUNCTIONS, STOOD, on_table
 
 FAR = np.array((0.0, 0.0, 1.2))
 EVERY = 0.01
@@ -32,7 +32,7 @@ def _met(result: PickPlaceResult, track: to.Track) -> bool:
 def test_what_moves_is_met_at_the_time_of_each_stage(panda: to.Robot, gripper: Gripper) -> None:
     """A ball falls through where the hand would be in the middle of carrying."""
     still = on_table(panda, BLOCK, STOOD)
-    grasps, places = grasps_of(still, "thing", gripper), Place(placement=ASKED)
+    grasps, places = grasps_of(still, "thing", gripper), Place(placement=FUNCTIONS)
     alone = pick_and_place(still, "thing", start="ready", grasps=grasps, places=places)
     carry = next(k for k, item in enumerate(alone.segments) if item.stage is Stage.CARRY)
     then = float(alone.timeline.begins[carry]) + 0.5 * alone.segments[carry].duration

@@ -26,7 +26,7 @@ from trajopt.grasping import (
 from trajopt.io.json_files import write_json
 from trajopt.planning import Status
 
-from .conftest import ASKED, BLOCK, STOOD, drawn, on_table
+from .conftest import BLOCK, FUNCTIONS, STOOD, drawn, on_table
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def carried(panda: to.Robot, gripper: Gripper) -> PickPlaceResult:
         "thing",
         start="ready",
         grasps=grasps,
-        places=Place(placement=ASKED),
+        places=Place(placement=FUNCTIONS),
         constraints=[upright],
     )
 
@@ -64,7 +64,7 @@ def test_the_object_stands_then_is_carried_then_stands(carried: PickPlaceResult)
     assert final.object("thing").frame == "world"
     assert final.allowances == () and final.pair_margins == {}
     placed = final.placement_of("thing", carried.final_positions)
-    assert np.abs(Place(placement=ASKED).error(placed, to.placement())).max() < 1e-3
+    assert np.abs(Place(placement=FUNCTIONS).error(placed, to.placement())).max() < 1e-3
 
 
 def test_the_object_is_where_it_was_between_stages(carried: PickPlaceResult) -> None:
@@ -141,7 +141,7 @@ def test_the_answer_is_the_same_every_time(
         "thing",
         start=carried.start,
         grasps=grasps_of(carried.scene, "thing", gripper),
-        places=Place(placement=ASKED),
+        places=Place(placement=FUNCTIONS),
         constraints=[to.axis_alignment("thing", direction=(0.0, 0.0, 1.0), tolerance=0.1)],
     )
     assert again.timeline.duration == carried.timeline.duration
@@ -159,7 +159,7 @@ def test_pick_then_place_joins(panda: to.Robot, gripper: Gripper) -> None:
         "thing",
         start=taken.final_positions,
         # A cylinder may turn about its axis.
-        places=Place(placement=ASKED, rotation_tolerance=(1e-3, 1e-3, np.inf)),
+        places=Place(placement=FUNCTIONS, rotation_tolerance=(1e-3, 1e-3, np.inf)),
     )
     assert [segment.stage for segment in put.segments] == [
         Stage.CARRY,
@@ -251,7 +251,7 @@ def test_why_there_is_no_way(panda: to.Robot, gripper: Gripper) -> None:
 def test_misuse_is_refused(panda: to.Robot, gripper: Gripper) -> None:
     scene = on_table(panda, BLOCK, STOOD)
     grasps = grasps_of(scene, "thing", gripper)
-    there = Place(placement=ASKED)
+    there = Place(placement=FUNCTIONS)
     with pytest.raises(ObjectNotFound, match="did you mean 'thing'"):
         pick(scene, "thingy", start="ready", grasps=grasps)
     with pytest.raises(ProblemError, match="at least one grasp"):
@@ -281,7 +281,7 @@ def test_slow_pick_and_place_is_slow(panda: to.Robot, gripper: Gripper, carried:
         "thing",
         start="ready",
         grasps=grasps_of(carried.scene, "thing", gripper),
-        places=Place(placement=ASKED),
+        places=Place(placement=FUNCTIONS),
         options=GraspingOptions(velocity_scaling=0.3, acceleration_scaling=0.1),
     )
     assert found.verified, found.explain()
@@ -315,7 +315,7 @@ def test_spoilt_arguments_are_refused_in_words(panda: to.Robot, gripper: Gripper
         ),
         "place": (
             Place,
-            {"placement": ASKED, "frame": "world", "position_tolerance": 0.01, "rotation_tolerance": 0.1},
+            {"placement": FUNCTIONS, "frame": "world", "position_tolerance": 0.01, "rotation_tolerance": 0.1},
         ),
         "grasps_of": (grasps_of, {"scene": scene, "name": "thing", "gripper": gripper, "reach": 0.03}),
         "gripper_of": (gripper_of, {"robot": panda, "end_effector": "hand", "tool": "panda_hand"}),

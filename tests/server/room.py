@@ -53,6 +53,20 @@ def add(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     return Answer({"objects": sorted(scene.objects)}, replace(state, scene=scene))
 
 
+def add_when_told(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Add a sphere once it is cancelled, and have the robot stand where it stood when this began."""
+    watch.tell({"waits": True})
+    watch.cancel.wait(60.0)
+    return Answer({}, replace(state, scene=state.scene.add("late", to.Sphere(0.05), to.placement((2, 2, 0)))))
+
+
+def move(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Have the robot be elsewhere, and stay under way until it is cancelled."""
+    watch.tell({"moves": True}, list(arguments["to"].numbers()))
+    watch.cancel.wait(60.0)
+    return Answer({})
+
+
 OPERATIONS: Mapping[str, Operation] = {
     "echo": Operation(echo, Lane.QUICK),
     "wait": Operation(wait),
@@ -61,4 +75,6 @@ OPERATIONS: Mapping[str, Operation] = {
     "grow": Operation(grow),
     "fault": Operation(fault),
     "add": Operation(add, edits=True),
+    "add_when_told": Operation(add_when_told, edits=True),
+    "move": Operation(move, Lane.DRIVING),
 }

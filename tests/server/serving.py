@@ -35,15 +35,20 @@ class Serving:
 
 
 @contextmanager
-def serving(*robots: str, limits: Limits = SMALL, options: HttpOptions = PATIENT) -> Generator[Serving]:
-    """Serve robots until the block ends."""
+def serving(
+    *robots: str | to.Robot, limits: Limits = SMALL, options: HttpOptions = PATIENT
+) -> Generator[Serving]:
+    """Serve robots, installed ones or any, until the block ends."""
     up, found = Event(), list[Serving]()
     loop = asyncio.new_event_loop()
     stop = asyncio.Event()
 
     async def serve() -> None:
         metrics = Metrics()
-        loaded = {name: to.load(name) for name in robots or ("planar2",)}
+        loaded = dict(
+            (each, to.load(each)) if isinstance(each, str) else (each.name, each)
+            for each in robots or ("planar2",)
+        )
         async with Service(loaded, limits=limits, modules=MODULES, observer=metrics.count) as service:
             metrics.of(service)
 

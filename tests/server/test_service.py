@@ -212,3 +212,37 @@ def test_sessions_are_bounded_and_the_unused_go() -> None:
 def test_limits_are_positive(name: str) -> None:
     with pytest.raises(to.TrajoptError, match=name):
         Limits(**{name: 0})
+
+
+def test_a_scene_that_is_edited_while_the_robot_is_driven_leaves_it_where_it_has_got_to() -> None:
+    async def test(service: Service) -> None:
+        session = service.create()
+        begun, moved = asyncio.Event(), asyncio.Event()
+        finish, halt = Cancellation(), Cancellation()
+        edit = asyncio.create_task(
+            service.ask(session, "add_when_told", listener=lambda _: begun.set(), cancellation=finish)
+        )
+        await begun.wait()
+        run = asyncio.create_task(
+            service.ask(
+                session, "move", {"to": [0.7, 0.2]}, listener=lambda _: moved.set(), cancellation=halt
+            )
+        )
+        await moved.wait()
+        finish()
+        await edit
+        assert session.revision == 1
+        assert session.positions == [0.7, 0.2]
+        with pytest.raises(Refusal, match="the robot is being driven") as refused:
+            await service.ask(session, "edit", {"edits": [{"stand": [0.0, 0.0]}]})
+        assert refused.value.why is Why.BUSY
+        said = {"is_diff": True, "robot_state": {"joint_state": {"name": ["joint1"], "position": [-1.0]}}}
+        noted = await service.ask(session, "planning_scene", said)
+        assert "does not count" in noted.document()["notes"][-1]
+        assert session.positions == [0.7, 0.2]
+        halt()
+        await run
+        await service.ask(session, "planning_scene", said)
+        assert session.positions == [-1.0, 0.2]
+
+    served(test)

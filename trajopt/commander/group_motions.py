@@ -3,93 +3,33 @@
 import logging
 from collections.abc import Callable, Sequence
 from functools import wraps
-from threading import Event
 from typing import Any, TypeVar
 
-import numpy as np
-
-from trajopt import grasping
-from trajopt.arrays import Floats
-from trajopt.cartesian import Followed, FollowOptions, follow, follows_curve, polyline
+from trajopt.cartesian import Followed
 from trajopt.commander.conversions import framed_placement
 from trajopt.commander.exception import MoveItCommanderException
+from trajopt.commander.functions import followed_through, picked, put_down
 from trajopt.commander.group_base import GroupBase
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
 from trajopt.commander.outcome import Outcome
 from trajopt.commander.pick_place import executed, grasp_of, place_of
 from trajopt.commander.planning import reading_in
 from trajopt.commander.robot_states import state_positions
-from trajopt.commander.settings import Settings
 from trajopt.commander.targets import Part, PoseTarget
 from trajopt.errors import shown
-from trajopt.grasping import GraspingOptions, PickPlaceResult, grasps_of, gripper_of
+from trajopt.grasping import PickPlaceResult, grasps_of, gripper_of
 from trajopt.messages import document_of, field_names, is_message
-from trajopt.methods import method_named
-from trajopt.model.placement import Placement
 from trajopt.model.requirements import Requirement
 from trajopt.model.scene import Scene
 from trajopt.moveit.constraints import read_constraints
 from trajopt.moveit.scene_edits import without_collisions
 from trajopt.moveit.trajectory_message import trajectory_message
-from trajopt.planning.budget import Budget
-from trajopt.planning.plan import NO_BOUNDS
 
 R = TypeVar("R")
 _LOG = logging.getLogger("trajopt.commander")
 
 THIRD = 3
 """Place of the third argument, after `self`."""
-
-SAME = 1e-6
-"""Poses nearer to each other than this are one [m | rad]: scripts begin with the pose that they are at."""
-
-
-def followed_through(
-    scene: Scene,
-    poses: Sequence[Placement],
-    *,
-    link: str,
-    group: str,
-    start: Floats,
-    settings: Settings,
-    budget: Budget = NO_BOUNDS,
-    cancel: Event | None = None,
-) -> Followed:
-    """Follow straight lines from where a link is through poses, as far as they go.
-
-    Args:
-        scene: What is around the robot.
-        poses: Of the link in the world.
-        link: The link.
-        group: The planning group.
-        start: Positions of all joints at the beginning [rad | m].
-        settings: Speeds.
-        budget: Time that it may take.
-        cancel: Set it from another thread to stop.
-
-    Raises:
-        MoveItCommanderException: If there is no pose to go to.
-    """
-    stops = [scene.placement_of(link, start)]
-    for pose in poses:
-        if np.abs(pose.homogeneous - stops[-1].homogeneous).max() > SAME:
-            stops.append(pose)
-    if len(stops) == 1:
-        raise MoveItCommanderException("compute_cartesian_path: no waypoint is elsewhere than the link")
-    options = FollowOptions(
-        velocity_scaling=settings.velocity_scaling,
-        acceleration_scaling=settings.acceleration_scaling,
-        tool_speed=() if settings.tool_speed is None else (settings.tool_speed,),
-    )
-    return follow(
-        scene,
-        follows_curve(link, polyline(stops)),
-        start=start,
-        group=group,
-        options=options,
-        budget=budget,
-        cancel=cancel,
-    )
 
 
 def without_jump_threshold(function: Callable[..., R]) -> Callable[..., R]:
@@ -147,7 +87,8 @@ class GroupMotions(GroupBase):
         start = state_positions(self._start, self._world)
         targets = [framed_placement(each, self._reference) for each in waypoints]
         scene = self._world.scene
-        followed = followed_through(
+        followed = self._world.ask(
+            followed_through,
             scene if avoid_collisions else without_collisions(scene),
             [self._placed(PoseTarget(Part.POSE, where, frame), start) for where, frame in targets],
             link=self._link(""),
@@ -183,7 +124,8 @@ class GroupMotions(GroupBase):
         made = [
             grasp_of(each, object_name, scene, gripper, link=self._link(""), at=at) for each in given
         ] or grasps_of(scene, object_name, gripper)
-        result = grasping.pick(
+        result = self._world.ask(
+            picked,
             scene,
             object_name,
             start=at,
@@ -191,7 +133,7 @@ class GroupMotions(GroupBase):
             group=self._group.name,
             gripper=gripper,
             constraints=constraints,
-            options=self._grasping_options(),
+            settings=self._settings,
         )
         return self._finish(result, plan_only)
 
@@ -214,14 +156,15 @@ class GroupMotions(GroupBase):
         places: list[Any] = [location] if field_names(location) else list(location or ())
         if not places:
             raise MoveItCommanderException(f"place: say where {shown(object_name)} is put: a pose or several")
-        result = grasping.place(
+        result = self._world.ask(
+            put_down,
             scene,
             object_name,
             start=at,
             places=[place_of(each, scene, link=self._link(""), at=at) for each in places],
             group=self._group.name,
             constraints=constraints,
-            options=self._grasping_options(),
+            settings=self._settings,
         )
         return self._finish(result, plan_only)
 
@@ -245,11 +188,3 @@ class GroupMotions(GroupBase):
         """Return what the path constraints require, and the scene with the frames that they need."""
         reading = reading_in(scene, self._world.positions)
         return read_constraints(document_of(self._path_constraints, "path constraints"), scene, reading)
-
-    def _grasping_options(self) -> GraspingOptions:
-        settings = self._settings
-        return GraspingOptions(
-            velocity_scaling=settings.velocity_scaling,
-            acceleration_scaling=settings.acceleration_scaling,
-            method=method_named(settings.planner),
-        )

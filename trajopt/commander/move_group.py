@@ -6,6 +6,7 @@ from typing import Any
 
 from trajopt.commander.exception import MoveItCommanderException, speaks_moveit
 from trajopt.commander.execution import Execution
+from trajopt.commander.functions import solved
 from trajopt.commander.geometry_msgs.msg import Vector3
 from trajopt.commander.group_constraints import GroupConstraints
 from trajopt.commander.group_motions import GroupMotions
@@ -20,7 +21,7 @@ from trajopt.commander.moveit_msgs.msg import (
     WorkspaceParameters,
 )
 from trajopt.commander.outcome import Outcome, code_of
-from trajopt.commander.planning import problem_of, solved
+from trajopt.commander.planning import problem_of
 from trajopt.commander.robot_states import link_names, state_positions
 from trajopt.commander.settings import PIPELINE
 from trajopt.commander.targets import goal_constraints
@@ -241,7 +242,8 @@ class MoveGroupCommander(GroupTargets, GroupSettings, GroupConstraints, GroupSta
 
     def _solved(self, scene: Scene) -> Result:
         request = self.construct_motion_plan_request()
-        self._result = solved(problem_of(request, scene, self._world.positions), self._settings)
+        problem = problem_of(request, scene, self._world.positions)
+        self._result = self._world.ask(solved, problem, self._settings)
         return self._result
 
     def _executed(self, trajectory: Trajectory, wait: bool) -> bool:

@@ -6,24 +6,28 @@ from collections.abc import Callable, Mapping
 from contextvars import ContextVar, Token
 from threading import RLock
 from types import TracebackType
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 
 from trajopt.arrays import Floats, one_of
-from trajopt.commander.driving import Drive, ScriptClock
+from trajopt.commander.backend import Backend
 from trajopt.commander.exception import MoveItCommanderException, as_moveit
 from trajopt.commander.execution import Execution, not_executed
+from trajopt.commander.in_process import InProcess
 from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes
 from trajopt.commander.node import Node
 from trajopt.commander.outcome import Outcome
-from trajopt.errors import ModelError, shown
-from trajopt.execution import Executor, SimulatedExecutor
+from trajopt.errors import MissingExtra, ModelError, shown
+from trajopt.execution import Executor
 from trajopt.model.description.groups import Group
 from trajopt.model.initial_positions import initial_positions
 from trajopt.model.load import load
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 
+P = ParamSpec("P")
+R = TypeVar("R")
 _LOG = logging.getLogger("trajopt.commander")
 _CURRENT: ContextVar["World"] = ContextVar("world")
 
@@ -43,8 +47,10 @@ class World:
     @as_moveit
     def __init__(
         self,
-        robot: str | Robot,
+        robot: str | Robot = "",
         *,
+        url: str = "",
+        token: str = "",
         scene: Scene | None = None,
         start: str | Mapping[str, float] | None = None,
         executor: Executor | None = None,
@@ -54,7 +60,11 @@ class World:
         """Put a robot into a scene.
 
         Args:
-            robot: A robot, or the name of an installed one.
+            robot: A robot, or the name of an installed one; with `url` the name of one that the server has,
+                its first one where it is empty.
+            url: Address of a `trajopt serve`, such as "http://127.0.0.1:8080", which then plans and moves its
+                simulated robot; this process does where it is empty.
+            token: What the server lets in with.
             scene: What is around it; nothing when None.
             start: Where the simulated robot stands: a named state or joint -> position [rad | m]; every
                 group in its first named state when None.
@@ -64,22 +74,18 @@ class World:
             seed: Draws random targets: the same ones every time.
 
         Raises:
-            MoveItCommanderException: If the robot is unknown, the scene is another robot's, or the
-                executor, which knows where its robot stands, comes with a start.
+            MoveItCommanderException: If the robot is unknown, the scene is another robot's, the executor,
+                which knows where its robot stands, comes with a start, or the server does not answer.
         """
-        self.robot = load(robot) if isinstance(robot, str) else robot
-        self._scene = Scene(self.robot) if scene is None else scene
-        if self._scene.robot is not self.robot:
-            raise ModelError(
-                f"the scene is one of {shown(self._scene.robot.name)}, not of {shown(self.robot.name)}"
-            )
         if executor is not None and start is not None:
             raise ModelError("give a start or an executor: an executor knows where its robot stands")
-        self._clock: ScriptClock | None = None
-        self._start = initial_positions(self.robot) if start is None else self.robot.positions(start)
-        self._drive: Drive | None = None
-        if executor is not None:
-            self._drive = Drive(self.robot, executor, self._start, wait)
+        if url:
+            self._backend = _served(url, token, robot, scene, executor)
+        else:
+            self._backend = _here(robot, scene, executor, wait)
+        if start is not None:
+            self._backend.stand(self._backend.robot.positions(start))
+        self.robot, self._scene = self._backend.robot, self._backend.scene
         self.rng = np.random.default_rng(seed)
         self.node = Node()
         self._outcome: Outcome | None = None
@@ -97,9 +103,21 @@ class World:
         """Replace the scene by what a function makes of it; the next plan sees it.
 
         If the function raises, nothing is changed.
+
+        Raises:
+            ModelError: If it makes a scene of another robot.
         """
         with self._lock:
-            self._scene = change(self._scene)
+            scene = change(self._scene)
+            if scene.robot is not self.robot:
+                raise ModelError(f"the scene is of another robot than this world's {shown(self.robot.name)}")
+            if scene is not self._scene:
+                self._backend.take(scene)
+            self._scene = scene
+
+    def ask(self, function: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Return what a function of `trajopt.commander.functions` returns, wherever it is carried out."""
+        return self._backend.ask(function, *args, **kwargs)
 
     def group(self, name: str) -> Group:
         """Return a group by its name, which may have the robot's name in front or leave it out.
@@ -115,29 +133,22 @@ class World:
 
     @property
     def executor(self) -> Executor:
-        """What moves the robot."""
-        return self._driving().executor
+        """What moves the robot.
+
+        Raises:
+            MoveItCommanderException: If a server moves it.
+        """
+        return self._backend.executor
 
     @property
     def moving(self) -> bool:
         """Whether a motion is under way."""
-        moving = self._drive is not None and self._drive.moving
-        if not moving and self._clock is not None:
-            self._clock.stand()
-        return moving
+        return self._backend.moving
 
     @property
     def positions(self) -> Floats:
         """Where all joints are now, shape (number of joints,) [rad | m]."""
-        return self._start if self._drive is None else self._drive.positions
-
-    def _driving(self) -> Drive:
-        """Return what drives the robot; a simulated one is made when it is needed: it takes a second."""
-        if self._drive is None:
-            self._clock = ScriptClock()
-            simulated = SimulatedExecutor(self._scene, self._start, clock=self._clock)
-            self._drive = Drive(self.robot, simulated, self._start, self._clock.skip)
-        return self._drive
+        return self._backend.positions
 
     @property
     def named_positions(self) -> dict[str, float]:
@@ -156,51 +167,33 @@ class World:
             self._outcome = not_executed(reason)
             _LOG.info("execution: %s", reason)
             return self._outcome
-        drive = self._driving()
-        refusal = execution.refusal(drive.positions) or self._begun(drive, execution)
+        refusal = execution.refusal(self.positions) or self._begun(execution, paced=not wait)
         if refusal is not None:
             self.report(refusal)
             return refusal
         self._execution = execution
         if not wait:
-            if self._clock is not None:
-                self._clock.run()
             code = MoveItErrorCodes(MoveItErrorCodes.SUCCESS, "the motion is under way", "execution")
             self._outcome = Outcome(code)
             return self._outcome
-        remark = self._ended(drive)
-        outcome = execution.measured(drive.positions, remark)
+        remark = self._backend.wait()
+        outcome = execution.measured(self.positions, remark)
         self.report(outcome)
         return outcome
 
-    def _begun(self, drive: Drive, execution: Execution) -> Outcome | None:
+    def _begun(self, execution: Execution, *, paced: bool) -> Outcome | None:
         """Begin to drive a motion; return why not, if it cannot be."""
-        executor, trajectory = drive.executor, execution.trajectory
-        if self._clock is not None and isinstance(executor, SimulatedExecutor):
-            begin = executor.now() + executor.latency
-            executor.change(execution.reduced.scene, begin=begin, duration=trajectory.duration)
-        refused = drive.start(execution.reduced, trajectory)
+        refused = self._backend.begin(execution, paced=paced)
         return not_executed(refused) if refused else None
 
     def stop(self) -> None:
         """Bring the robot to rest as soon as is proven to be clear of everything, and return when it is."""
-        drive, execution = self._drive, self._execution
-        if drive is None or execution is None:
+        execution = self._execution
+        if execution is None:
             return
-        if self._clock is not None:
-            self._clock.stand()
-        taken = drive.stop()
-        self._outcome = execution.measured(drive.positions, self._ended(drive), stop=taken)
+        taken, remark = self._backend.stop(), self._backend.wait()
+        self._outcome = execution.measured(self.positions, remark, stop=taken)
         self._execution = None
-
-    def _ended(self, drive: Drive) -> str:
-        """Wait for the end of a motion; say what went wrong on the way."""
-        remarks = [drive.wait()]
-        executor = drive.executor
-        if self._clock is not None and isinstance(executor, SimulatedExecutor):
-            remarks += [str(contact) for contact in executor.contacts if contact.allowance is None]
-            remarks += [f"the motor of {joint} was at its limit" for joint in executor.saturated]
-        return "; ".join(remark for remark in remarks if remark)
 
     def report(self, outcome: Outcome) -> None:
         """Keep how an attempt to move ended, and log it: scripts may not ask."""
@@ -210,10 +203,10 @@ class World:
     @property
     def outcome(self) -> Outcome | None:
         """How the last attempt to move ended; None before the first."""
-        execution, drive = self._execution, self._drive
-        if execution is not None and drive is not None and not self.moving:
-            remark = self._ended(drive)
-            self._outcome, self._execution = execution.measured(drive.positions, remark), None
+        execution = self._execution
+        if execution is not None and not self.moving:
+            remark = self._backend.wait()
+            self._outcome, self._execution = execution.measured(self.positions, remark), None
         return self._outcome
 
     def __enter__(self) -> "World":
@@ -233,6 +226,43 @@ class World:
         finally:
             self.stop()
             _CURRENT.reset(self._entered.pop())
+            if not self._entered:
+                self._backend.close()
+
+
+def _here(
+    robot: str | Robot, scene: Scene | None, executor: Executor | None, wait: Callable[[float], object]
+) -> Backend:
+    """Return what answers a world in this process.
+
+    Raises:
+        ModelError: If the scene is another robot's.
+    """
+    if robot == "":
+        raise ModelError("which robot? Give one, the name of an installed one, or the url= of a server")
+    loaded = load(robot) if isinstance(robot, str) else robot
+    around = Scene(loaded) if scene is None else scene
+    if around.robot is not loaded:
+        raise ModelError(f"the scene is one of {shown(around.robot.name)}, not of {shown(loaded.name)}")
+    return InProcess(around, initial_positions(loaded), executor, wait)
+
+
+def _served(
+    url: str, token: str, robot: str | Robot, scene: Scene | None, executor: Executor | None
+) -> Backend:
+    """Return what has a server answer a world.
+
+    Raises:
+        ModelError: If something is given that the server has.
+        MissingExtra: If the client's packages are not installed.
+    """
+    if not isinstance(robot, str) or scene is not None or executor is not None:
+        raise ModelError("a server has its own robot: with url= give its name, no scene and no executor")
+    try:
+        from trajopt.commander.served import Served
+    except ModuleNotFoundError as error:
+        raise MissingExtra(str(error.name), "server") from error
+    return Served(url, robot, token=token)
 
 
 def current_world() -> World | None:

@@ -29,6 +29,7 @@ class Assignment(Value):
         seconds: Time that it may take, waiting included [s].
         listener: Told how far it is.
         moved: Told where the robot is while it is driven [rad | m].
+        driven: Whether the session's robot is being driven by another request.
     """
 
     operation: str
@@ -38,6 +39,7 @@ class Assignment(Value):
     seconds: float
     listener: Listener | None = None
     moved: Callable[[list[float]], None] | None = None
+    driven: bool = False
 
 
 class Job:
@@ -83,6 +85,7 @@ class Job:
             assignment.body,
             max(self._until - self.begun, 0.0),
             assignment.listener is not None or assignment.moved is not None,
+            assignment.driven,
         )
         worker.send(request)
 

@@ -41,6 +41,7 @@ class Request(msgspec.Struct, tag=True, frozen=True):
         body: The arguments, JSON.
         seconds: Time that it may take [s].
         feedback: Whether somebody listens.
+        driven: Whether the session's robot is being driven by another request.
     """
 
     number: int
@@ -52,6 +53,7 @@ class Request(msgspec.Struct, tag=True, frozen=True):
     body: bytes
     seconds: float
     feedback: bool
+    driven: bool
 
 
 class Cancel(msgspec.Struct, tag=True, frozen=True):

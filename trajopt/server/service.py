@@ -234,7 +234,14 @@ class Service:
             async with self._turn(session, found):
                 moved = session.move if found.lane is Lane.DRIVING else None
                 assignment = Assignment(
-                    operation, session.scene, session.positions, body, allowed, listener, moved
+                    operation,
+                    session.scene,
+                    session.positions,
+                    body,
+                    allowed,
+                    listener,
+                    moved,
+                    driven=session.run is not None,
                 )
                 job = self.pools[found.lane].submit(session.id, assignment)
                 if cancellation is not None:
@@ -286,7 +293,10 @@ class Service:
         if scene is not None and len(scene.data) > self.limits.session_bytes:
             most = self.limits.session_bytes
             raise Refusal(Why.TOO_LARGE, f"the scene would have {len(scene.data)} bytes, of {most} at most")
-        session.replace(scene if operation.edits else None, answered.positions)
+        positions = answered.positions
+        if operation.edits and (session.run is not None or positions == list(job.assignment.positions)):
+            positions = None  # a robot that is driven has gone on meanwhile: it says itself where it is
+        session.replace(scene if operation.edits else None, positions)
         return answered
 
     @contextmanager

@@ -22,6 +22,7 @@ class Watch:
         heard: Whether anybody listens.
         triangles: Most triangles of all meshes in a request.
         points: Most points of a trajectory in a request.
+        driven: Whether the session's robot is being driven by another request: then that says where it is.
     """
 
     def __init__(
@@ -31,6 +32,7 @@ class Watch:
         *,
         triangles: int = 50_000,
         points: int = 20_000,
+        driven: bool = False,
     ) -> None:
         """Start the clock.
 
@@ -39,9 +41,10 @@ class Watch:
             tell: Sends feedback, and where the robot stands; None where nobody listens.
             triangles: Most triangles of all meshes in a request.
             points: Most points of a trajectory in a request.
+            driven: Whether the session's robot is being driven by another request.
         """
         self.cancel, self.heard = Event(), tell is not None
-        self.triangles, self.points = triangles, points
+        self.triangles, self.points, self.driven = triangles, points, driven
         self._until, self._tell = time.monotonic() + seconds, tell
         self._stage, self._last, self._attempt = "", 0.0, 0
         self._best: float | None = None

@@ -169,7 +169,13 @@ class Worker:
             self._channel.send(Feedback(request.number, _JSON.encode(document), positions))
 
         listener = tell if request.feedback else None
-        return Watch(request.seconds, listener, triangles=self._hello.triangles, points=self._hello.points)
+        return Watch(
+            request.seconds,
+            listener,
+            triangles=self._hello.triangles,
+            points=self._hello.points,
+            driven=request.driven,
+        )
 
 
 def _die_with_parent() -> None:

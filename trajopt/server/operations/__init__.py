@@ -8,6 +8,7 @@ from trajopt.server.operations.following import follow_curve
 from trajopt.server.operations.kinematics import forward_kinematics, inverse_kinematics, validity
 from trajopt.server.operations.planning import check, explain, plan
 from trajopt.server.operations.scenes import edit, planning_scene, read, set_motions
+from trajopt.server.operations.worlds import call, drive, hold, robot
 
 OPERATIONS: Mapping[str, Operation] = {
     "plan": Operation(plan),
@@ -22,5 +23,9 @@ OPERATIONS: Mapping[str, Operation] = {
     "motions": Operation(set_motions, Lane.QUICK, edits=True),
     "planning_scene": Operation(planning_scene, Lane.QUICK, edits=True),
     "execute": Operation(execute, Lane.DRIVING),
+    "robot": Operation(robot, Lane.QUICK),
+    "hold": Operation(hold, Lane.QUICK, edits=True),
+    "call": Operation(call),
+    "drive": Operation(drive, Lane.DRIVING),
 }
 """What can be asked for, by name."""

@@ -10,14 +10,18 @@ from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Shape
 from trajopt.moveit.motions import apply_motions
 from trajopt.server.operation import Answer
-from trajopt.server.operations.edits import edited, scene_of_message
+from trajopt.server.operations.edits import STAND, edited, scene_of_message
+from trajopt.server.refusals import Refusal, Why
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
 
 def edit(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Change the scene: `{"edits": [...]}`."""
-    state = edited(state, arguments.only(("edits",))["edits"])
+    edits = arguments.only(("edits",))["edits"]
+    if watch.driven and any(node.has(STAND) for node in edits.elements()):
+        raise Refusal(Why.BUSY, "the robot is being driven: it cannot be put elsewhere; stop it first")
+    state = edited(state, edits)
     return Answer(_description(state), state)
 
 
@@ -31,9 +35,13 @@ def set_motions(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 def planning_scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Take a `moveit_msgs/PlanningScene`: the whole scene, or where it `is_diff` what changes in it.
 
-    Joint positions in it are where the robot stands from now on.
+    Joint positions in it are where the robot stands from now on, unless it is being driven.
     """
+    before = state
     state, notes = scene_of_message(state, arguments)
+    if watch.driven:
+        state = replace(state, positions=before.positions)
+        notes = (*notes, "the robot is being driven: where it stands by the message does not count")
     return Answer({**_description(state), "notes": list(notes)}, state)
 
 

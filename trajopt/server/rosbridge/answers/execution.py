@@ -1,6 +1,5 @@
 """Execution: `/execute_trajectory` and `/joint_trajectory_action`, by the simulated robot of the session."""
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -32,15 +31,12 @@ from trajopt.model.reduced import reduce_model
 from trajopt.model.robot import Robot
 from trajopt.model.trajectory import Trajectory
 from trajopt.server.operation import Answer
+from trajopt.server.operations.along_trajectory import drive_along
 from trajopt.server.rosbridge.answers.codes import code_of_error, failed
 from trajopt.server.rosbridge.answers.service_call import read_call
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
-TELLING = 0.1
-"""Who watches a robot sees it move smoothly enough at so many seconds between two places [s]."""
-CYCLE = 0.02
-"""Time from one look at the robot to the next [s]."""
 STATES = ("MONITOR", "IDLE")
 """What MoveIt says of an execution that is under way, and of one that is over."""
 
@@ -127,39 +123,25 @@ def driven(
     refusal = execution.refusal(state.positions)
     if refusal is not None:
         return refusal.error_code, state
-    arm = SimulatedExecutor(state.scene, state.positions)
-    drive = Drive(robot, arm, state.positions, arm.advance)
-    refused = drive.start(reduced, trajectory)
-    if refused:
-        return failed(MoveItErrorCodes.CONTROL_FAILED, refused), state
-    _watched(arm, drive, trajectory, watch, tell)
-    stop = drive.stop() if watch.cancel.is_set() else None
-    outcome = execution.measured(drive.positions, drive.wait(), stop=stop)
-    watch.tell({}, drive.positions.tolist())
-    return outcome.error_code, replace(state, positions=drive.positions)
+
+    def look(arm: SimulatedExecutor, drive: Drive, now: float) -> None:
+        watch.tell({"feedback": tell(_seen(arm, trajectory, now))}, drive.positions.tolist())
+
+    ended = drive_along(execution, state.positions, watch, look)
+    if ended.reason:
+        return failed(MoveItErrorCodes.CONTROL_FAILED, ended.reason), state
+    outcome = execution.measured(ended.positions, ended.remark, stop=ended.stop)
+    watch.tell({}, ended.positions.tolist())
+    return outcome.error_code, replace(state, positions=ended.positions)
 
 
-def _watched(
-    arm: SimulatedExecutor,
-    drive: Drive,
-    trajectory: Trajectory,
-    watch: Watch,
-    tell: Callable[[Seen], object],
-) -> None:
-    """Let the robot go on, at the pace of the world, until it is there or nobody wants it any more."""
-    begun, last, start = time.monotonic(), -TELLING, arm.now()
-    columns = [arm.joint_names.index(name) for name in trajectory.joint_names]
-    while drive.moving and not watch.cancel.is_set():
-        now = arm.now() - start
-        if now - last >= TELLING:
-            last, is_at = now, arm.state()
-            actual = _point(is_at.positions[columns], is_at.velocities[columns], now)
-            moment = min(now, trajectory.duration)
-            desired = _point(trajectory(moment), trajectory(moment, 1), now)
-            document = tell(Seen(trajectory.joint_names, desired, actual))
-            watch.tell({"feedback": document}, drive.positions.tolist())
-        arm.advance(CYCLE)
-        time.sleep(max(begun + arm.now() - start - time.monotonic(), 0.0))
+def _seen(arm: SimulatedExecutor, trajectory: Trajectory, now: float) -> Seen:
+    """Return where a robot is on its way, and where it should be."""
+    columns, is_at = [arm.joint_names.index(name) for name in trajectory.joint_names], arm.state()
+    moment = min(now, trajectory.duration)
+    desired = _point(trajectory(moment), trajectory(moment, 1), now)
+    actual = _point(is_at.positions[columns], is_at.velocities[columns], now)
+    return Seen(trajectory.joint_names, desired, actual)
 
 
 def _point(positions: Floats, velocities: Floats, moment: float) -> JointTrajectoryPoint:

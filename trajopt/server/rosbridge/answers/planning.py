@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from trajopt.commander.group_motions import followed_through
+from trajopt.commander.functions import followed_through
 from trajopt.commander.outcome import CODES
 from trajopt.commander.settings import Settings
 from trajopt.errors import FrameNotFound, GroupNotFound, TrajoptError

@@ -1,0 +1,125 @@
+"""What `trajopt.commander.World(url=...)` asks: values whole, as a bundle holds them, and not in words.
+
+A scene, a problem and a result come back to the caller as what they are. What is read here may be from
+anybody: it is made of the kinds that a bundle may hold and of nothing else, and every motion is judged where
+it is read.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from inspect import signature
+from typing import Any, TypeVar, cast
+
+from trajopt.bundle.message import message_of, value_of_message
+from trajopt.commander.driving import Drive
+from trajopt.commander.execution import Execution
+from trajopt.commander.functions import FUNCTIONS
+from trajopt.commander.settings import Settings
+from trajopt.errors import ProblemError, TrajoptError
+from trajopt.errors.arguments import check_arguments
+from trajopt.execution import SimulatedExecutor
+from trajopt.io.document import Node
+from trajopt.model.reduced import reduce_model
+from trajopt.model.scene import Scene
+from trajopt.model.trajectory import Trajectory
+from trajopt.planning.budget import Budget
+from trajopt.server.operation import Answer
+from trajopt.server.operations.along_trajectory import drive_along
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+
+Kind = TypeVar("Kind")
+ANSWERING = 0.5
+"""Time that is left for the answer when planning ends [s]: it must be there in the time of the request."""
+
+
+def robot(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Return the robot of the session, whole: what `trajopt.commander.World(url=...)` begins with."""
+    arguments.only(())
+    return Answer(message_of(state.scene.robot, {}))
+
+
+def hold(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Have the session hold a scene, whole; where the robot stands does not change."""
+    return Answer({}, replace(state, scene=_scene(arguments.only(("scene",))["scene"], state, watch)))
+
+
+def call(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Carry out a function that a `World` asks for: plan, follow, pick or place, with values whole."""
+    arguments.only(("function", "arguments", "settings"))
+    name = arguments["function"].text()
+    if name not in FUNCTIONS:
+        raise arguments["function"].error(f"must be one of {', '.join(FUNCTIONS)}")
+    known = _known(state)
+    stated = cast("dict[str, Any]", _read(arguments["arguments"], known, Mapping, watch))
+    settings = cast("dict[str, Any]", _read(arguments["settings"], {}, Mapping, watch))
+    check_arguments(Settings, settings)
+    stated["settings"] = Settings(**settings)
+    stated |= {"budget": Budget(max(watch.seconds_left - ANSWERING, 0.0)), "cancel": watch.cancel}
+    check_arguments(FUNCTIONS[name], stated)
+    try:
+        signature(FUNCTIONS[name]).bind(**stated)
+    except TypeError as error:
+        raise arguments["arguments"].error(str(error)) from error
+    return Answer(message_of(FUNCTIONS[name](**stated), known))
+
+
+def drive(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Drive the simulated robot along a trajectory, in a scene that may be another than the session's.
+
+    `speed` is that of time: 1 as in the world, 0 as fast as the machine goes. Who cancels it stops the robot.
+    """
+    arguments.only(("scene", "group", "trajectory", "speed"))
+    speed, names = arguments["speed"].number(1.0), state.scene.robot.joint_names
+    if speed < 0.0:
+        raise arguments["speed"].error("must not be negative")
+    scene = _scene(arguments["scene"], state, watch)
+    motion = _read(arguments["trajectory"], {}, Trajectory, watch)
+    reduced = reduce_model(scene, arguments["group"].text(), state.positions)
+    execution = Execution(reduced, motion.ordered(reduced.joint_names), "")
+    refusal = execution.refusal(state.positions)
+    if refusal is not None:
+        raise ProblemError(refusal.error_code.message)
+
+    def look(_: SimulatedExecutor, drive: Drive, now: float) -> None:
+        places = drive.positions.tolist()
+        watch.tell({"time": now, "positions": dict(zip(names, places, strict=True))}, places)
+
+    ended = drive_along(execution, state.positions, watch, look, speed=speed)
+    return Answer(
+        {
+            "positions": dict(zip(names, ended.positions.tolist(), strict=True)),
+            "refused": ended.reason,
+            "remark": ended.remark,
+            "stop": None if ended.stop is None else vars(ended.stop),
+        },
+        replace(state, positions=ended.positions),
+    )
+
+
+def _known(state: SessionState) -> dict[str, object]:
+    """Return what the caller has already, by the name that both sides use."""
+    return {"robot": state.scene.robot, "scene": state.scene}
+
+
+def _read(node: Node, known: Mapping[str, object], kind: type[Kind], watch: Watch) -> Kind:
+    return value_of_message(node, known, kind, triangles=watch.triangles, rows=watch.points)
+
+
+def _scene(node: Node, state: SessionState, watch: Watch) -> Scene:
+    """Return a scene, after making sure that it is one of the session's robot.
+
+    Raises:
+        FileFormatError: If it is another's, or robot and scene do not fit together.
+    """
+    scene = _read(node, _known(state), Scene, watch)
+    if scene.robot is not state.scene.robot:
+        raise node.error("is of another robot than the session's")
+    try:
+        reduce_model(scene, next(iter(scene.robot.groups)), state.positions)
+    except TrajoptError:
+        raise
+    except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
+        # Each value was checked by itself; what does not fit together shows only here.
+        raise node.error(f"robot and scene do not fit together: {type(error).__name__}: {error}") from error
+    return scene
