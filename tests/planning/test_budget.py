@@ -10,7 +10,7 @@ import pytest
 import trajopt as to
 from tests.planning.walls import wall, walled_in
 from tests.robots_for_tests import odd_arm
-from trajopt.planning.budget import WORK, Stop
+from trajopt.planning.budget import WORK, BudgetTracker, Stop
 from trajopt.planning.status import Status
 
 
@@ -177,3 +177,14 @@ def test_the_wall_needs_no_backstop_and_work_has_none() -> None:
     assert to.Budget(seconds=2.0).wall_seconds == 2.0
     assert to.Budget(work=10).wall_seconds is None
     assert to.Budget(seconds=2.0, clock=time.process_time).wall_seconds == 30.0
+
+
+def test_a_stage_inside_another_is_no_time_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    looks = iter([0.0, 1.0, 4.0, 6.0, 10.0, 11.0])
+    monkeypatch.setattr(time, "thread_time", lambda: next(looks))
+    tracker = BudgetTracker(to.Budget())
+    with tracker.stage("optimise"), tracker.stage("verify"):
+        pass
+    with tracker.stage("verify"):
+        pass
+    assert tracker.seconds == {"optimise": 3.0, "verify": 4.0}

@@ -1,6 +1,6 @@
 """The structured QP against general solvers: recorded from planning, random, and degenerate."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -99,6 +99,26 @@ def test_random_programs(seed: int, knots: int, joints: int, rows: int) -> None:
     case = random_case(np.random.default_rng(seed), knots=knots, joints=joints, rows=rows)
     lower = np.where(case.moves, case.lower, 0.0)
     check(Case(case.moves, case.at, case.penalty, lower, np.where(case.moves, case.upper, 0.0)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 10**6), knots=st.integers(4, 12), joints=st.integers(1, 14))
+def test_limits_of_single_joints(seed: int, knots: int, joints: int) -> None:
+    # Rows of one joint each stand eight beside each other; some are missing, so that places stay empty.
+    rng = np.random.default_rng(seed)
+    case = random_case(rng, knots=knots, joints=joints, rows=12, stencil=3)
+    first, joint = (each.ravel() for each in np.indices((knots - 2, joints)))
+    kept = rng.random(len(first)) < 0.9
+    first, joint = first[kept], joint[kept]
+    slopes = np.zeros((len(first), 3, joints))
+    slopes[np.arange(len(first)), :, joint] = rng.normal(size=(len(first), 3))
+    value, at_knots = rng.normal(size=len(first)), first[:, None] + np.arange(3)
+    rows = Rows(value, slopes, at_knots, joint, first.astype(float))
+    one = np.where(rng.random(len(first)) < 0.1, np.inf, 1.0)
+    limits = ConstraintRows("limits", rows, -one, one, 1e-3)
+    at = replace(case.at, constraints=(*case.at.constraints, limits))
+    lower = np.where(case.moves, case.lower, 0.0)
+    check(Case(case.moves, at, case.penalty, lower, np.where(case.moves, case.upper, 0.0)))
 
 
 def test_recorded_programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

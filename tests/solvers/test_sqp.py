@@ -72,6 +72,13 @@ def test_a_point_that_is_feasible_on_the_samples_that_it_needs_is_not_moved() ->
     assert nlp.asked == 2
 
 
+def test_where_others_look_between_few_samples_they_are_enough() -> None:
+    nlp = Finer(*WIDE, rosenbrock, 1.0, Loss.SQUARED, disc, (np.full(1, -np.inf), np.full(1, 1.0)))
+    result = replace(SHARP, until_feasible=True, refines=False).solve(nlp, np.array([[-1.5, 1.5]]))
+    assert result.feasible
+    assert nlp.asked == 1
+
+
 def test_equality() -> None:
     def centre(x: Floats) -> tuple[Floats, Floats]:
         return x.copy(), np.eye(2)

@@ -1,6 +1,6 @@
 """Space-time: shape and time of a motion planned together, in absolute time, among what moves."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil, inf, sqrt
 
@@ -35,13 +35,19 @@ SHRINK = 0.8
 """Part of a duration that is tried next, once there is a motion; once there was none, the geometric mean."""
 PRECISION = 0.97
 """A motion is within so much of the shortest of its kind: about what pieces of equal length cost."""
+GAIN = 0.02
+"""A step has to be predicted to reduce what is violated by so much: with less for each of its steps a descent
+ends far from a motion."""
 UNHURRIED = 1.25
 """A seed without time takes so many times the least that its joints' limits allow: room for bends."""
+
+Proves = Callable[[Trajectory], bool]
+"""Says whether a motion is proven."""
 
 
 def _solver() -> Sqp:
     # What is sought is a motion that is possible: violations weigh much at once.
-    return Sqp(penalty=50.0, penalty_rounds=1, max_iterations=20)
+    return Sqp(penalty=50.0, penalty_rounds=1, max_iterations=20, relative_gain=GAIN)
 
 
 @dataclass(frozen=True)
@@ -139,6 +145,7 @@ class SpaceTimeProgram(Printed):
         longest: float = inf,
         enough: float = SHORTEST,
         too_short: float = 0.0,
+        proves: Proves | None = None,
         progress: Progress | None = None,
     ) -> MovingResult:
         """Solve from a motion: in as much time, or more if need be, then in ever less.
@@ -148,53 +155,27 @@ class SpaceTimeProgram(Printed):
             longest: Longer motions are not looked for [s].
             enough: Nor shorter ones [s].
             too_short: No motion was found before from the same one that is no longer than this [s].
+            proves: Asked of motions that hold everything on few samples, if any will do: what it proves need
+                not be looked at on many. When None all are.
             progress: Called after every step.
         """
+        run = _Run(self.solver, proves, progress)
         family = self.family(motion)
         # Schoenberg's approximation: its velocities are slopes of chords, no larger than the motion's.
-        positions, log = motion(family.basis.averages * motion.duration), list[Iteration]()
+        positions = motion(family.basis.averages * motion.duration)
         most = min(longest, self.until)
         tried = sorted({min(max(stretch * motion.duration, enough), most) for stretch in STRETCHES})
         possible = [duration for duration in tried if duration > too_short and family.ends_clear(duration)]
         first, *others = possible or tried[:1]
-        nlp = family.lasting(first)
-        solved = self.solver.solve(nlp, positions, progress=progress)
-        log += solved.log
+        found = run.solved(family.lasting(first), positions)
         for duration in others:
-            if solved.feasible:
+            if found.motion is not None:
                 break
-            nlp = family.lasting(duration)
-            solved = self.solver.solve(nlp, positions, progress=progress)
-            log += solved.log
-        if solved.feasible:
-            nlp, solved = self._shrunk(family, (nlp, solved), enough, log, progress)
-        decoded = Decoded(nlp.decode(solved.x), nlp.trajectory(solved.x) if solved.feasible else None)
-        return MovingResult(solved.status, solved.x, solved.at, tuple(log), decoded)
-
-    def _shrunk(
-        self,
-        family: SpaceTimeFamily,
-        found: tuple[SpaceTimeNlp, SolveResult],
-        enough: float,
-        log: list[Iteration],
-        progress: Progress | None,
-    ) -> tuple[SpaceTimeNlp, SolveResult]:
-        """Return the shortest motion that is found from one, and its program."""
-        nlp, solved = found
-        solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))
-        low, refused = max(family.least_duration, enough), False
-        while low < PRECISION * nlp.duration:
-            duration = sqrt(low * nlp.duration) if refused else max(SHRINK * nlp.duration, low)
-            shorter = family.lasting(duration)
-            begun = (
-                solver.solve(shorter, solved.x, progress=progress) if family.ends_clear(duration) else None
-            )
-            log += () if begun is None else begun.log
-            if begun is None or not begun.feasible:
-                low, refused = duration, True
-            else:
-                nlp, solved = shorter, begun
-        return nlp, solved
+            found = run.solved(family.lasting(duration), positions)
+        if found.motion is not None:
+            found = run.shrunk(family, found, max(family.least_duration, enough))
+        solved, decoded = found.solved, Decoded(found.nlp.decode(found.solved.x), found.motion)
+        return MovingResult(solved.status, solved.x, solved.at, tuple(run.log), decoded)
 
     def family(self, motion: Trajectory) -> SpaceTimeFamily:
         """Return the programs of all durations, with as many pieces as a motion needs."""
@@ -206,6 +187,55 @@ class SpaceTimeProgram(Printed):
         places = Places.along(self.polyline, motion, self.waypoint_knots)
         end = motion.positions[-1]
         return SpaceTimeFamily(self.base, self.world, basis, places, end, self.dynamics)
+
+
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """What came of one duration: its program, where the solver ended, and the motion there if it is one."""
+
+    nlp: SpaceTimeNlp
+    solved: SolveResult
+    motion: Trajectory | None
+
+
+@dataclass(eq=False)
+class _Run:
+    """Solves programs of several durations."""
+
+    solver: Sqp
+    proves: Proves | None
+    progress: Progress | None
+    log: list[Iteration] = field(default_factory=list[Iteration])
+
+    def solved(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
+        """Solve one program from control points."""
+        if self.proves is not None and self.solver.until_feasible:
+            found = self._solved(replace(self.solver, refines=False), nlp, begin)
+            if found.motion is None or self.proves(found.motion):
+                return found
+            begin = found.solved.x
+        return self._solved(self.solver, nlp, begin)
+
+    def _solved(self, solver: Sqp, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
+        solved = solver.solve(nlp, begin, progress=self.progress)
+        self.log += solved.log
+        return _Found(nlp, solved, nlp.trajectory(solved.x) if solved.feasible else None)
+
+    def shrunk(self, family: SpaceTimeFamily, found: _Found, low: float) -> _Found:
+        """Return the shortest motion that is found from one, none shorter than a bound [s]."""
+        self.solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))
+        refused = False
+        while low < PRECISION * found.nlp.duration:
+            longest = found.nlp.duration
+            duration = sqrt(low * longest) if refused else max(SHRINK * longest, low)
+            shorter = None
+            if family.ends_clear(duration):
+                shorter = self.solved(family.lasting(duration), found.solved.x)
+            if shorter is None or shorter.motion is None:
+                low, refused = duration, True
+            else:
+                found = shorter
+        return found
 
 
 def _timed(seed: Floats, problem: Problem) -> Trajectory:

@@ -127,6 +127,7 @@ class BudgetTracker:
     _before: int = 0
     _begin: float = 0.0
     _wall_begin: float = 0.0
+    _inside: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the arguments and start the clocks.
@@ -219,15 +220,20 @@ class BudgetTracker:
 
     @contextmanager
     def stage(self, name: str) -> Generator[None]:
-        """Check the budget, say that a stage begins, and take the time until its end."""
+        """Check the budget, say that a stage begins, and take the time until its end.
+
+        A stage inside another is no time of the other's.
+        """
         self.check()
         if self.progress is not None:
             self.progress(name, None)
-        begin = time.thread_time()
+        begin, inside, self._inside = time.thread_time(), self._inside, 0.0
         try:
             yield
         finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.thread_time() - begin
+            used = time.thread_time() - begin
+            self.seconds[name] = self.seconds.get(name, 0.0) + used - self._inside
+            self._inside = inside + used
 
     @property
     def so_far(self) -> tuple[int, float, float]:

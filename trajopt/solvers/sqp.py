@@ -40,6 +40,8 @@ class Sqp:
         relative_gain: Converged when the predicted reduction is below this share of the merit.
         absolute_gain: Or less than this.
         until_feasible: Whether any point that holds all constraints will do, whatever it costs.
+        refines: Whether a point that holds all constraints on few samples has to hold them on many as well;
+            if not, what is between the few is for the caller to look at.
         trust_region: First trust region, and its rule.
     """
 
@@ -51,6 +53,7 @@ class Sqp:
     relative_gain: float = 5e-3
     absolute_gain: float = 1e-5
     until_feasible: bool = False
+    refines: bool = True
     trust_region: TrustRegion = field(default_factory=TrustRegion)
 
     def __post_init__(self) -> None:
@@ -92,7 +95,7 @@ class Sqp:
             status = run.descend()
             if run.feasible:
                 # Steps are compared on equal samples; whether these are enough is checked at the end.
-                refined = run.refine()
+                refined = self.refines and run.refine()
                 enough = run.feasible if self.until_feasible else run.fine and not refined
                 if status in FINAL:
                     return run.result(status)

@@ -9,6 +9,8 @@ import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 from trajopt.methods.space_time import SpaceTime
+from trajopt.planning.budget import WORK
+from trajopt.solvers.descent import Descent
 from trajopt.terms import rest_posture
 
 __all__ = ["table"]  # a fixture
@@ -44,6 +46,30 @@ def test_nothing_else_is_tried_where_it_takes_hardly_longer(table: to.Scene) -> 
     assert proven(result).duration <= 1.05 * still.duration + 1e-9
     assert "proof" not in result.cpu_seconds, "no reason to look for a proof that there is none"
     assert result.counts["attempts"] == 2
+
+
+def test_what_is_proven_is_not_looked_at_on_finer_samples(
+    table: to.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
+    asked = problem(table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses))
+    motion = to.plan(problem(table)).require().trajectory
+    program = SpaceTime().program(asked, np.linspace(motion(0.0), motion(motion.duration), asked.knots))
+    refined: list[Descent] = []
+
+    def refine(run: Descent) -> bool:
+        refined.append(run)
+        return False
+
+    monkeypatch.setattr(Descent, "refine", refine)
+    longest = 1.05 * motion.duration
+
+    def solved(*, proves: bool) -> to.Trajectory | None:
+        found = program.solve_from(motion, longest=longest, enough=longest, proves=lambda _: proves)
+        return found.decoded.trajectory
+
+    assert solved(proves=True) is not None and not refined
+    assert solved(proves=False) is not None and refined, "what is refused is"
 
 
 def test_costs_that_ask_for_more_than_short_and_smooth_are_reduced(table: to.Scene) -> None:
@@ -101,7 +127,10 @@ def test_it_can_be_asked_for_by_name(table: to.Scene) -> None:
 def test_a_budget_ends_it(table: to.Scene) -> None:
     crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
     scene = table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses)
-    result = to.plan(problem(scene), budget=to.Budget(work=1500))
+    whole = to.plan(problem(scene))
+    assert whole.verified and whole.method == "space-time"
+    alone = to.plan(problem(table)).counts[WORK]
+    result = to.plan(problem(scene), budget=to.Budget(work=(alone + whole.counts[WORK]) // 2))
     assert result.status is to.Status.OUT_OF_WORK and result.stopped is not None
 
 

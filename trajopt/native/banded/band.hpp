@@ -36,17 +36,26 @@ class Band {
   std::vector<Tile> entries_;
 };
 
-// Rows that are zero but for a run of tiles each. Those of equal runs follow each other, as a set.
+// Rows that are zero but for a run of tiles each. Those of equal runs follow each other, as a set. Rows that are zero but
+// for one lane, as limits of one joint are, stand eight beside each other, each in its own: a tile of theirs is eight
+// numbers.
 struct Runs {
   struct Set {
     int tile, tiles;    // the run
     int first, rows;
     std::size_t start;  // of their entries: row by row, tile by tile
   };
+  struct Beside {
+    int tile, tiles;    // the run
+    int first, groups;  // of eight rows
+    std::size_t start;  // of their entries: group by group, tile by tile
+  };
 
-  int count = 0;
+  int count = 0, groups = 0;  // rows in sets; groups of eight, those beside each other come after them
   std::vector<Set> sets;
+  std::vector<Beside> beside;
   Eights entries;  // and, at the end, those of eight rows that are zero
+  Eights lanes;    // entries of those beside each other
 };
 
 }  // namespace banded

@@ -67,7 +67,7 @@ class InteriorPoint {
       invert();
       factorise_system();
       const double now = gap();
-      const int products = 2 * (program_.size() + program_.rows.count);
+      const int products = 2 * (program_.size() + program_.row_count());
       aim(0.0, false);
       direction();
       const double predicted = gap_after(longest_step());
@@ -96,7 +96,8 @@ class InteriorPoint {
     }
     multiply(program_.rows, x_, along_);
     double total = 0.0;
-    for (int row = 0; row < program_.rows.count; ++row) {
+    for (int row = 0; row < rows_ * kLanes; ++row) {
+      if (numbers(program_.row_there)[row] == 0.0) continue;
       const double excess = numbers(along_)[row] - numbers(program_.bound)[row];
       const double t = std::max(excess, 0.0) + options_.start, s = std::max(-excess, 0.0) + options_.start;
       const double penalty = numbers(program_.penalty)[row], lambda = penalty * (t / (t + s));
@@ -106,7 +107,7 @@ class InteriorPoint {
       numbers(above_.multiplier.value)[row] = penalty - lambda;
       total += lambda * s;
     }
-    const double centre = program_.rows.count > 0 ? total / program_.rows.count : options_.start;
+    const double centre = program_.row_count() > 0 ? total / program_.row_count() : options_.start;
     for (Products* each : {&to_lower_, &to_upper_}) {
       reciprocals(program_.variable_there, each->room);
       for (int k = 0; k < variables_; ++k) {
@@ -295,7 +296,7 @@ class InteriorPoint {
     for (int j = 0; j < variables_ * kLanes; ++j) {
       found -= (0.5 * numbers(dx_)[j] + numbers(program_.gradient)[j]) * numbers(x_)[j];
     }
-    for (int row = 0; row < program_.rows.count; ++row) {
+    for (int row = 0; row < rows_ * kLanes; ++row) {
       const double before = std::max(0.0, -numbers(program_.bound)[row]);
       found += numbers(program_.penalty)[row] * (before - std::max(0.0, numbers(excess_)[row]));
     }

@@ -106,19 +106,61 @@ void Program::assemble_squares() {
 void Program::assemble_rows() {
   std::vector<int> order(excesses_.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    const Excess &one = excesses_[a], &other = excesses_[b];
-    return one.tile != other.tile ? one.tile < other.tile : one.tiles < other.tiles;
-  });
+  const auto run = [&](int row) { return std::pair{excesses_[row].tile, excesses_[row].tiles}; };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return run(a) < run(b); });
+  std::vector<int> alone, places;  // rows of sets; rows beside each other, eight a group, -1 for none
+  for (auto first = order.begin(); first != order.end();) {
+    const auto last = std::find_if(first, order.end(), [&](int row) { return run(row) != run(*first); });
+    const int begin = static_cast<int>(places.size()) / kLanes;
+    deal({first, last}, alone, places);
+    const int groups = static_cast<int>(places.size()) / kLanes - begin;
+    if (groups > 0) rows.beside.push_back({run(*first).first, run(*first).second, begin, groups, 0});
+    first = last;
+  }
+  rows.count = static_cast<int>(alone.size());
+  rows.groups = groups_of(rows.count) + static_cast<int>(places.size()) / kLanes;
+  for (auto* each : {&bound, &penalty, &row_there}) each->assign(rows.groups + 1, {});
+  assemble_sets(alone);
+  assemble_beside(places);
+}
+
+// The lane that all entries of a row are in; -1 where there is none.
+int Program::lane_of(const Excess& excess) const {
+  const auto lane = [&](std::size_t entry) { return entries_[entry].lane % kLanes; };
+  for (std::size_t k = excess.start; k < excess.end; ++k) {
+    if (lane(k) != lane(excess.start)) return -1;
+  }
+  return excess.start == excess.end ? -1 : lane(excess.start);
+}
+
+// Deal rows over the same run out to groups of eight beside each other, if at least half of the places are taken; the
+// rest are left alone.
+void Program::deal(const std::vector<int>& bucket, std::vector<int>& alone, std::vector<int>& places) const {
+  int taken[kLanes] = {}, dealt = 0;
+  std::vector<int> found;
+  for (int row : bucket) {
+    const int lane = lane_of(excesses_[row]);
+    if (lane < 0) continue;
+    const std::size_t place = static_cast<std::size_t>(taken[lane]++) * kLanes + lane;
+    if (place >= found.size()) found.resize((place / kLanes + 1) * kLanes, -1);
+    found[place] = row;
+    ++dealt;
+  }
+  const bool full = found.size() <= 2 * static_cast<std::size_t>(dealt);
+  if (full) places.insert(places.end(), found.begin(), found.end());
+  for (int row : bucket) {
+    if (!full || lane_of(excesses_[row]) < 0) alone.push_back(row);
+  }
+}
+
+void Program::assemble_sets(const std::vector<int>& order) {
   std::size_t size = 0;
   int widest = 0;
-  for (const Excess& excess : excesses_) {
-    size += excess.tiles;
-    widest = std::max(widest, excess.tiles);
+  for (int row : order) {
+    size += excesses_[row].tiles;
+    widest = std::max(widest, excesses_[row].tiles);
   }
-  rows.count = row_count();
   rows.entries.assign(size + static_cast<std::size_t>(kLanes) * widest, {});
-  for (auto* each : {&bound, &penalty, &row_there}) each->assign(row_groups() + 1, {});
   std::size_t start = 0;
   for (int row = 0; row < rows.count; ++row) {
     const Excess& excess = excesses_[order[row]];
@@ -131,10 +173,34 @@ void Program::assemble_rows() {
       entry[entries_[k].lane - excess.tile * kLanes] += excess.sign * entries_[k].value;
     }
     start += excess.tiles;
-    numbers(bound)[row] = excess.bound;
-    numbers(penalty)[row] = excess.penalty;
-    numbers(row_there)[row] = 1.0;
+    take_in(excess, row);
   }
+}
+
+void Program::assemble_beside(const std::vector<int>& places) {
+  std::size_t start = 0;
+  for (Runs::Beside& set : rows.beside) {
+    set.start = start;
+    rows.lanes.resize(start + static_cast<std::size_t>(set.groups) * set.tiles);
+    for (int place = set.first * kLanes; place < (set.first + set.groups) * kLanes; ++place) {
+      if (places[place] < 0) continue;
+      const Excess& excess = excesses_[places[place]];
+      Eight* entry = rows.lanes.data() + start + static_cast<std::size_t>(place / kLanes - set.first) * set.tiles;
+      for (std::size_t k = excess.start; k < excess.end; ++k) {
+        const int lane = entries_[k].lane;
+        entry[lane / kLanes - excess.tile].lane[lane % kLanes] += excess.sign * entries_[k].value;
+      }
+      take_in(excess, groups_of(rows.count) * kLanes + place);
+    }
+    start = rows.lanes.size();
+    set.first += groups_of(rows.count);
+  }
+}
+
+void Program::take_in(const Excess& excess, int row) {
+  numbers(bound)[row] = excess.bound;
+  numbers(penalty)[row] = excess.penalty;
+  numbers(row_there)[row] = 1.0;
 }
 
 }  // namespace banded

@@ -43,7 +43,7 @@ class Program {
   const std::vector<int>& lanes() const { return lane_; }
   // Groups of lanes of all variables, and of all rows.
   int variable_groups() const { return groups_; }
-  int row_groups() const { return groups_of(row_count()); }
+  int row_groups() const { return rows.groups; }
 
   // Good once it is put together. Vectors of rows have room for a group more than there are.
   Band hessian;
@@ -72,6 +72,11 @@ class Program {
   int reach() const;
   void assemble_squares();
   void assemble_rows();
+  int lane_of(const Excess& excess) const;
+  void deal(const std::vector<int>& bucket, std::vector<int>& alone, std::vector<int>& places) const;
+  void assemble_sets(const std::vector<int>& order);
+  void assemble_beside(const std::vector<int>& places);
+  void take_in(const Excess& excess, int row);
 
   int joints_, groups_ = 0, size_ = 0;
   std::vector<int> lane_;

@@ -138,6 +138,20 @@ using Factors = double[kLanes][kLanes];
   }
 }
 
+// y_i = row_i x of rows beside each other.
+inline void multiply_beside(const Runs& rows, const Eights& x, Eights& y) {
+  for (const Runs::Beside& set : rows.beside) {
+    const Eight* entry = rows.lanes.data() + set.start;
+    for (int group = set.first; group < set.first + set.groups; ++group, entry += set.tiles) {
+      for (int p = 0; p < kParts; ++p) {
+        Vec total = {};
+        for (int tile = 0; tile < set.tiles; ++tile) total += part(entry[tile], p) * part(x[set.tile + tile], p);
+        part(y[group], p) = total;
+      }
+    }
+  }
+}
+
 // y_i = row_i x; y has room for a group more than there are rows.
 inline void multiply(const Runs& rows, const Eights& x, Eights& y) {
   for (const Runs::Set& set : rows.sets) {
@@ -150,6 +164,19 @@ inline void multiply(const Runs& rows, const Eights& x, Eights& y) {
       multiply_set(entry, 2, at, set.rows, found);
     } else {
       multiply_set(entry, set.tiles, at, set.rows, found);
+    }
+  }
+  multiply_beside(rows, x, y);  // at last: the others write beyond their end
+}
+
+// y += sum of factor_i row_i of rows beside each other.
+inline void add_rows_beside(const Runs& rows, const Eights& factor, Eights& y) {
+  for (const Runs::Beside& set : rows.beside) {
+    const Eight* entry = rows.lanes.data() + set.start;
+    for (int group = set.first; group < set.first + set.groups; ++group, entry += set.tiles) {
+      for (int tile = 0; tile < set.tiles; ++tile) {
+        for (int p = 0; p < kParts; ++p) part(y[set.tile + tile], p) += part(entry[tile], p) * part(factor[group], p);
+      }
     }
   }
 }
@@ -168,6 +195,26 @@ inline void add_rows(const Runs& rows, const Eights& factor, Eights& y) {
       for (int p = 0; p < kParts; ++p) part(y[set.tile + tile], p) = total[p];
     }
   }
+  add_rows_beside(rows, factor, y);
+}
+
+// matrix += sum of weight_i row_i row_i' of rows beside each other: what they add to a tile is on its diagonal.
+inline void add_outers_beside(const Runs& rows, const Eights& weight, Band& matrix) {
+  for (const Runs::Beside& set : rows.beside) {
+    for (int column = 0; column < set.tiles; ++column) {
+      for (int row = column; row < set.tiles; ++row) {
+        const Eight* entry = rows.lanes.data() + set.start;
+        Eight sum;
+        for (int group = set.first; group < set.first + set.groups; ++group, entry += set.tiles) {
+          for (int p = 0; p < kParts; ++p) {
+            part(sum, p) += part(entry[row], p) * part(entry[column], p) * part(weight[group], p);
+          }
+        }
+        Tile& tile = matrix.tile(set.tile + column, row - column);
+        for (int c = 0; c < kLanes; ++c) tile.column[c].lane[c] += sum.lane[c];
+      }
+    }
+  }
 }
 
 // matrix += sum of weight_i row_i row_i'.
@@ -181,6 +228,7 @@ inline void add_outers(const Runs& rows, const Eights& weight, Band& matrix) {
       }
     }
   }
+  add_outers_beside(rows, weight, matrix);
 }
 
 // y = matrix x.

@@ -11,7 +11,7 @@ from math import ceil, inf
 import numpy as np
 
 from trajopt.methods.space_time import PRECISION, SpaceTime, SpaceTimeProgram
-from trajopt.model.trajectory import Trajectory
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker, Stopped
 from trajopt.planning.moving.waiting import LONGEST
 from trajopt.planning.result import Result
@@ -130,22 +130,27 @@ class InSpaceTime:
             self._solved(seed, longest, too_short)
 
     def _solved(self, seed: Trajectory, longest: float, too_short: float = 0.0) -> None:
-        alone, program, tracker = self.still.require().trajectory, self.program, self.work.tracker
-        enough = ENOUGH * alone.duration
+        program, tracker = self.program, self.work.tracker
+        enough = ENOUGH * self.still.require().trajectory.duration
         with tracker.optimising(program.counts) as step:
             solved = program.solve_from(
-                seed, longest=longest, enough=enough, too_short=too_short, progress=step
+                seed, longest=longest, enough=enough, too_short=too_short, proves=self._proves, progress=step
             )
         tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
         motion = solved.decoded.trajectory
-        if motion is None:
-            return
-        judged = self.work.judged(TimedMotion(solved.decoded.path, motion, None), solved)
+        if motion is not None and (motion is self.best.trajectory or self._proves(motion)):
+            self.best = replace(self.best, path=solved.decoded.path, solve=solved)
+
+    def _proves(self, motion: Trajectory) -> bool:
+        """Say whether a motion is verified, and note it if it is."""
+        path = Path(motion.joint_names, motion.positions)
+        judged = self.work.judged(TimedMotion(path, motion, None))
         if judged.verified:
             kept = {name: getattr(self.still, name) for name in ("attempts", "won", "goal_name")}
-            remarks = (*self.still.remarks, _described(motion, alone))
-            name = program.method.name
+            remarks = (*self.still.remarks, _described(motion, self.still.require().trajectory))
+            name = self.program.method.name
             self.best = replace(judged, remarks=remarks, method=name, because=BECAUSE, **kept)
+        return judged.verified
 
 
 def _clear_later(motion: Trajectory, program: SpaceTimeProgram, tracker: BudgetTracker) -> Trajectory | None:
