@@ -107,6 +107,16 @@ def test_whole_turns_and_degrees_are_not_warned_of() -> None:
         to.frame_placement("f", AT, rotation_tolerance=10)
 
 
+@pytest.mark.parametrize("kind", ["value", "world", "carried", "robot"])
+def test_a_clearance_of_metres_is_warned_of(planar_arm: to.Robot, kind: str) -> None:
+    with pytest.warns(UnitWarning, match=rf"{kind} is 20 m: were millimetres meant\? .*: 0.02") as said:
+        to.Scene(planar_arm).with_clearance(**{kind: 20})
+    assert said[0].filename == __file__, "the line of the caller"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        to.Scene(planar_arm).with_clearance(**{kind: 0.3})
+
+
 @pytest.mark.parametrize(
     ("value", "lower", "upper", "unit", "meant"),
     [

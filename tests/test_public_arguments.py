@@ -89,7 +89,7 @@ def wrong(annotation: object) -> Iterator[tuple[str, object]]:
 
 def parameters(call: Callable[..., object]) -> list[inspect.Parameter]:
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-    return [item for item in inspect.signature(call).parameters.values() if item.kind in kinds]
+    return [item for item in inspect.signature(call, eval_str=True).parameters.values() if item.kind in kinds]
 
 
 @pytest.mark.parametrize("name", PUBLIC)

@@ -1,5 +1,7 @@
 """Problem: what a motion must achieve, frozen; it says what it is when printed."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
@@ -185,7 +187,7 @@ class Problem(Value):
         return self._goals
 
     @cached_property
-    def alternatives(self) -> Mapping[str, "Problem"]:
+    def alternatives(self) -> Mapping[str, Problem]:
         """The problem with each goal of its goal set alone, by the goal's name; empty for one goal."""
         if not isinstance(self.goal, GoalSet):
             return {}

@@ -60,3 +60,14 @@ def test_public_functions_are_documented(path: Path) -> None:
                 ast.unparse(item) == "overload" for item in node.decorator_list
             )
             assert overloads or ast.get_docstring(node), f"{path.name}: {node.name} has no docstring"
+
+
+@pytest.mark.parametrize("name", public_names())
+def test_signatures_can_be_read(name: str) -> None:
+    """`help` shows the names of what is taken, not what numpy makes of them."""
+    value = getattr(trajopt, name)
+    members = [value] if not inspect.isclass(value) else [value, *vars(value).values()]
+    for member in (getattr(each, "__func__", each) for each in members):
+        if inspect.isfunction(member) or inspect.isclass(member):
+            shown = str(inspect.signature(member))
+            assert "numpy._typing" not in shown and len(shown) < 1000, f"{name}: {member}"

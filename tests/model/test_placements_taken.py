@@ -108,7 +108,7 @@ def test_none_is_forgotten() -> None:
 
 def placed(function: Any) -> set[str]:
     """The function's name, if it takes a placement; fails if it takes one form of it only."""
-    hints = [str(hint.annotation) for hint in inspect.signature(function).parameters.values()]
+    hints = [str(hint.annotation) for hint in inspect.signature(function, eval_str=True).parameters.values()]
     taken = any("pinocchio" in hint and "SE3" in hint for hint in hints)
     narrow = [hint for hint in hints if re.search(r"placement\.Placement\b", hint) and "SE3" not in hint]
     assert not narrow, f"{function.__qualname__} takes a Placement only"
@@ -119,6 +119,7 @@ def placed(function: Any) -> set[str]:
     ("value", "says"),
     [
         ("here", "a 4x4 matrix or"),
+        ((0.5, 0.0, 0.3), "a position alone; placement((0.5, 0.0, 0.3)) is unturned"),
         (3.0, "a 4x4 matrix or"),
         (np.eye(3), "needs shape (4, 4)"),
         (np.diag((1.0, 1.0, 1.0, 2.0)), "last row"),

@@ -1,5 +1,7 @@
 """follow(...): from a curve to a timed, judged motion along it, as far as it goes, and why not farther."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property

@@ -1,5 +1,7 @@
 """Picking and placing as one sequence: candidates in order, the cheap checks of all stages first."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from threading import Event
 

@@ -22,6 +22,10 @@ of the room. Less of it is seldom meant, and far too many metres or radians are 
 FARTHEST_OBJECT = 50.0
 """As far away as shapes may be large: objects beyond were likely placed in millimetres [m]."""
 
+FAR_APART = 1.0
+"""Distances to keep from this on were likely meant in millimetres, of which nobody gives less than one: no
+arm works a metre from its own table [m]."""
+
 
 def stated_angle(
     name: str, value: float | None, *, degrees: bool, default: float = 0.0, infinite: bool = False
@@ -117,3 +121,16 @@ def warn_of_far_object(name: str, xyz: Floats) -> None:
     if float(np.linalg.norm(xyz)) > FARTHEST_OBJECT:
         metres, fewer = (", ".join(f"{value:g}" for value in (size * xyz).tolist()) for size in (1.0, 1e-3))
         warn_of_unit(f"{name} is ({metres}) m: were millimetres meant? Lengths are in metres: ({fewer})")
+
+
+def warn_of_far_apart(name: str, distance: float) -> None:
+    """Warn of a distance to keep that no arm can keep from what it works on.
+
+    Args:
+        name: What is kept.
+        distance: How far apart things shall stay [m].
+    """
+    if distance >= FAR_APART:
+        warn_of_unit(
+            f"{name} is {distance:g} m: were millimetres meant? Lengths are in metres: {distance / 1e3:g}"
+        )

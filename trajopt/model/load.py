@@ -1,5 +1,7 @@
 """Robots by name: those that installed packages bring, and any from its URDF file."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec

@@ -1,5 +1,7 @@
 """Placement: where one frame is, seen from another (an element of SE(3))."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, cast, overload
@@ -34,10 +36,10 @@ class Placement(Value):
     translation: Floats = field(default_factory=lambda: readonly(np.zeros(3)))
 
     @overload
-    def __mul__(self, other: "Placement") -> "Placement": ...
+    def __mul__(self, other: Placement) -> Placement: ...
     @overload
     def __mul__(self, other: Floats) -> Floats: ...
-    def __mul__(self, other: "Placement | Floats") -> "Placement | Floats":
+    def __mul__(self, other: Placement | Floats) -> Placement | Floats:
         """Compose with another placement, or place points of shape (..., 3)."""
         if other is IDENTITY:
             return self
@@ -50,7 +52,7 @@ class Placement(Value):
             )
         return other @ self.rotation.T + self.translation
 
-    def inverse(self) -> "Placement":
+    def inverse(self) -> Placement:
         """Return the placement of the reference frame, seen from the placed one."""
         return Placement(readonly(self.rotation.T.copy()), readonly(-self.rotation.T @ self.translation))
 
@@ -187,7 +189,10 @@ def as_placement(name: str, value: PlacementLike) -> Placement:
         raise SizeError(name, str(error)) from error
     except ShapeError as error:
         forms = "a Placement, a pinocchio.SE3, a 4x4 matrix or (xyz, quaternion xyzw)"
-        raise ShapeError(name, f"must be {forms}, is {shown(stated)} ({error})") from error
+        # A position is no placement by itself: unturned is right for most objects and for hardly any hand.
+        alone = isinstance(value, list | tuple | np.ndarray) and len(value) == 3 and np.ndim(value[0]) == 0
+        why = f"a position alone; placement({shown(stated)}) is unturned" if alone else str(error)
+        raise ShapeError(name, f"must be {forms}, is {shown(stated)} ({why})") from error
 
 
 def _rotation(name: str, value: ArrayLike) -> Floats:

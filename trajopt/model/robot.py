@@ -1,5 +1,7 @@
 """Robot: kinematics, limits, groups, named states and collision bodies of one arm or several."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,13 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from trajopt.arrays import Floats, Ints, floats, mapping, one_of, several, unless_none
-from trajopt.errors import (
-    FrameNotFound,
-    GroupNotFound,
-    JointNotFound,
-    StateNotFound,
-    shown,
-)
+from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, StateNotFound, shown
 from trajopt.model.bases import MovingBase
 from trajopt.model.description.groups import Group
 from trajopt.model.description.mimics import completed, followed
@@ -87,7 +83,7 @@ class Robot(RobotParts):
         name: str | None = None,
         meshes: MeshPolicy | None = None,
         base: MovingBase | None = None,
-    ) -> "Robot":
+    ) -> Robot:
         """Load a robot from its files.
 
         Args:
@@ -126,7 +122,7 @@ class Robot(RobotParts):
         frames: Frames = None,
         name: str | None = None,
         meshes: MeshPolicy | None = None,
-    ) -> "Robot":
+    ) -> Robot:
         """Make a robot of Pinocchio's model, which is copied, and its collision geometry.
 
         No joint mimics another: Pinocchio's model of a URDF does not say so. Collision pairs of the
@@ -161,7 +157,7 @@ class Robot(RobotParts):
         name: str | None = None,
         meshes: MeshPolicy | None = None,
         base: MovingBase | None = None,
-    ) -> "Robot":
+    ) -> Robot:
         """Load a robot from MuJoCo's own file (MJCF).
 
         Bodies are links, geoms that collide are their collision shapes, and what is fixed to the world is
@@ -306,7 +302,7 @@ class Robot(RobotParts):
         """Return pinocchio's configuration of all joints' positions [rad | m], shape (model.nq,)."""
         return configuration(self.model, floats("positions", positions, (len(self.joint_names),)))
 
-    def with_torque_scaling(self, scaling: float, *, joints: Iterable[str] | None = None) -> "Robot":
+    def with_torque_scaling(self, scaling: float, *, joints: Iterable[str] | None = None) -> Robot:
         """Return the robot with other limits of torque, or none; `notes` says so.
 
         Args:
@@ -320,7 +316,7 @@ class Robot(RobotParts):
         limits, said = torque_scaled(self.limits, scaling, joints)
         return replace(self, limits=limits, notes=(*self.notes, said))
 
-    def with_jerk_limits(self, *, rise: float | None = None, joints: Iterable[str] | None = None) -> "Robot":
+    def with_jerk_limits(self, *, rise: float | None = None, joints: Iterable[str] | None = None) -> Robot:
         """Return the robot with its jerk limited too; `notes` says so.
 
         Args:

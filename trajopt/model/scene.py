@@ -1,5 +1,7 @@
 """Scene: a robot among objects, and what may touch what. A value: an edit gives a new one."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -49,7 +51,7 @@ class Scene(SceneMotions):
         motion: Prediction | Track | None = None,
         appears: float | None = None,
         expires: float | None = None,
-    ) -> "Scene":
+    ) -> Scene:
         """Add an object.
 
         Args:
@@ -85,7 +87,7 @@ class Scene(SceneMotions):
         added = SceneObject(name, parts, where, frame, links, notes, checked_mass(name, mass))
         return self._with(added).with_motion(name, motion, appears=appears, expires=expires)
 
-    def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> "Scene":
+    def with_tool(self, name: str, on: str, placement: PlacementLike | None = None) -> Scene:
         """Give the robot a tool's frame: `scene.with_tool("tcp", on="tool0", placement=(...))`.
 
         Its name will do wherever a frame is meant, from then on. It has no shape; what the tool looks like
@@ -112,7 +114,7 @@ class Scene(SceneMotions):
             raise FrameNotFound("frame", on, self.frame_names, objects=self.objects)
         return self._with_tool(SceneObject(name, (), object_placement(name, placement), on))
 
-    def remove(self, name: str) -> "Scene":
+    def remove(self, name: str) -> Scene:
         """Remove an object, or the frame of a tool.
 
         Raises:
@@ -134,7 +136,7 @@ class Scene(SceneMotions):
             allowances=tuple(item for item in self.allowances if name not in item.pair),
         )
 
-    def move(self, name: str, placement: PlacementLike, *, frame: str | None = None) -> "Scene":
+    def move(self, name: str, placement: PlacementLike, *, frame: str | None = None) -> Scene:
         """Place an object, or the frame of a tool, elsewhere, in its present frame or another.
 
         One that moves rests there from now on.
@@ -166,7 +168,7 @@ class Scene(SceneMotions):
         at: Floats | None = None,
         touch_links: Iterable[str] = (),
         mass: float | None = None,
-    ) -> "Scene":
+    ) -> Scene:
         """Fix an object to a link, a tool frame or an object that is attached: it moves along from now on.
 
         An object that moves by itself can carry others too: a tray on a conveyor.
@@ -207,7 +209,7 @@ class Scene(SceneMotions):
             replace(item, placement=where, frame=link, touch_links=links, mass=weight, timing=ALWAYS)
         )
 
-    def detach(self, name: str, *, at: Floats) -> "Scene":
+    def detach(self, name: str, *, at: Floats) -> Scene:
         """Leave an object in the world where it is at these positions of all joints, when the clock shows 0.
 
         Raises:
@@ -220,7 +222,7 @@ class Scene(SceneMotions):
         where, nothing = self.placement_of(name, at), frozenset[str]()
         return self._with(replace(item, placement=where, frame=WORLD, touch_links=nothing))
 
-    def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> "Scene":
+    def allow(self, a: str, b: str | None = None, *, allowed: bool = True) -> Scene:
         """Let two things touch, or one touch anything (`b` None); `allowed=False` forbids again.
 
         Raises:
@@ -243,7 +245,7 @@ class Scene(SceneMotions):
         world: float | None = None,
         carried: float | None = None,
         robot: float | None = None,
-    ) -> "Scene":
+    ) -> Scene:
         """Require a clearance: of everything from everything, of two named things, or by kind [m].
 
         `with_clearance(world=0.03)` asks for 30 mm from the world and for nothing between the robot's own
@@ -263,6 +265,9 @@ class Scene(SceneMotions):
             ShapeError: If a clearance is negative or not finite.
             FrameNotFound: If a name is no link, frame or object.
             ModelError: If nothing is given, only one name, names without a value, or names with kinds.
+
+        Warns:
+            UnitWarning: If it is a metre or more.
         """
         pair, kinds = self._asked("with_clearance", value, a, b, (world, carried, robot))
         kept = self.clearances if value is None else self.clearances.having(value, pair)
@@ -277,7 +282,7 @@ class Scene(SceneMotions):
         world: float | None = None,
         carried: float | None = None,
         robot: float | None = None,
-    ) -> "Scene":
+    ) -> Scene:
         """Set the margin: what the optimiser keeps where it can, but the judge does not require [m].
 
         Args:
@@ -292,6 +297,9 @@ class Scene(SceneMotions):
             ShapeError: If a margin is negative or not finite.
             FrameNotFound: If a name is no link, frame or object.
             ModelError: If nothing is given, only one name, names without a margin, or names with kinds.
+
+        Warns:
+            UnitWarning: If it is a metre or more.
         """
         pair, kinds = self._asked("with_margin", margin, a, b, (world, carried, robot))
         if pair is not None and margin is not None:
@@ -303,7 +311,7 @@ class Scene(SceneMotions):
 
     def allow_contact(
         self, name: str, a: str, b: str, *, depth: float = 1e-3, first: float = 0.0, last: float = 0.0
-    ) -> "Scene":
+    ) -> Scene:
         """Accept contact of a pair during the first or last seconds of the motion.
 
         Args:

@@ -1,5 +1,7 @@
 """What moves by itself in a scene: objects along tracks, and other robots along their planned motions."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from math import inf
 from typing import Self

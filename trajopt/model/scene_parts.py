@@ -14,6 +14,7 @@ from trajopt.model.collisions.bodies import CollisionBody
 from trajopt.model.collisions.clearances import PAIRS_DIFFER, ROOM, Clearances, PairKind, Part, in_kinds, kept
 from trajopt.model.description.pinocchio_model import link_frame, link_placement, links_of_the_world
 from trajopt.model.frame_attachment import FrameAttachment
+from trajopt.model.likely_units import warn_of_far_apart
 from trajopt.model.placement import IDENTITY, Placement
 from trajopt.model.printed import in_short
 from trajopt.model.requirements import WORLD
@@ -269,7 +270,8 @@ class SceneParts(Value):
         order = (PairKind.WORLD, PairKind.CARRIED, PairKind.ROBOT)
         first = "margin" if caller == "with_margin" else "value"
         for name, each in zip((first, "world", "carried", "robot"), (value, *kinds), strict=True):
-            _ = None if each is None else number(name, each)
+            if each is not None:
+                warn_of_far_apart(name, number(name, each))
         stated = {kind: each for kind, each in zip(order, kinds, strict=True) if each is not None}
         pair = self._pair(caller, a, b)
         if pair is not None and (value is None or stated):

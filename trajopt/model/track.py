@@ -1,5 +1,7 @@
 """Track: where a thing in the scene is at every time; prediction: a track with an error that grows."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -90,7 +92,7 @@ class Track(Value):
 
     @staticmethod
     @checked
-    def through(times: ArrayLike, placements: Sequence[PlacementLike]) -> "Track":
+    def through(times: ArrayLike, placements: Sequence[PlacementLike]) -> Track:
         """Make a track that is at placements at times, straight and turning evenly in between.
 
         Args:
@@ -131,7 +133,7 @@ class Track(Value):
         angular_velocity: ArrayLike = (0.0, 0.0, 0.0),
         start: float = 0.0,
         end: float = LONGEST,
-    ) -> "Track":
+    ) -> Track:
         """Make a track of constant velocity, at rest before `start` and after `end`.
 
         Args:
@@ -169,7 +171,7 @@ class Track(Value):
         start: float = 0.0,
         until: float = inf,
         tolerance: float = TOLERANCE,
-    ) -> "Prediction":
+    ) -> Prediction:
         """Make the track of a frame of another robot that moves as planned, with its error: a `Prediction`.
 
         A conveyor that was planned is such a robot too. (`Scene.with_robot_in_motion` adds a whole robot.)
@@ -227,7 +229,7 @@ class Track(Value):
         return self._within(piece, moment - float(self.times[piece]))
 
     @checked
-    def shifted(self, time: float) -> "Track":
+    def shifted(self, time: float) -> Track:
         """Return the track by a clock that shows 0 when this one's shows `time` [s]."""
         return replace(self, times=readonly(self.times - number("time", time)))
 
@@ -283,7 +285,7 @@ class Prediction(Value):
         since = max(time, 0.0)
         return radius + velocity * since + acceleration * since**2 / 2.0
 
-    def shifted(self, time: float) -> "Prediction":
+    def shifted(self, time: float) -> Prediction:
         """Return the prediction by a clock that shows 0 when this one's shows `time` [s].
 
         Raises:

@@ -1,5 +1,7 @@
 """Path q(s), without time, and Trajectory q(t), timed."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from enum import Enum
@@ -114,7 +116,7 @@ class Trajectory(Value):
             raise ShapeError("velocities", "are missing while accelerations are given")
 
     @checked
-    def ordered(self, joint_names: tuple[str, ...]) -> "Trajectory":
+    def ordered(self, joint_names: tuple[str, ...]) -> Trajectory:
         """Return the same motion with its joints in another order.
 
         Raises:
@@ -138,7 +140,7 @@ class Trajectory(Value):
         )
 
     @checked
-    def between(self, begin: float, end: float) -> "Trajectory":
+    def between(self, begin: float, end: float) -> Trajectory:
         """Return the part of the motion from one time to another, its own time starting at 0.
 
         Args:
@@ -156,7 +158,7 @@ class Trajectory(Value):
         values = [self(times, order) for order in range((self.interpolation.value + 1) // 2)]
         return Trajectory(self.joint_names, times - begin, *values)
 
-    def followed_by(self, other: "Trajectory") -> "Trajectory":
+    def followed_by(self, other: Trajectory) -> Trajectory:
         """Return this motion and then another, as one.
 
         Args:
@@ -184,7 +186,7 @@ class Trajectory(Value):
         times = np.concatenate((self.times, self.duration + other.times[1:]))
         return Trajectory(self.joint_names, times, *rows)
 
-    def sampled(self, hz: float) -> "Trajectory":
+    def sampled(self, hz: float) -> Trajectory:
         """Return the motion at a fixed rate, as a controller reads it.
 
         The times are 0, 1/hz, 2/hz, ... and last the duration itself, so the last step may be shorter than

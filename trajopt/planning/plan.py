@@ -1,5 +1,7 @@
 """plan(problem): seeds in the order of the schedule, each attempted once, until a motion is verified."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import Event

@@ -1,5 +1,7 @@
 """Result of planning: a verified plan, or the reason why there is none."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -78,7 +80,7 @@ class Plan:
             lines.append(f"  improved     {improvement(self.along_path, self.trajectory.duration)}")
         return "\n".join([*lines, f"  judged       {self.certificate.verdict}"])
 
-    def require(self) -> "Plan":
+    def require(self) -> Plan:
         """Return this plan: what takes a result takes a plan as well."""
         return self
 
@@ -149,7 +151,7 @@ class Result:
     counts: Mapping[str, int]
     cpu_seconds: Mapping[str, float]
     goal_name: str = ""
-    alternatives: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
+    alternatives: Mapping[str, Result] = field(default_factory=dict[str, "Result"])
     attempts: tuple[Attempt, ...] = ()
     won: Attempt | None = None
     stopped: Stop | None = None
@@ -157,7 +159,7 @@ class Result:
     method: str = ""
     because: str = ""
     along_path: float | None = None
-    of_each_goal: Mapping[str, "Result"] = field(default_factory=dict[str, "Result"])
+    of_each_goal: Mapping[str, Result] = field(default_factory=dict[str, "Result"])
     remarks: tuple[str, ...] = ()
     blocks: tuple[Block, ...] = ()
     arguments: PlanArguments | None = None

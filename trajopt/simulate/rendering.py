@@ -1,5 +1,7 @@
 """Pictures and films of a motion, drawn by MuJoCo without a display."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from pathlib import Path

@@ -1,5 +1,7 @@
 """The judge: it takes a trajectory and proves or refutes, by itself, everything that is required of it."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from math import inf

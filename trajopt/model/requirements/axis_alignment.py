@@ -1,5 +1,7 @@
 """An axis of a frame along a direction."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Two points of frames at a distance from each other."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """A frame that follows a curve from its beginning."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """A frame at a placement."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from enum import Enum
 

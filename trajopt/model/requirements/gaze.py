@@ -1,5 +1,7 @@
 """A frame looks at a point: the point is in a view cone, and in range."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Nothing stands between a frame and a point."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,5 +1,7 @@
 """A point of a frame on a circle or an arc of one."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

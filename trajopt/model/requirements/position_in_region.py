@@ -1,5 +1,7 @@
 """A point of a frame inside a region: a shape, or a union of shapes."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -57,7 +59,7 @@ class PositionInRegion(Requirement):
         what = f"region of {self.frame} grown on every side"
         return (Relaxation(what=what, now=0.0, largest=1.0, unit=MILLIMETRES, apply=self._grown),)
 
-    def _grown(self, amount: float) -> "PositionInRegion":
+    def _grown(self, amount: float) -> PositionInRegion:
         return replace(self, members=tuple(_grown(shape, where, amount) for shape, where in self.members))
 
     def __str__(self) -> str:

@@ -1,5 +1,7 @@
 """A frame keeps away from singular configurations."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
