@@ -10,7 +10,7 @@ Within the errors that were stated, by the seed's last digit:
 
 Beyond them (`beyond`), where nothing is promised but that the robot ends at rest and says so, by the seed
 modulo 5: a joint sticks; a joint drifts by ten times the tolerance; commands are lost; the noise is three
-times the tolerance; the cube is off by 60 mm and 100 mm/s more than it may be.
+times the tolerance, and nothing was said of it; the cube is off by 60 mm and 100 mm/s more than it may be.
 """
 
 from dataclasses import dataclass, replace
@@ -98,7 +98,8 @@ def drawn(problem: to.Problem, motion: to.Trajectory, part: Part, seed: int) -> 
         return _crossing(part, problem, motion, seed, beyond=BEYOND)
     box = random_surprise(problem, motion, seed)
     late = {None: 0.1 * TOLERANCE if part is Part.LATE else 0.0, 3: 3.0 * TOLERANCE}.get(kind, 0.0)
-    sensors = Sensors(delay=0.01 if late else 0.0, noise=late, seed=seed)
+    stated = 0.0 if kind == 3 else None
+    sensors = Sensors(delay=0.01 if late else 0.0, noise=late, stated=stated, seed=seed)
     faults = () if kind is None or kind == 3 else (_fault(problem, motion, kind, seed),)
     return Drawn(
         part=part,
@@ -137,7 +138,7 @@ def _crossing(
         return to.Track.constant_velocity(to.placement(begin), velocity + faster * direction)
 
     said = to.Prediction(track(0.0, 0.0), error=ERROR)
-    scene = problem.scene.add("cube", to.Box(edge, edge, edge), said.track.at(0.0), motion=said)
+    scene = problem.scene.add("cube", to.Box(edge, edge, edge), motion=said)
     return Drawn(
         part=part,
         problem=replace(problem, scene=scene),

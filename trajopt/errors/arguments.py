@@ -92,7 +92,7 @@ class Kinds(dict[str, tuple[Test, Any]]):
         """Keep the annotations of a function, or of the constructor of a class."""
         super().__init__()
         made: Any = function.__init__ if inspect.isclass(function) else function
-        self._annotations, self._seen = made.__annotations__, getattr(made, "__globals__", {})
+        self._annotations, self._seen = made.__annotations__, getattr(inspect.unwrap(made), "__globals__", {})
 
     def __missing__(self, name: str) -> tuple[Test, Any]:
         """Read the annotation of a parameter; anything goes where it has none."""

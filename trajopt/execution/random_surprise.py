@@ -5,8 +5,8 @@ drawn evenly from the first nine tenths of it, and a later time of the motion, a
 robot could have come to rest. The box appears at the first time, where the tip of the group (one of them, if
 it has several) is at the second: its edges are drawn from 4 to 12 cm, it is turned about the vertical by any
 angle, and off the tip by up to half an edge along each axis. It is drawn anew while it is within `ROOM` of
-the robot as it is then or anywhere on the way on which it would come to rest, or of the robot at the start or
-the goal: no robot could avoid the first, and none would get there with the others.
+the robot, or of what it carries, as it is then or anywhere on the way on which it would come to rest, or at
+the start or the goal: no robot could avoid the first, and none would get there with the others.
 """
 
 from dataclasses import replace
@@ -20,9 +20,9 @@ from trajopt.errors.arguments import checked
 from trajopt.execution.guard import Guard
 from trajopt.execution.room import with_room
 from trajopt.execution.surprises import Surprise, Surprises
+from trajopt.model.collisions.clearances import Part
 from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
-from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box
 from trajopt.model.stated import ends_of
 from trajopt.model.trajectory import Trajectory
@@ -100,7 +100,10 @@ def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprise
 
 
 def _clear(problem: Problem, box: Surprise, configurations: Floats) -> bool:
-    """Say whether the robot has room around a box at some configurations."""
-    scene = Surprises(objects=(box,)).seen(Scene(problem.scene.robot), box.at).with_clearance(world=ROOM)
+    """Say whether the robot, with what it carries, has room around a box at some configurations."""
+    known = problem.scene
+    carried = {name: item for name, item in known.objects.items() if known.part(name) is Part.CARRIED}
+    alone = replace(known, objects=carried)
+    scene = Surprises(objects=(box,)).seen(alone, box.at).with_clearance(world=ROOM)
     judge = Judge(reduce_model(scene, problem.group, problem.start_positions))
     return all(judge.examine(each).clear for each in configurations)

@@ -27,6 +27,10 @@ BRAKE = 0.9
 MOVING = 1e-3
 """A robot no joint of which is faster is at rest: who touches it then is at fault himself [rad/s | m/s]."""
 
+DEVIATIONS = 6.0
+"""Of normal noise one sample in 500 million is farther off than so many standard deviations: months of one
+joint that is measured 50 times a second."""
+
 
 @checked
 @dataclass(frozen=True, kw_only=True)
@@ -36,12 +40,20 @@ class Sensors(Value):
     Attributes:
         delay: A state is known so long after it was so [s].
         noise: Standard deviation of each measured position [rad | m].
+        stated: What is measured is said to be off by at most so much [rad | m]: a driver tells it in its
+            tolerance. `DEVIATIONS` of them unless it is given.
         seed: Draws the noise: the same every time.
     """
 
     delay: float = 0.0
     noise: float = 0.0
+    stated: float | None = None
     seed: int = 0
+
+    @property
+    def error(self) -> float:
+        """How far what is measured is said to be off at most [rad | m]."""
+        return DEVIATIONS * self.noise if self.stated is None else self.stated
 
 
 EXACT = Sensors()
@@ -57,7 +69,7 @@ class SimulatedExecutor:
         joint_names: Joints that it drives: all that do not follow another.
         period: Time step of the physics and of the controller [s].
         latency: A motion given now can begin so much later [s].
-        tolerance: How far each joint may be from where it has to be, shape (n,) [rad | m].
+        tolerance: How far each joint may be measured from where it has to be, shape (n,) [rad | m].
         committed: What it has to do.
     """
 
@@ -80,7 +92,8 @@ class SimulatedExecutor:
             world: What is really there; its clock is the executor's.
             positions: Of all joints, shape (number of joints,) [rad | m].
             latency: A motion given now can begin so much later [s].
-            tolerance: How far each joint may be from where it has to be [rad | m].
+            tolerance: How far each joint may be from where it has to be [rad | m]; what is measured may be
+                farther, by the error of the sensors.
             sensors: What is measured.
             faults: What goes wrong, and when.
             options: Time step and gains.
@@ -93,7 +106,7 @@ class SimulatedExecutor:
         robot, options = world.robot, options or SimulationOptions()
         self.joint_names = tuple(name for name in robot.joint_names if name not in robot.mimics)
         self.period, self.latency = options.dt, latency
-        self.tolerance: Floats = np.full(len(self.joint_names), tolerance)
+        self.tolerance: Floats = np.full(len(self.joint_names), tolerance + sensors.error)
         for fault in faults:
             if fault.joint and fault.joint not in self.joint_names:
                 raise JointNotFound("joint that is driven", fault.joint, self.joint_names)

@@ -3,6 +3,8 @@
 The origin of each shape is where its docstring says; a placement puts it somewhere.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias

@@ -1,5 +1,7 @@
 """ToolSpeed: how fast a point of a frame may move, and how fast the frame may turn."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
