@@ -10,7 +10,7 @@ import pytest
 import trajopt as to
 from tests.requirements.kind import kinds
 from trajopt.cartesian import polyline
-from trajopt.errors import end_of, listed, shown
+from trajopt.errors import UnitWarning, end_of, listed, shown
 from trajopt.export import Movej, Servoj, exporter_named
 from trajopt.model.trajectory import Path
 from trajopt.verify import Moment
@@ -112,7 +112,7 @@ def test_a_wrong_argument_is_a_typed_error_with_a_short_message(name: str) -> No
             given: dict[str, Any] = {**arguments, argument: value}
             try:
                 call(**given)
-            except to.TrajoptError as error:
+            except (to.TrajoptError, UnitWarning) as error:
                 assert len(str(error)) <= LONGEST, f"{argument} as {kind}: {str(error)[:200]}"
             except Exception as error:
                 pytest.fail(f"{argument} as {kind}: a raw {type(error).__name__}: {str(error)[:200]}")

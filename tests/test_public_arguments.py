@@ -89,7 +89,7 @@ def wrong(annotation: object) -> Iterator[tuple[str, object]]:
 
 def parameters(call: Callable[..., object]) -> list[inspect.Parameter]:
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
-    return [item for item in inspect.signature(call, eval_str=True).parameters.values() if item.kind in kinds]
+    return [item for item in inspect.signature(call).parameters.values() if item.kind in kinds]
 
 
 @pytest.mark.parametrize("name", PUBLIC)
@@ -99,7 +99,7 @@ def test_an_argument_of_the_wrong_kind_is_refused_by_its_name(name: str) -> None
     fits = Kinds(call)
     taken = parameters(call)
     at_hand = {
-        item.name: sample(name, item, fits[item.name][0])
+        item.name: sample(name, item.replace(annotation=fits[item.name][1]), fits[item.name][0])
         for item in taken
         if item.default is inspect.Parameter.empty and item.name != "self"
     }
@@ -112,7 +112,7 @@ def test_an_argument_of_the_wrong_kind_is_refused_by_its_name(name: str) -> None
     for item in taken:
         if item.name == "self" or f"{name}.{item.name}" in OPEN:
             continue
-        for kind, value in wrong(item.annotation):
+        for kind, value in wrong(fits[item.name][1]):
             where = f"{name}({item.name}={kind})"
             try:
                 by_name = {**at_hand, **ALONG.get(name, {}), item.name: value}

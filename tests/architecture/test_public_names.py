@@ -68,6 +68,6 @@ def test_signatures_can_be_read(name: str) -> None:
     value = getattr(trajopt, name)
     members = [value] if not inspect.isclass(value) else [value, *vars(value).values()]
     for member in (getattr(each, "__func__", each) for each in members):
-        if inspect.isfunction(member) or inspect.isclass(member):
+        if inspect.isfunction(member) or (inspect.isclass(member) and not issubclass(member, Exception)):
             shown = str(inspect.signature(member))
             assert "numpy._typing" not in shown and len(shown) < 1000, f"{name}: {member}"
