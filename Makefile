@@ -81,6 +81,11 @@ bench-moving: $(STAMP)
 bench-execution: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.execution --page benchmarks/README.md $(OPTIONS)
 
+# `kill -9` among a thousand writes of two processes, and what keeping and finding cost.
+.PHONY: bench-warehouse
+bench-warehouse: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.warehouse --page benchmarks/README.md $(OPTIONS)
+
 bench-server: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
 

@@ -9,6 +9,7 @@ from typing import Any, get_args
 import numpy as np
 
 import trajopt as to
+from tests.warehouse.samples import samples_of_the_warehouse
 from trajopt.cartesian import follows_curve, line
 from trajopt.execution import (
     CommittedMotion,
@@ -45,7 +46,7 @@ RETURNED = frozenset(
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
     SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
     Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion
-    LiveView RunViewer ServoPage
+    LiveView RunViewer ServoPage Entry
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -206,7 +207,7 @@ def by_call() -> Mapping[str, Any]:
         **{f"{call}.start": "ready" for call in HANDLING},
         **{f"{call}.name": "cup" for call in HANDLING},
         **{f"{call}.scene": held() for call in HANDLING if call != "place"},
-    }
+    } | samples_of_the_warehouse(goal)
 
 
 @cache

@@ -47,7 +47,7 @@ WORKSPACES = {
     "MoveGroupCommander",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",
     "Search", "Service", "Servo", "ServoPage", "Session", "SimulatedExecutor", "Supervisor",
-    "SymbolicKinematics", "Timeline", "Value", "Viewer", "Watch", "Workspace", "World",
+    "SymbolicKinematics", "Timeline", "Value", "Viewer", "Warehouse", "Watch", "Workspace", "World",
 }  # fmt: skip
 """Public classes that are no values: they work, count, or show."""
 

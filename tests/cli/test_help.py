@@ -1,6 +1,7 @@
 """Help says the unit of every number with a fraction: markup takes no brackets away."""
 
 import inspect
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Annotated, get_args, get_origin
 
@@ -15,9 +16,31 @@ UNITLESS = {"--torque-scaling", "--share", "--level"}
 UNITS = ("[s]", "[m]", "[rad]", "[deg]", "second")
 
 
+def every_command() -> Iterator[str]:
+    """All commands; of those that have commands of their own, those: "warehouse ls"."""
+    for name in COMMANDS:
+        found = getattr(import_module(f"trajopt.cli.{name}"), name)
+        if isinstance(found, typer.Typer):
+            yield from (f"{name} {called(each)}" for each in found.registered_commands)
+        else:
+            yield name
+
+
+def called(command: typer.models.CommandInfo) -> str:
+    return command.name or getattr(command.callback, "__name__", "")
+
+
+def function_of(command: str) -> Callable[..., None]:
+    name, _, own = command.partition(" ")
+    found = getattr(import_module(f"trajopt.cli.{name}"), name)
+    if own:
+        found = next(each.callback for each in found.registered_commands if called(each) == own)
+    return found
+
+
 def floats(command: str) -> dict[str, str]:
     """Return the options of a command that are floats, and what is written as their help."""
-    function = getattr(import_module(f"trajopt.cli.{command}"), command)
+    function = function_of(command)
     found: dict[str, str] = {}
     for parameter in inspect.signature(function, eval_str=True).parameters.values():
         if get_origin(parameter.annotation) is not Annotated:
@@ -32,12 +55,12 @@ def floats(command: str) -> dict[str, str]:
 def printed(command: str, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setenv("COLUMNS", "400")
     monkeypatch.setenv("TERMINAL_WIDTH", "400")
-    done = CliRunner().invoke(app_for([command]), [command, "--help"])
+    done = CliRunner().invoke(app_for(command.split()), [*command.split(), "--help"])
     assert done.exit_code == 0, done.output
     return done.output
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", [*every_command()])
 def test_help_shows_the_unit_of_every_option(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     shown = printed(command, monkeypatch)
     for name, text in floats(command).items():
@@ -48,10 +71,10 @@ def test_help_shows_the_unit_of_every_option(command: str, monkeypatch: pytest.M
         )
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", [*every_command()])
 def test_help_loses_nothing_in_brackets(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     shown = printed(command, monkeypatch)
-    function = getattr(import_module(f"trajopt.cli.{command}"), command)
+    function = function_of(command)
     assert "[" not in (function.__doc__ or ""), "markup would take it away"
     for parameter in inspect.signature(function, eval_str=True).parameters.values():
         if get_origin(parameter.annotation) is Annotated:

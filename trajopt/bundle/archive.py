@@ -80,7 +80,7 @@ class Archive(Members):
             raise self.error(f"holds more than {LARGEST >> 20} MB")
         seen = set[str]()
         for item in items:
-            if not _NAME.fullmatch(item.filename):
+            if not is_plain(item.filename):
                 raise self.error(f"has a member of a name that no bundle has: {shown(item.filename)}")
             if item.filename in seen:
                 raise self.error(f"has two members named {shown(item.filename)}")
@@ -88,6 +88,11 @@ class Archive(Members):
                 raise self.error(f"{item.filename} is packed in a way that no bundle is")
             seen.add(item.filename)
             yield item
+
+
+def is_plain(name: str) -> bool:
+    """Say whether a member may have a name: it leads nowhere but to a file in a folder."""
+    return _NAME.fullmatch(name) is not None
 
 
 def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:

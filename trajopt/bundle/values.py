@@ -1,11 +1,10 @@
 """Single values as members: a robot, a scene, whatever a bundle may hold, without a problem around it."""
 
 import json
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from trajopt.bundle.members import Members, digest
+from trajopt.bundle.members import Members
 from trajopt.bundle.reading import document_in, reader_of
 from trajopt.bundle.to_document import Writer
 from trajopt.bundle.writing import named_members
@@ -41,11 +40,3 @@ def value_of(members: Members, meshes: Path | str | None = None) -> Any:
         FileFormatError: If they do not say what they must.
     """
     return reader_of(members, meshes).value(document_in(members, VALUE)["value"])
-
-
-def fingerprint(members: dict[str, bytes]) -> str:
-    """Return what tells members from others: the same content has the same, in hexadecimal digits."""
-    whole = sha256()
-    for name in sorted(members):
-        whole.update(f"{name} {digest(members[name])}\n".encode())
-    return whole.hexdigest()

@@ -15,8 +15,9 @@ BAD_INPUT = 2
 COMMANDS = (
     "demo", "plan", "check", "simulate", "run", "servo", "export", "bench", "suite", "compare", "view",
     "sample", "reach", "srdf", "serve", "moveit", "replay",
+    "warehouse",
 )  # fmt: skip
-"""All commands; each is the function of its name in a file of its name."""
+"""All commands; each is the function of its name in a file of its name, or commands of its own there."""
 OTHERS_WORDS = ("moveit",)
 """Commands of whose arguments those after the first belong to somebody else."""
 
@@ -36,8 +37,12 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     )
     app.callback()(_whole)
     for name in words[:1] if words and words[0] in COMMANDS else COMMANDS:
+        command = getattr(import_module(f"trajopt.cli.{name}"), name)
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+            continue
         settings = {"allow_interspersed_args": False} if name in OTHERS_WORDS else None
-        app.command(name, context_settings=settings)(getattr(import_module(f"trajopt.cli.{name}"), name))
+        app.command(name, context_settings=settings)(command)
     return app
 
 

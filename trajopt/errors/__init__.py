@@ -134,6 +134,10 @@ class MessageNotFound(NameNotFound):
     """No message of ROS of that name."""
 
 
+class EntryNotFound(NameNotFound):
+    """Nothing of that name in the warehouse."""
+
+
 class DuplicateObject(ModelError):
     """A scene object of that id is there already."""
 

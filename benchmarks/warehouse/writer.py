@@ -1,0 +1,27 @@
+"""A process that keeps one state after the other, and says of each that it was kept.
+
+python -m benchmarks.warehouse.writer FILE WHO COUNT
+"""
+
+import sys
+
+from trajopt.warehouse import State, Warehouse
+
+
+def state(who: str, number: int) -> State:
+    """Return what a writer keeps: enough numbers that half of them would be noticed."""
+    return State(who, {f"joint{place}": number + place / 1000.0 for place in range(200)})
+
+
+def main() -> None:
+    """Keep states until all are kept or the process is killed; print the number of each once it is kept."""
+    path, who, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
+    kept = Warehouse(path)
+    for number in range(count):
+        entry = kept.add(f"{who} {number % 7}", state(who, number), note=str(number), tags=(who,))
+        sys.stdout.write(f"{number} {entry.name.replace(' ', '_')} {entry.version}\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,276 @@
+"""`trajopt warehouse`: what a warehouse's file keeps: listed, shown, added, removed, taken out and in."""
+
+import json
+from collections.abc import Sequence
+from datetime import date, datetime, timedelta
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trajopt.bundle import Bundle
+from trajopt.cli.kept_files import Given, value_given
+from trajopt.cli.options import JsonOption, PackageOption, SrdfOption
+from trajopt.cli.planned import is_bundle
+from trajopt.errors import ModelError, shown
+from trajopt.warehouse import Constraints, Entry, Kind, State, Warehouse
+
+warehouse = typer.Typer(
+    help="Keep robots, scenes, problems, plans, states and constraints in one file, by name and version.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+)
+
+FileArgument = Annotated[Path, typer.Argument(help="The warehouse's file.")]
+NameArgument = Annotated[str, typer.Argument(help="The name it is kept under.")]
+NewNameArgument = Annotated[str, typer.Argument(help="The name to keep it under.")]
+KINDS = ", ".join(kind.name.lower() for kind in Kind)
+KindOption = Annotated[str | None, typer.Option("--kind", help=f"One of {KINDS}.")]
+VersionOption = Annotated[int | None, typer.Option("--version", min=1, help="Which version; else the last.")]
+OneVersionOption = Annotated[
+    int | None, typer.Option("--version", min=1, help="Only this version; else all of them.")
+]
+RobotNameOption = Annotated[str, typer.Option("--robot", help="Of the robot of this name.")]
+GoalOption = Annotated[str, typer.Option("--goal", help="Words of the goal.")]
+SceneNameOption = Annotated[str, typer.Option("--scene", help="In the scene that is kept under this name.")]
+TextOption = Annotated[
+    str, typer.Option("--text", help="Words that all occur in names, objects, reasons, notes or tags.")
+]
+TagsOption = Annotated[list[str] | None, typer.Option("--tag", help="Marked with this (repeatable).")]
+SinceOption = Annotated[
+    str, typer.Option("--since", help="Kept on this day or later: 2026-11-22, or 2026-11-22T14:30.")
+]
+UntilOption = Annotated[
+    str, typer.Option("--until", help="Kept on this day or earlier; with a time, before it.")
+]
+SolvedOption = Annotated[
+    bool | None, typer.Option("--solved/--failed", help="Planning found a motion, or did not.")
+]
+NewestOption = Annotated[bool, typer.Option("--newest", help="Only the last version of each name.")]
+NoteOption = Annotated[str, typer.Option("--note", help="Whatever is to be said of it.")]
+TagOption = Annotated[list[str] | None, typer.Option("--tag", help="A word to find it by (repeatable).")]
+BundleOption = Annotated[
+    Path | None, typer.Option("--bundle", help="Keep this bundle: a plan, a failure, a problem.")
+]
+RobotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot", help="Keep this robot (panda, ur5, ..., or a description's file), or what is of it:"
+    ),
+]
+SceneOption = Annotated[Path | None, typer.Option("--scene", help="a MoveIt PlanningScene in YAML,")]
+RequestOption = Annotated[
+    Path | None, typer.Option("--request", help="with the scene a MoveIt MotionPlanRequest: a problem,")
+]
+StateOption = Annotated[Path | None, typer.Option("--state", help="a MoveIt RobotState in YAML,")]
+ConstraintsOption = Annotated[
+    Path | None, typer.Option("--constraints", help="or MoveIt Constraints in YAML.")
+]
+SourcesArgument = Annotated[list[Path], typer.Argument(help="Other warehouses, and bundles.")]
+TargetOption = Annotated[
+    Path,
+    typer.Option("--out", help="A bundle (x.trajopt), or another warehouse that gets what it lacks."),
+]
+OptionalName = Annotated[
+    str, typer.Argument(help="The name it is kept under; all of the warehouse if left out.")
+]
+
+
+@warehouse.command()
+def ls(
+    file: FileArgument,
+    kind: KindOption = None,
+    robot: RobotNameOption = "",
+    goal: GoalOption = "",
+    scene: SceneNameOption = "",
+    text: TextOption = "",
+    tag: TagsOption = None,
+    since: SinceOption = "",
+    until: UntilOption = "",
+    solved: SolvedOption = None,
+    newest: NewestOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """List what is kept, the last first. Exit status 0, or 2 for bad input."""
+    with Warehouse(file, create=False) as kept:
+        found = kept.find(
+            kind=_kind(kind), robot=robot, goal=goal, scene=scene, text=text, tags=tuple(tag or ()),
+            since=_day(since), until=_day(until, end=True), solved=solved, newest=newest,
+        )  # fmt: skip
+    typer.echo(json.dumps([entry.as_dict() for entry in found]) if as_json else listing(found))
+
+
+@warehouse.command()
+def show(
+    file: FileArgument,
+    name: NameArgument,
+    kind: KindOption = None,
+    version: VersionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show something that is kept, and its versions. Exit status 0, or 2 for bad input."""
+    with Warehouse(file, create=False) as kept:
+        entry = kept.entry(name, kind=_kind(kind), version=version)
+        versions = kept.find(kind=entry.kind, name=name)
+        words = _words(kept.load(entry))
+    if as_json:
+        numbers = sorted(each.version for each in versions)
+        typer.echo(json.dumps({**entry.as_dict(), "versions": numbers, "shown": words}))
+        return
+    typer.echo(f"{entry}\n{entry.note}\n".rstrip() + f"\n\n{words}\n\n{listing(versions)}")
+
+
+@warehouse.command()
+def add(
+    file: FileArgument,
+    name: NewNameArgument,
+    bundle: BundleOption = None,
+    robot: RobotOption = None,
+    scene: SceneOption = None,
+    request: RequestOption = None,
+    state: StateOption = None,
+    constraints: ConstraintsOption = None,
+    srdf: SrdfOption = None,
+    package_dir: PackageOption = None,
+    tag: TagOption = None,
+    note: NoteOption = "",
+    as_json: JsonOption = False,
+) -> None:
+    """Keep something; earlier versions of the name stay. Exit status 0, or 2 for bad input."""
+    tags = tuple(tag or ())
+    if bundle is not None:
+        if robot is not None:
+            raise ModelError("a bundle has its robot: give --bundle or --robot")
+        with Warehouse(file) as kept:
+            entry = kept.add_bundle(bundle, name, tags=tags, note=note)
+    else:
+        given = Given(robot, srdf, tuple(package_dir or ()), scene, request, state, constraints)
+        value = value_given(given)
+        with Warehouse(file) as kept:
+            entry = kept.add(name, value, tags=tags, note=note)
+    typer.echo(json.dumps(entry.as_dict()) if as_json else f"kept: {entry}")
+
+
+@warehouse.command()
+def rm(
+    file: FileArgument,
+    name: NameArgument,
+    kind: KindOption = None,
+    version: OneVersionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Remove something for good. Exit status 0, or 2 for bad input."""
+    with Warehouse(file, create=False) as kept:
+        gone = kept.remove(name, kind=_kind(kind), version=version)
+    words = "\n".join(f"removed: {entry}" for entry in gone)
+    typer.echo(json.dumps([entry.as_dict() for entry in gone]) if as_json else words)
+
+
+@warehouse.command()
+def export(
+    file: FileArgument,
+    out: TargetOption,
+    name: OptionalName = "",
+    kind: KindOption = None,
+    version: VersionOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a bundle, or copy into another warehouse. Exit status 0, or 2 for bad input."""
+    with Warehouse(file, create=False) as kept:
+        if not name and (is_bundle(out) or version is not None):
+            raise ModelError("name what is to be written: a bundle has one plan or problem")
+        chosen = (
+            (kept.entry(name, kind=_kind(kind), version=version),) if name else kept.find(kind=_kind(kind))
+        )
+        if is_bundle(out):
+            kept.export(chosen[0], out)
+        else:
+            with Warehouse(out) as other:
+                chosen = kept.copy_to(other, chosen)
+    _say(chosen, f"written to {out}", as_json=as_json)
+
+
+@warehouse.command(name="import")
+def take_in(file: FileArgument, sources: SourcesArgument, as_json: JsonOption = False) -> None:
+    """Take in all of other warehouses, and bundles. Exit status 0, or 2 for bad input."""
+    taken = list[Entry]()
+    with Warehouse(file) as kept:
+        for source in sources:
+            if is_bundle(source):
+                taken.append(kept.add_bundle(source))
+            else:
+                with Warehouse(source, create=False) as other:
+                    taken += other.copy_to(kept)
+    _say(taken, f"kept in {file}", as_json=as_json)
+
+
+def listing(entries: Sequence[Entry]) -> str:
+    """Return a line for each entry, in columns."""
+    if not entries:
+        return "nothing"
+    rows = [
+        (
+            entry.kind.name.lower(),
+            entry.name,
+            str(entry.version),
+            entry.robot,
+            entry.status,
+            "" if entry.duration is None else f"{entry.duration:.3f} s",
+            datetime.fromisoformat(entry.made).astimezone().strftime("%Y-%m-%d %H:%M"),
+            " ".join(entry.tags),
+        )
+        for entry in entries
+    ]
+    table = [("kind", "name", "version", "robot", "status", "motion", "kept", "tags"), *rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in table
+    )
+
+
+def _say(entries: Sequence[Entry], done: str, *, as_json: bool) -> None:
+    words = f"{listing(entries)}\n\n{done}" if entries else f"nothing new: all was {done}"
+    typer.echo(json.dumps([entry.as_dict() for entry in entries]) if as_json else words)
+
+
+def _words(value: object) -> str:
+    """Say what something is that was kept."""
+    match value:
+        case Bundle():
+            return str(value)
+        case State():
+            return "\n".join(f"  {joint:<24} {at:g}" for joint, at in value.positions.items())
+        case Constraints():
+            return "\n".join(f"  {each.in_full()}" for each in value.requirements)
+        case _:
+            return str(value)
+
+
+def _kind(name: str | None) -> Kind | None:
+    """Return the kind of a name.
+
+    Raises:
+        ModelError: If there is none.
+    """
+    if name is None:
+        return None
+    if name.upper() not in Kind.__members__:
+        raise ModelError(f"--kind must be one of {KINDS}, is {shown(name)}")
+    return Kind[name.upper()]
+
+
+def _day(text: str, *, end: bool = False) -> datetime | None:
+    """Return the time that is meant; of a day alone where it begins, or ends.
+
+    Raises:
+        ModelError: If it is none.
+    """
+    if not text:
+        return None
+    try:
+        when = datetime.fromisoformat(text)
+        alone = len(text) == len(date.min.isoformat())
+    except ValueError as error:
+        raise ModelError(f"{shown(text)} is no date: write 2026-11-22, or 2026-11-22T14:30") from error
+    return when + timedelta(days=1) if end and alone else when
