@@ -190,7 +190,7 @@ def as_placement(name: str, value: PlacementLike) -> Placement:
     except ShapeError as error:
         forms = "a Placement, a pinocchio.SE3, a 4x4 matrix or (xyz, quaternion xyzw)"
         # A position is no placement by itself: unturned is right for most objects and for hardly any hand.
-        alone = isinstance(value, list | tuple | np.ndarray) and len(value) == 3 and np.ndim(value[0]) == 0
+        alone = isinstance(value, list | tuple | np.ndarray) and len(stated) == 3 and np.ndim(stated[0]) == 0
         why = f"a position alone; placement({shown(stated)}) is unturned" if alone else str(error)
         raise ShapeError(name, f"must be {forms}, is {shown(stated)} ({why})") from error
 
