@@ -9,6 +9,7 @@ from typing import Any, get_args
 import numpy as np
 
 import trajopt as to
+from tests.perception.scenes import cameras
 from tests.warehouse.samples import samples_of_the_warehouse
 from trajopt.cartesian import follows_curve, line
 from trajopt.execution import (
@@ -47,6 +48,7 @@ RETURNED = frozenset(
     SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
     Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion
     LiveView RunViewer ServoPage Entry
+    Cloud Cluster FlatPart Mount Perceived Radius
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
@@ -54,9 +56,11 @@ INNER = frozenset(
     """
     KnotsNlp BudgetTracker Workspace TrustRegion Judge.certify Judge.decide Judge.check
     check_requirement constrain
+    Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of DepthNoise.sigma DepthNoise.sigmas
+    DepthImage.taken PointCloud.taken
     """.split()
 )
-"""What only planning itself calls, many times; other packages add to the last two."""
+"""What only planning, or perception, itself calls, many times; other packages add to the last two."""
 CALLED_BY_SOLVERS = frozenset({"linearise", "expression", "bounds", "excess", "objection", "by_pair"})
 """Methods of terms and methods that the program calls, with a motion of its own."""
 OPEN: Mapping[str, str] = {
@@ -88,9 +92,11 @@ def by_argument() -> Mapping[str, Any]:
         "begin": AT,
         "centre": AT,
         "closing": ALONG_Y,
+        "cloud": to.Points(np.zeros((1, 3)), 0.01),
         "direction": UP,
         "document": {},
         "end": FARTHER,
+        "eye": UP,
         "field": "f",
         "first": "tool",
         "frame": "tool",
@@ -174,7 +180,7 @@ def by_call() -> Mapping[str, Any]:
         "Robot.group.name": "arm",
         "Robot.state.name": "home",
         "RobotBase.rolling.moved": (),
-        "Scene.add.name": "new",
+        **dict.fromkeys(("Scene.add.name", "Scene.with_cloud.name"), "new"),
         "Scene.add.shape": to.Sphere(0.1),
         "Scene.detach.at": two,
         "Scene.with_tool.name": "tcp",
@@ -320,6 +326,7 @@ def instances() -> Mapping[str, Any]:
         "Logbook": Logbook(),
         "Played": played(),
         "Recorder": Recorder(played()),
+        **cameras(asked.scene, "arm"),
         "Stream": Stream((said(),)),
     }
 

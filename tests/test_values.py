@@ -43,7 +43,7 @@ from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
-    "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
+    "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
     "MoveGroupCommander",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",
     "Search", "Service", "Servo", "ServoPage", "Session", "SimulatedExecutor", "Supervisor",

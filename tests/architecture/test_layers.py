@@ -16,7 +16,7 @@ ORDER = (
     ("terms",),
     ("problem",),
     ("transcription", "kinematics", "moveit"),
-    ("methods", "infeasibility", "srdf_assistant", "export"),
+    ("methods", "infeasibility", "srdf_assistant", "export", "perception"),
     ("planning",),
     ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution"),
     ("client", "bundle"),

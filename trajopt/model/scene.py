@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from trajopt.arrays import Floats, floats, one_of, unless_none
-from trajopt.errors import DuplicateObject, FrameNotFound, ModelError, shown
+from trajopt.errors import FrameNotFound, ModelError, shown
 from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.model.meshes.mesh_cover import MeshPolicy
 from trajopt.model.placement import PlacementLike, as_placement
@@ -74,10 +74,7 @@ class Scene(SceneMotions):
             ShapeError: If the mass is negative or not finite, or it expires before it appears.
             ModelError: If there is both a motion and a placement or frame.
         """
-        if one_of("the object's id", name, str) in self.objects:
-            raise DuplicateObject(name)
-        if not name or name == WORLD or name in self.frame_names:
-            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
+        self._check_free(name)
         self._check_frame(frame)
         parts, notes = covered_parts(name, shape, unless_none("meshes", meshes, MeshPolicy) or MeshPolicy())
         links = self._owners(touch_links)

@@ -1,4 +1,4 @@
-"""What moves by itself in a scene: objects along tracks, and other robots along their planned motions."""
+"""What moves in a scene or is seen anew: objects along tracks, other robots as planned, clouds of cameras."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from trajopt.model.placement import IDENTITY, PlacementLike, as_placement
 from trajopt.model.planned_robot import MovingRobot, PlannedRobot, robot_and_trajectory
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot_in_motion import robot_objects
-from trajopt.model.scene_object import SceneObject, object_placement
+from trajopt.model.scene_object import SceneObject, cloud_parts, object_placement, replaced_cloud
 from trajopt.model.scene_parts import SceneParts
+from trajopt.model.shapes import Points, Voxels
 from trajopt.model.timing import timing_of
 from trajopt.model.track import TOLERANCE, Prediction, Track
 from trajopt.model.trajectory import Trajectory
 
 
 class SceneMotions(SceneParts):
-    """The edits of a scene that say what moves by itself."""
+    """The edits of a scene that say what moves by itself, or is seen again and again."""
 
     def with_motion(
         self,
@@ -89,6 +90,30 @@ class SceneMotions(SceneParts):
             if key in self.placed or key in self.frame_names:
                 raise DuplicateObject(key)
         return replace(self, objects={**self.objects, **added})
+
+    def with_cloud(self, name: str, cloud: Points | Voxels | None) -> Self:
+        """Put what was seen into the world, in place of all that was seen before under that name.
+
+        What else is said of the object stays: what may touch it, margins and clearances.
+
+        Args:
+            name: Of the object: a new one, or a cloud that the scene has.
+            cloud: In the world, about its origin; None where nothing was seen: a mere frame remains.
+
+        Raises:
+            ModelError: If the name is one of the robot's, or of an object that is no cloud.
+        """
+        if one_of("the cloud's id", name, str) in self.objects:
+            return self._with(replaced_cloud(self.objects[name], cloud))
+        self._check_free(name)
+        return self._with(SceneObject(name, cloud_parts(cloud), IDENTITY, WORLD))
+
+    def _check_free(self, name: str) -> None:
+        """Refuse the id of an object that is taken."""
+        if one_of("the object's id", name, str) in self.objects:
+            raise DuplicateObject(name)
+        if not name or name == WORLD or name in self.frame_names:
+            raise ModelError(f"object id {shown(name)} is taken by a frame of the robot, or empty")
 
     def _with(self, item: SceneObject) -> Self:
         return replace(self, objects={**self.objects, item.name: item})

@@ -15,7 +15,8 @@ from trajopt.model.meshes.mesh_cover import MeshPolicy, cover_mesh
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_number, seen_from
-from trajopt.model.shapes import Shape, bounding_box, solids_of
+from trajopt.model.requirements import WORLD
+from trajopt.model.shapes import Points, Shape, Voxels, bounding_box, solids_of
 from trajopt.model.timing import ALWAYS, Timing
 
 Part = tuple[Shape, Placement]
@@ -171,6 +172,29 @@ def _is_part(item: object) -> bool:
     """Say whether something is a shape with its placement; callers may not check types."""
     pair = cast("tuple[object, ...]", item) if isinstance(item, tuple) else ()
     return len(pair) == 2 and isinstance(pair[0], Shape)
+
+
+def cloud_parts(cloud: Points | Voxels | None) -> tuple[Part, ...]:
+    """Return what an object is made of that stands for a cloud in the world; nothing for None.
+
+    Raises:
+        ModelError: If it is no cloud.
+    """
+    if not isinstance(cloud, Points | Voxels | None):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ModelError(f"cloud must be Points, Voxels or None, is {shown(cloud)}")
+    return () if cloud is None else ((cloud, IDENTITY),)
+
+
+def replaced_cloud(old: SceneObject, cloud: Points | Voxels | None) -> SceneObject:
+    """Return an object with another cloud in the world in place of its own.
+
+    Raises:
+        ModelError: If it is no cloud, or the object was none.
+    """
+    if not all(isinstance(shape, Points | Voxels) for shape, _ in old.parts):
+        raise ModelError(f"{shown(old.name)} is no cloud, and would be lost: remove it, or take another name")
+    parts = cloud_parts(cloud)
+    return replace(old, parts=parts, placement=IDENTITY, frame=WORLD, notes=(), timing=ALWAYS)
 
 
 def checked_mass(name: str, mass: float) -> float:

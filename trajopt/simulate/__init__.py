@@ -6,6 +6,8 @@ Importing this package does not import MuJoCo; calling one of its functions does
 from trajopt.errors import RenderingUnavailable as RenderingUnavailable
 from trajopt.simulate.camera import CameraView as CameraView
 from trajopt.simulate.contacts import Contact as Contact
+from trajopt.simulate.depth_camera import DepthCamera as DepthCamera
+from trajopt.simulate.depth_camera import Flaws as Flaws
 from trajopt.simulate.execution import build_spec as build_spec
 from trajopt.simulate.execution import simulate as simulate
 from trajopt.simulate.execution import simulate_phases as simulate_phases

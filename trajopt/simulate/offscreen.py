@@ -15,6 +15,7 @@ from trajopt.errors import RenderingUnavailable
 from trajopt.io.engine import mujoco
 
 Image = NDArray[np.uint8]
+Depths = NDArray[np.float32]
 
 
 def backends() -> tuple[str, ...]:
@@ -118,3 +119,27 @@ class Offscreen:
         pixels = np.empty((height, width, 3), dtype=np.uint8)
         mujoco.mjr_readPixels(pixels, None, rectangle, self._resources)
         return pixels[::-1]
+
+    def depth(self, scene: mujoco.MjvScene, nearest: float, farthest: float) -> Depths:
+        """Draw how far away things are, shape (height, width), first row on top; in metres along the axis.
+
+        Args:
+            scene: What is drawn.
+            nearest: Depth of the plane before which nothing is drawn [m].
+            farthest: Depth of the plane behind which nothing is drawn, which is what is seen where nothing
+                is [m].
+        """
+        width, height = self._size
+        rectangle = mujoco.MjrRect(0, 0, width, height)
+        flags = mujoco.mjtRndFlag
+        for flag in (flags.mjRND_SHADOW, flags.mjRND_REFLECTION, flags.mjRND_SKYBOX, flags.mjRND_HAZE):
+            scene.flags[flag.value] = 0
+        # With 0 for far, the numbers near 0 are as fine as single precision has them.
+        self._resources.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
+        mujoco.mjr_render(rectangle, scene, self._resources)
+        inverse = np.empty((height, width), dtype=np.float32)
+        mujoco.mjr_readPixels(None, inverse, rectangle, self._resources)
+        # What is drawn is a (1 / depth - 1 / farthest) with a such that the nearest plane has 1.
+        share = inverse[::-1].astype(np.float64)
+        depth = 1.0 / (share * (1.0 / nearest - 1.0 / farthest) + 1.0 / farthest)
+        return depth.astype(np.float32)

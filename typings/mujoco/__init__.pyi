@@ -44,11 +44,21 @@ class mjtBuiltin(_Enum):
 
 class mjtCamera(_Enum):
     mjCAMERA_FREE: ClassVar[mjtCamera]
+    mjCAMERA_FIXED: ClassVar[mjtCamera]
 
 class mjtCatBit(_Enum):
     mjCAT_DYNAMIC: ClassVar[mjtCatBit]
     mjCAT_DECOR: ClassVar[mjtCatBit]
     mjCAT_ALL: ClassVar[mjtCatBit]
+
+class mjtRndFlag(_Enum):
+    mjRND_SHADOW: ClassVar[mjtRndFlag]
+    mjRND_REFLECTION: ClassVar[mjtRndFlag]
+    mjRND_SKYBOX: ClassVar[mjtRndFlag]
+    mjRND_HAZE: ClassVar[mjtRndFlag]
+
+class mjtDepthMap(_Enum):
+    mjDEPTH_ZEROFAR: ClassVar[mjtDepthMap]
 
 class mjtCone(_Enum):
     mjCONE_ELLIPTIC: ClassVar[mjtCone]
@@ -137,6 +147,7 @@ class MjVisual:
         haze: float
         shadowclip: float
         zfar: float
+        znear: float
 
     @property
     def global_(self) -> Global: ...
@@ -231,6 +242,13 @@ class MjsBody:
         self, *, name: str | None = None, type: _Integer | None = None, axis: ArrayLike | None = None
     ) -> MjsJoint: ...
     def add_light(self, *, name: str | None = None, type: _Integer | None = None) -> MjsLight: ...
+    def add_camera(self, *, name: str | None = None) -> MjsCamera: ...
+
+class MjsCamera:
+    resolution: NDArray[np.int64]
+    sensor_size: _Doubles
+    focal_pixel: _Doubles
+    principal_pixel: _Doubles
 
 class MjsActuator:
     name: str
@@ -381,6 +399,11 @@ class MjModel:
     def body(self, name: int | str, /) -> _MjBodyView: ...
     def joint(self, name: int | str, /) -> _MjModelView: ...
     def light(self, name: int | str, /) -> _MjModelView: ...
+    def camera(self, name: int | str, /) -> _MjModelView: ...
+    @property
+    def cam_pos(self) -> NDArray[np.float64]: ...
+    @property
+    def cam_quat(self) -> NDArray[np.float64]: ...
 
 class _MjContactList:
     @property
@@ -445,6 +468,7 @@ def mj_multiRay(
 
 class MjvCamera:
     type: _Int
+    fixedcamid: int
     lookat: _Doubles
     distance: float
     azimuth: float
@@ -466,6 +490,8 @@ class MjvGeom:
 class MjvScene:
     ngeom: int
     @property
+    def flags(self) -> NDArray[np.uint8]: ...
+    @property
     def geoms(self) -> tuple[MjvGeom, ...]: ...
     def __init__(self, model: MjModel, maxgeom: int) -> None: ...
 
@@ -473,6 +499,7 @@ class MjrRect:
     def __init__(self, left: int, bottom: int, width: int, height: int) -> None: ...
 
 class MjrContext:
+    readDepthMap: _Integer
     def __init__(self, model: MjModel, fontscale: _Integer, /) -> None: ...
     def free(self) -> None: ...
 
