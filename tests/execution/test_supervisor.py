@@ -34,6 +34,48 @@ def run(arm: IdealExecutor, supervisor: Supervisor, until: float) -> None:
         arm.advance(CYCLE)
 
 
+class Slow(IdealExecutor):
+    """So much time passes each time that a motion for it is looked for."""
+
+    late: tuple[float, ...] = ()
+
+    def splice(self, trajectory: to.Trajectory, at: float) -> str:
+        if self.late:
+            self.advance(self.late[0])
+            self.late = self.late[1:]
+        return super().splice(trajectory, at)
+
+
+def slowly_supervised(problem: to.Problem) -> tuple[Slow, Supervisor]:
+    arm = Slow(problem.scene.robot.joint_names, problem.start_positions)
+    supervisor = Supervisor(arm, problem)
+    supervisor.go(problem)
+    run(arm, supervisor, 0.2)
+    assert arm.state().velocities.any()
+    return arm, supervisor
+
+
+@pytest.mark.parametrize("late", [(0.006,), (0.006, 0.02)])
+def test_a_stop_that_comes_late_is_looked_for_again(problem: to.Problem, late: tuple[float, ...]) -> None:
+    arm, supervisor = slowly_supervised(problem)
+    arm.late = late
+    taken = supervisor.stop()
+    assert taken.proven and Kind.UNPROVEN_STOP not in kinds(supervisor)
+    assert kinds(supervisor).count(Kind.REJECTED) == len(late)
+    assert kinds(supervisor).count(Kind.STOPPING) == 1
+    arm.advance(taken.duration + 0.1)
+    assert not arm.state().velocities.any() and not arm.fault()
+
+
+def test_motors_brake_where_no_stop_comes_in_time(problem: to.Problem) -> None:
+    arm, supervisor = slowly_supervised(problem)
+    arm.late = (0.006, 0.02, 0.05)
+    taken = supervisor.stop()
+    assert not taken.proven
+    assert kinds(supervisor)[-2:] == [Kind.STOPPING, Kind.UNPROVEN_STOP]
+    assert arm.fault() and not arm.state().velocities.any()
+
+
 def kinds(supervisor: Supervisor) -> list[Kind]:
     return [event.kind for event in supervisor.events]
 

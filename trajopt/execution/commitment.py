@@ -85,19 +85,20 @@ class Commitment(Printed):
         return start_at(problem, self.motion, at, scene)
 
     def stop(
-        self, problem: Problem, along: Trajectory | None, why: str
-    ) -> tuple[Trajectory | None, StopTaken]:
-        """Take the soonest proven stop.
+        self, problem: Problem, begin: float, along: Trajectory | None, why: str
+    ) -> tuple[Trajectory | None, StopTaken] | None:
+        """Take the soonest proven stop from a time on.
 
         Args:
             problem: What is required.
-            along: The earliest stop on the path that begins as soon as it can; None where there is none.
+            begin: When it begins, on the executor's clock [s].
+            along: The earliest stop on the path that begins then; None where there is none.
             why: What for.
 
         Returns:
-            What it does from then on, and how it stops; None where the robot stands.
+            What it does from then on, and how it stops; no motion where the robot stands. None if the stop
+            was not accepted: it came too late.
         """
-        begin = self.soonest
         ahead = self.motion.ahead(begin, self.joint_names)
         if ahead is None:
             return None, StopTaken(0.0, along=True, proven=True)
@@ -105,9 +106,17 @@ class Commitment(Printed):
         here = self.still_at(problem, begin, problem.scene)
         self.stale(begin + ahead.duration)
         motion, taken = soonest_stop(self.guard, self.world, begin, here, ahead, along)
-        if motion is not ahead:
-            self.splice(motion, begin)
+        if motion is not ahead and not self.splice(motion, begin):
+            return None
         self.journal.note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
         if not taken.proven:
             self.journal.note(Kind.UNPROVEN_STOP, self.guard.why_not(motion, self.world, begin))
         return motion, taken
+
+    def brake(self, why: str) -> StopTaken:
+        """Have all motors brake at once: no stop that is proven was accepted in time."""
+        ahead = self.motion.ahead(self.soonest, self.joint_names)
+        self.executor.stop()
+        self.journal.note(Kind.STOPPING, f"{why}; all motors brake at once")
+        self.journal.note(Kind.UNPROVEN_STOP, "no proven stop was accepted in time")
+        return StopTaken(0.0 if ahead is None else ahead.duration, along=False, proven=False)

@@ -20,6 +20,9 @@ from trajopt.retime.stops import PathStop
 FARTHER = (0.0, 0.2, 0.5, inf)
 """How much farther the robot goes on where a sooner stop is not proven [s]: past a box of 0.1 m at 0.5 m/s,
 past a person, or to the goal."""
+STOPS = 3
+"""So often a stop is looked for. The second time there is twice the time that the first took, which is enough
+but for a machine that stalls."""
 
 
 class Progress(Enum):
@@ -174,17 +177,29 @@ class Running(Printed):
         return found is not None and found.goal.guard.proven(found.trajectory, world, time)
 
     def stop(self, problem: Problem, why: str) -> StopTaken:
-        """Take the soonest proven stop, of the motion or off its path."""
-        begin, intended, along = self.commitment.soonest, self.intended, None
+        """Take the soonest proven stop, of the motion or off its path.
+
+        Finding one takes time. Where that was more than the executor's latency leaves, it is looked for again
+        from as much later on; if none comes in time, the motors brake at once.
+        """
+        commitment, intended, lead = self.commitment, self.intended, 0.0
         self.leave()
-        if intended is not None and intended.begin <= begin < min(self.parting, intended.end):
-            along = intended.stops.earliest(begin - intended.begin)
-        motion, taken = self.commitment.stop(problem, None if along is None else along.trajectory, why)
-        if intended is not None and taken.along:
-            shorter = along is not None and motion is along.trajectory
-            self.pause = Pause(intended, along) if along is not None and shorter else self._committed
-        self.parting = begin
-        return taken
+        for _ in range(STOPS):
+            asked = commitment.executor.now()
+            begin, along = commitment.soonest + lead, None
+            if intended is not None and intended.begin <= begin < min(self.parting, intended.end):
+                along = intended.stops.earliest(begin - intended.begin)
+            found = commitment.stop(problem, begin, None if along is None else along.trajectory, why)
+            if found is not None and (not lead or found[0] is not None):
+                motion, taken = found
+                if intended is not None and taken.along:
+                    shorter = along is not None and motion is along.trajectory
+                    self.pause = Pause(intended, along) if along is not None and shorter else self._committed
+                self.parting = begin
+                return taken
+            lead = 2.0 * (commitment.executor.now() - asked)
+        self.parting = commitment.soonest
+        return commitment.brake(why)
 
     def _after(self, now: float) -> float:
         """Return until when the robot goes on before it brakes [s]."""

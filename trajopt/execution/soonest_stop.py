@@ -17,7 +17,7 @@ class StopTaken(Value):
     """A stop that was commanded.
 
     Attributes:
-        duration: From its begin to rest [s].
+        duration: From its begin to rest [s]; where all motors brake at once, what they need at most.
         along: Whether the robot stays on the path that it was on.
         proven: Whether it is proven that it keeps clear of everything.
     """
