@@ -9,6 +9,7 @@ from typing import Any, get_args
 import numpy as np
 
 import trajopt as to
+from tests.campaign.samples import campaign_samples
 from tests.perception.scenes import cameras
 from tests.warehouse.samples import samples_of_the_warehouse
 from trajopt.cartesian import follows_curve, line
@@ -42,22 +43,21 @@ RETURNED = frozenset(
     FollowsCurve StopReason PickPlaceResult Refusal Segment Timeline Exported ConfigurationTable
     InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile
     Choice Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual SoftClearance
-    SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit Overload PairClearance
-    PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
-    Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup
-    SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime
-    Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion
-    LiveView RunViewer ServoPage Entry
-    Cloud Cluster FlatPart Mount Perceived Radius
+    SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit Overload
+    PairClearance PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog
+    TrackingError Viewer Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence
+    ProposedGroup SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction
+    PathTime Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion LiveView RunViewer
+    ServoPage Entry Cloud Cluster FlatPart Mount Perceived Radius CampaignFolder Progress Source
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
 INNER = frozenset(
     """
-    KnotsNlp BudgetTracker Workspace TrustRegion Judge.certify Judge.decide Judge.check
-    check_requirement constrain
-    Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of DepthNoise.sigma DepthNoise.sigmas
-    DepthImage.taken PointCloud.taken
+    KnotsNlp BudgetTracker Workspace TrustRegion Judge.certify Judge.decide Judge.check check_requirement
+    constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of DepthNoise.sigma
+    DepthNoise.sigmas DepthImage.taken PointCloud.taken Options.plan Campaign.tasks CampaignFolder.write
+    Local.pool Ray.pool
     """.split()
 )
 """What only planning, or perception, itself calls, many times; other packages add to the last two."""
@@ -288,7 +288,8 @@ def sample(call: str, parameter: inspect.Parameter, fits: Callable[[Any], bool])
         parameter: The parameter.
         fits: Says whether a value is of its kind.
     """
-    for known, name in ((by_call(), f"{call}.{parameter.name}"), (by_argument(), parameter.name)):
+    calls = by_call() | campaign_samples(problem())
+    for known, name in ((calls, f"{call}.{parameter.name}"), (by_argument(), parameter.name)):
         if name in known:
             return known[name]
     for value in pool():

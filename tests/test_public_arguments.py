@@ -20,7 +20,7 @@ ROOMS = (
     "trajopt.kinematics", "trajopt.moveit", "trajopt.methods", "trajopt.seeds", "trajopt.solvers",
     "trajopt.transcription", "trajopt.terms", "trajopt.retime", "trajopt.verify", "trajopt.simulate",
     "trajopt.view", "trajopt.explanation", "trajopt.benchmark", "trajopt.srdf_assistant", "trajopt.planning",
-    "trajopt.execution", "trajopt.perception", "trajopt.warehouse",
+    "trajopt.execution", "trajopt.perception", "trajopt.warehouse", "trajopt.campaign",
 )  # fmt: skip
 """Rooms whose names are for callers."""
 CLASSES: dict[str, type[object]] = {}

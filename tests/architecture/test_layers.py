@@ -21,7 +21,7 @@ ORDER = (
     ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution"),
     ("client", "bundle"),
     ("view", "commander", "warehouse"),
-    ("server",),
+    ("server", "campaign"),
     ("cli",),
     ("__main__",),
 )
@@ -55,6 +55,8 @@ ONLY_IN: dict[str, set[str]] = {
     "fastapi": {"server"},
     "uvicorn": {"server"},
     "prometheus_client": {"server"},
+    "pyarrow": {"kinematics", "campaign"},
+    "ray": {"campaign"},
 }
 """Packages that only some rooms may import."""
 

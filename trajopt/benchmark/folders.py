@@ -16,6 +16,7 @@ from trajopt.benchmark.outcome import Outcome
 from trajopt.errors import FileFormatError, NameNotFound
 from trajopt.model.robot import Robot
 from trajopt.moveit import read_motions, read_request, read_scene
+from trajopt.planning.status import Status
 from trajopt.problem import Problem
 
 
@@ -97,8 +98,13 @@ def seconds(outcome: Outcome) -> dict[str, float]:
 
 def cause(outcome: Outcome) -> str:
     """Say why there is no plan, without numbers, so that equal causes can be counted."""
-    blocked = re.search(r"worst is (.+?) by ", outcome.message)
-    return outcome.status.name if blocked is None else f"{outcome.status.name}: {blocked[1]}"
+    return cause_of(outcome.status, outcome.message)
+
+
+def cause_of(status: Status, message: str) -> str:
+    """Return the name of a status, and what stood in the way most where a message says it."""
+    blocked = re.search(r"worst is (.+?) by ", message)
+    return status.name if blocked is None else f"{status.name}: {blocked[1]}"
 
 
 def not_proven_unaskable(outcome: Outcome) -> bool:

@@ -46,6 +46,10 @@ class ExecutionError(TrajoptError, RuntimeError):
     """What drives a robot cannot be asked, or cannot do what it must."""
 
 
+class CampaignError(TrajoptError, RuntimeError):
+    """A campaign cannot go on, or its folder does not hold what it must."""
+
+
 class NameNotFound(ModelError, KeyError):
     """A name is unknown; carries the known names that are similar.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import cast
 
 from trajopt.errors import FileFormatError, shown
-from trajopt.io.files import number_of, read_json
+from trajopt.io.files import number_of, parse_json, read_text
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,20 @@ def read_document(path: Path | str) -> Node:
     Raises:
         FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one mapping.
     """
-    return _the_only(path, dict, "one mapping (key: value)")
+    return parse_document(read_text(path), path)
+
+
+def parse_document(text: str, path: Path | str) -> Node:
+    """Parse the text of a file, as `read_document` does.
+
+    Args:
+        text: The text.
+        path: The file that it is from: JSON where its name ends so, YAML otherwise.
+
+    Raises:
+        FileFormatError: If it cannot be parsed, or does not hold exactly one mapping.
+    """
+    return _the_only(text, path, dict, "one mapping (key: value)")
 
 
 def read_list(path: Path | str) -> Node:
@@ -141,13 +154,22 @@ def read_list(path: Path | str) -> Node:
     Raises:
         FileFormatError: If it is missing, cannot be parsed, or does not hold exactly one list.
     """
-    return _the_only(path, list, "one list (- item)")
+    return parse_list(read_text(path), path)
 
 
-def _the_only(path: Path | str, kind: type[object], words: str) -> Node:
-    from trajopt.io.yaml_files import read_yaml  # slow to import
+def parse_list(text: str, path: Path | str) -> Node:
+    """Parse the text of a file that holds a list, as `parse_document` parses one that holds a mapping.
 
-    documents = [read_json(path)] if Path(path).suffix == ".json" else read_yaml(path)
+    Raises:
+        FileFormatError: If it cannot be parsed, or does not hold exactly one list.
+    """
+    return _the_only(text, path, list, "one list (- item)")
+
+
+def _the_only(text: str, path: Path | str, kind: type[object], words: str) -> Node:
+    from trajopt.io.yaml_files import parse_yaml  # slow to import
+
+    documents = [parse_json(text, path)] if Path(path).suffix == ".json" else parse_yaml(text, path)
     if len(documents) != 1 or not isinstance(documents[0], kind):
         raise FileFormatError(str(path), f"must hold {words}")
     return Node(documents[0], str(path))

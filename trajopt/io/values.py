@@ -114,7 +114,9 @@ class Writer:
     def _mapping(self, value: Mapping[object, object], place: str) -> object:
         if all(isinstance(key, str) for key in value):
             return {"map": {str(k): self.document(each, f"{place}.{k}") for k, each in value.items()}}
-        return {"pairs": [[self.document(k, place), self.document(v, place)] for k, v in value.items()]}
+        pairs = [[self.document(k, place), self.document(v, place)] for k, v in value.items()]
+        # Their order may be that of a set, which differs from process to process: the same value, one text.
+        return {"pairs": sorted(pairs, key=repr)}
 
 
 def key_of(field: str) -> str:

@@ -31,7 +31,19 @@ def read_yaml(path: Path | str) -> list[object]:
         FileFormatError: If it cannot be read or parsed, a mapping has a key twice, or its aliases stand
             for more than `MOST_ALIASED` values.
     """
-    text = read_text(path)
+    return parse_yaml(read_text(path), path)
+
+
+def parse_yaml(text: str, path: Path | str) -> list[object]:
+    """Parse the documents of a YAML text that are not empty.
+
+    Args:
+        text: The text.
+        path: The file that it is from, or what complaints call it.
+
+    Raises:
+        FileFormatError: As for `read_yaml`.
+    """
     refuse_deep_nesting(path, text)
     try:
         loader = _Loader(text)

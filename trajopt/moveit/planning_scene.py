@@ -69,7 +69,17 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
         FileFormatError: If the file does not say what it must, or holds an octomap.
         NameNotFound: If it names a joint, link, frame or object that does not exist.
     """
-    document = read_document(path).only(SCENE_FIELDS)
+    return scene_of(read_document(path), robot, meshes=meshes)
+
+
+def scene_of(document: Node, robot: Robot, *, meshes: MeshPolicy | None = None) -> SceneFile:
+    """Return what a planning scene message says; as `read_scene` does of a file.
+
+    Raises:
+        FileFormatError: If the message does not say what it must, or holds an octomap.
+        NameNotFound: If it names a joint, link, frame or object that does not exist.
+    """
+    document.only(SCENE_FIELDS)
     notes: list[str] = []
     robot = placed_robot(document["robot_state"]["multi_dof_joint_state"], robot, notes)
     state = read_joint_positions(document["robot_state"], robot, notes)
@@ -91,7 +101,7 @@ def read_scene(path: Path | str, robot: Robot, *, meshes: MeshPolicy | None = No
         scene = apply_attached(node, scene, reading)
     scene = apply_matrix(document["allowed_collision_matrix"], scene, notes)
     scene = with_padding(document, scene, notes)
-    return SceneFile(Path(path), scene, state, names, tuple(notes))
+    return SceneFile(Path(document.path), scene, state, names, tuple(notes))
 
 
 def _planning_frame(document: Node, robot: Robot) -> frozenset[str]:

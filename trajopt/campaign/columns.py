@@ -1,0 +1,176 @@
+"""Columns of a campaign's tables, and the tables as bytes of Parquet.
+
+What `Row` and `Task` are called here is what the files say; docs/campaigns.md lists every column.
+"""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from trajopt.campaign.campaign import Task
+from trajopt.errors import CampaignError, MissingExtra
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+Row = Mapping[str, Any]
+"""One row of the results, by column."""
+TIMES = ("cpu_seconds", "wall_seconds", "process")
+"""Columns that differ from run to run; all others are the same wherever the row is made."""
+ROWS_AT_ONCE = 1000
+"""Rows of a table that are read at once: a megabyte or a few, whatever the size of the table."""
+
+
+def need_parquet() -> None:
+    """Make sure that tables can be written and read.
+
+    Raises:
+        MissingExtra: If pyarrow is not installed.
+    """
+    if find_spec("pyarrow") is None:
+        raise MissingExtra("pyarrow", "parquet")
+
+
+def task_columns() -> "pa.Schema":
+    """Return the columns of the table of problems."""
+    import pyarrow as pa
+
+    text, whole = pa.string(), pa.int64()
+    return pa.schema(
+        [
+            *(("id", text), ("problem_id", text), ("family", text), ("number", whole), ("robot", text)),
+            *(("seed", whole), ("options", whole), ("recipe", text)),
+            ("parameters", pa.map_(text, pa.float64())),
+        ]
+    )
+
+
+def row_columns() -> "pa.Schema":
+    """Return the columns of the table of results."""
+    import pyarrow as pa
+
+    text, whole, real, truth = pa.string(), pa.int64(), pa.float64(), pa.bool_()
+    reals, counts = pa.list_(real), pa.map_(text, whole)
+    return pa.schema(
+        [
+            *(("id", text), ("problem_id", text), ("family", text), ("number", whole), ("robot", text)),
+            *(("seed", whole), ("options", whole), ("parameters", pa.map_(text, real))),
+            *(("group", text), ("method", text), ("status", text), ("verified", truth)),
+            *(("certainty", text), ("cause", text), ("message", text), ("stopped", text)),
+            *(("clearance", real), ("duration", real), ("path_length", real)),
+            *(("counts", counts), ("attempts", counts), ("won_by", text), ("goal_name", text)),
+            *(("joint_names", pa.list_(text)), ("times", reals), ("positions", reals)),
+            *(("velocities", reals), ("accelerations", reals)),
+            *(("cpu_seconds", pa.map_(text, real)), ("wall_seconds", real), ("process", text)),
+        ]
+    )
+
+
+def encoded(rows: Sequence[Row]) -> bytes:
+    """Return rows of the results as a file of Parquet."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = row_columns()
+    stream = pa.BufferOutputStream()
+    table = pa.Table.from_pylist([dict(row) for row in rows], schema=columns)
+    pq.write_table(table, stream, compression="zstd")
+    return stream.getvalue().to_pybytes()
+
+
+def write_tasks(path: Path, tasks: Iterator[Task]) -> int:
+    """Write the table of problems, row by row, in one step; equal rows once.
+
+    Returns:
+        The number of rows.
+
+    Raises:
+        CampaignError: If it cannot be written.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns, seen, draft = task_columns(), set[bytes](), path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with draft.open("wb") as file, pq.ParquetWriter(file, columns, compression="zstd") as writer:
+            some: list[dict[str, Any]] = []
+            for task in tasks:
+                key = bytes.fromhex(task.id)
+                if key in seen:
+                    continue
+                seen.add(key)
+                some.append(asdict(task))
+                if len(some) == ROWS_AT_ONCE:
+                    writer.write_table(pa.Table.from_pylist(some, schema=columns))
+                    some = []
+            writer.write_table(pa.Table.from_pylist(some, schema=columns))
+        replace_by(draft, path)
+    except OSError as error:
+        raise CampaignError(f"{path} cannot be written: {error}") from error
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+    return len(seen)
+
+
+def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a table.
+
+    Args:
+        path: Its file.
+        columns: Which columns; all when None.
+
+    Raises:
+        CampaignError: If it is missing or damaged.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        with pq.ParquetFile(path) as file:
+            for batch in file.iter_batches(ROWS_AT_ONCE, columns=None if columns is None else list(columns)):
+                for row in batch.to_pylist():
+                    yield {name: dict(item) if _is_map(item) else item for name, item in row.items()}
+    except (OSError, pa.ArrowException) as error:
+        raise CampaignError(f"{path} cannot be read: {error}") from error
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file in one step: a reader finds all of it or nothing, even after the machine went down.
+
+    Raises:
+        OSError: If it cannot be written; nothing is left of it then.
+    """
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with draft.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        replace_by(draft, path)
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def replace_by(draft: Path, path: Path) -> None:
+    """Give a finished file its name, for good.
+
+    Raises:
+        OSError: If the name cannot be given.
+    """
+    draft.replace(path)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)  # the name is on disk when this returns
+    finally:
+        os.close(folder)
+
+
+def _is_map(item: object) -> bool:
+    """Say whether a value is a mapping as Arrow returns it: a list of pairs."""
+    return isinstance(item, list) and (not item or isinstance(item[0], tuple))  # pyright: ignore[reportUnknownArgumentType]

@@ -1,0 +1,120 @@
+"""The source of a campaign that the words of a command name."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+
+from trajopt.benchmark import definitions
+from trajopt.campaign import (
+    Source,
+    base_placements,
+    from_folder,
+    installed,
+    perturbed,
+    random_motions,
+)
+from trajopt.cli.options import read_files
+from trajopt.errors import NameNotFound, ProblemError
+from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
+from trajopt.moveit import read_scene
+from trajopt.problem import Problem
+
+
+class Generated(Enum):
+    """Names of sources that make problems of others, beside those of installed problems."""
+
+    RANDOM = "random"
+    PERTURBED = "perturbed"
+    PLACEMENTS = "placements"
+
+
+@dataclass(frozen=True)
+class Words:
+    """What a command says of its source.
+
+    Attributes:
+        source: A folder, or the name of what is generated or installed.
+        robot: The robot; None where none is named.
+        scene: MoveIt's scene.
+        requests: MoveIt's requests.
+        group: The group that moves.
+        count: How many are drawn.
+        seed: Of the drawings.
+        shift: Along each axis an object is moved by at most so much [m].
+        turn: About the vertical it is turned by at most so much [rad].
+        grid: Places of the base by axis [m, rad].
+        sets: Of a folder: which sets.
+        limit: Of a folder: problems of each set at most.
+    """
+
+    source: str
+    robot: Robot | None
+    scene: Path | None
+    requests: tuple[Path, ...]
+    group: str
+    count: int
+    seed: int
+    shift: float
+    turn: float
+    grid: Mapping[str, tuple[float, float, int]]
+    sets: Sequence[str]
+    limit: int | None
+
+    def made(self) -> Source:
+        """Return the source.
+
+        Raises:
+            NameNotFound: If there is neither a folder nor anything else of that name.
+            ProblemError: If what it needs is not given.
+            FileFormatError: If a file does not say what it must.
+        """
+        if Path(self.source).is_dir():
+            return from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)
+        match self.source:
+            case Generated.RANDOM.value:
+                around = self._around()
+                return random_motions(around, self.count, group=self.group, seed=self.seed)
+            case Generated.PERTURBED.value:
+                (problem,) = self._problems(most=1)
+                return perturbed(problem, self.count, shift=self.shift, turn=self.turn, seed=self.seed)
+            case Generated.PLACEMENTS.value:
+                places = {axis: steps(*range_) for axis, range_ in self.grid.items()}
+                return base_placements(self._problems(), **places)
+            case _:
+                names = [item.name for item in definitions()]
+                if self.source not in names:
+                    known = [*(each.value for each in Generated), *names]
+                    raise NameNotFound("folder, generator or installed problem", self.source, known)
+                return installed(self.source, self.count)
+
+    def _robot(self) -> Robot:
+        if self.robot is None:
+            raise ProblemError(f"{self.source} needs a robot: name one with --robot")
+        return self.robot
+
+    def _around(self) -> Scene:
+        robot = self._robot()
+        return Scene(robot) if self.scene is None else read_scene(self.scene, robot).scene
+
+    def _problems(self, most: int | None = None) -> tuple[Problem, ...]:
+        if self.scene is None or not self.requests:
+            raise ProblemError(f"{self.source} needs what is asked: give --scene and --request")
+        if most is not None and len(self.requests) > most:
+            raise ProblemError(f"{self.source} takes {most} --request, {len(self.requests)} are given")
+        robot = self._robot()
+        return tuple(read_files(robot, self.scene, each)[1].problem() for each in self.requests)
+
+
+def steps(first: float, last: float, count: int) -> tuple[float, ...]:
+    """Return evenly spread numbers, both ends included.
+
+    Raises:
+        ProblemError: If the count is not positive.
+    """
+    if count < 1:
+        raise ProblemError(f"a grid needs at least one step, {count} are given")
+    return tuple(float(value) for value in np.linspace(first, last, count))
