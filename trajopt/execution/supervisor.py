@@ -23,6 +23,7 @@ from trajopt.execution.soonest_stop import StopTaken
 from trajopt.execution.tracking import off_track
 from trajopt.model.placement import IDENTITY, PlacementLike, as_placement
 from trajopt.model.scene import Scene
+from trajopt.model.shapes import Points, Voxels
 from trajopt.model.stated import GoalLike, tool_of
 from trajopt.planning.moving.meeting import goals_that_move
 from trajopt.problem import Problem
@@ -60,6 +61,7 @@ class Supervisor(Printed):
     _running: Running = field(init=False)
     _agenda: Agenda = field(init=False)
     _revise: bool = field(default=False, init=False)
+    _measured: dict[str, float] = field(default_factory=dict[str, float], init=False)
 
     def __post_init__(self) -> None:
         """Take the robot as it stands."""
@@ -203,6 +205,31 @@ class Supervisor(Printed):
         self._commitment.world = Seen(scene, self.executor.now() if stamp is None else stamp)
         self._revise = True
         self._journal.note(Kind.WORLD_CHANGED)
+
+    @checked
+    def see_cloud(self, name: str, cloud: Points | Voxels | None, stamp: float | None = None) -> bool:
+        """Tell it what a camera sees, in place of all that it saw before; else the world stays as told.
+
+        Images that overtake each other on their way do no harm: what is older than the newest is left out.
+
+        Args:
+            name: Of the cloud in the scene.
+            cloud: In the world; None where nothing is seen.
+            stamp: When it was measured, on the executor's clock [s]; now when None.
+
+        Returns:
+            Whether it is newer than what it takes the place of.
+
+        Raises:
+            ModelError: If the name is one of the robot's, or of an object that is no cloud.
+        """
+        measured = self.executor.now() if stamp is None else stamp
+        if measured < self._measured.get(name, -np.inf):
+            return False
+        world = self._commitment.world
+        self.see(world.scene.with_cloud(name, cloud), world.stamp)
+        self._measured[name] = measured
+        return True
 
     def cycle(self) -> None:
         """Watch the robot, prove what comes next, and plan anew where that is needed."""
