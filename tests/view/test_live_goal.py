@@ -34,7 +34,7 @@ def test_a_goal_in_reach_has_the_hand_where_it_is_asked_for(bench: Workbench) ->
     assert bench.goal.reachability is Reachability.REACHABLE and not bench.refusal
     there = bench.scene.placement_of(bench.hand, bench.reduced.all_positions(bench.goal.positions))
     np.testing.assert_allclose(there.homogeneous, asked.homogeneous, atol=2e-3)
-    assert "Nearest: " in bench.goal.words and " mm from " in bench.goal.words
+    assert "Nearest: panda_" in bench.goal.words and " from post" in bench.goal.words
     assert to.plan(bench.problem).verified
 
 

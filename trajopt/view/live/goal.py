@@ -14,6 +14,7 @@ from trajopt.model.printed import in_length
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import FramePlacement, JointPositions, frame_placement, joint_positions
 from trajopt.view.clearance import ClearanceQuery
+from trajopt.view.live.near import telling_pairs
 
 STARTS = 8
 """Of the search while the goal is dragged: a goal in reach is found from a few [5 ms for seven joints]."""
@@ -95,6 +96,11 @@ def goal_of_joints(reduced: ReducedModel, hand: str, positions: Floats) -> Goal:
     return _judged(reduced, hand_at(reduced, hand, positions), positions, joint_positions(named))
 
 
+def in_posture(reduced: ReducedModel, goal: Goal, positions: Floats) -> Goal:
+    """Return a goal with another posture in which it is held, shape (n,) [rad | m]."""
+    return _judged(reduced, goal.placement, positions, goal.required)
+
+
 def hand_at(reduced: ReducedModel, hand: str, positions: Floats) -> Placement:
     """Return where the hand is in the world for the group's positions, shape (n,) [rad | m]."""
     return reduced.scene.placement_of(hand, reduced.all_positions(positions))
@@ -121,10 +127,10 @@ def _said(reduced: ReducedModel, found: Validity) -> tuple[Reachability, str]:
         return Reachability.BEYOND_LIMITS, f"Beyond limits: {_listed([each.words for each in limits])}."
     if collisions:
         return Reachability.COLLIDING, f"In collision: {_listed([each.words for each in collisions])}."
-    nearest = ClearanceQuery(reduced, UNCHANGING).nearest(0.0, found.positions)
-    if nearest is None:
+    nearest = telling_pairs(ClearanceQuery(reduced, UNCHANGING), found.positions, 1)
+    if not nearest:
         return Reachability.REACHABLE, "The robot can stand there; nothing can touch it."
-    near = f"{nearest.owners[0]} is {in_length(nearest.distance)} from {nearest.owners[1]}"
+    near = f"{nearest[0].owners[0]} is {in_length(nearest[0].distance)} from {nearest[0].owners[1]}"
     return Reachability.REACHABLE, f"The robot can stand there. Nearest: {near}."
 
 

@@ -1,21 +1,21 @@
 """The goal in the page: arrows and rings at the hand to drag, and the robot as it would stand."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.model.placement import Placement, placement
+from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.query import Query
 from trajopt.view import palette
-from trajopt.view.drawing import wxyz
 from trajopt.view.ghost import Ghost
+from trajopt.view.live.gizmo import Gizmo
 from trajopt.view.live.goal import Goal, Reachability
 from trajopt.view.palette import Rgb
 
 if TYPE_CHECKING:
-    from viser import TransformControlsEvent, TransformControlsHandle, ViserServer
+    from viser import ViserServer
 
 GIZMO = 0.22
 """Length of the arrows [m]: those of an arm's hand, which is about as long."""
@@ -47,22 +47,16 @@ class GoalDrawing:
             dragged: Told where the hand is dragged to, in the world.
         """
         self._server, self._ghosts = server, 0
-        self.gizmo: TransformControlsHandle = server.scene.add_transform_controls(
-            "/goal/hand", scale=GIZMO, depth_test=False, line_width=3.5
-        )
+        self.gizmo = Gizmo(server, "/goal/hand", GIZMO, dragged)
         self._ghost = Ghost(server, reduced, "goal_0", COLOURS[Reachability.REACHABLE], opacity=OPACITY)
-        self._dragging = False
-
-        # A coroutine, so that its events come in their order.
-        async def hear(event: "TransformControlsEvent") -> None:
-            self._dragging = event.phase != "end"
-            dragged(gizmo_placement(event.target))
-
-        listen: Callable[[Callable[[TransformControlsEvent], Awaitable[None]]], object] = self.gizmo.on_update  # pyright: ignore
-        listen(hear)
+        self._carried = _moved(reduced)
 
     def renew(self, reduced: ReducedModel) -> None:
-        """Draw the robot anew: it carries something else."""
+        """Draw the robot anew, if it carries something else."""
+        carried = _moved(reduced)
+        if carried == self._carried:
+            return
+        self._carried = carried
         self._ghost.remove()
         self._ghosts += 1
         self._ghost = Ghost(
@@ -78,14 +72,16 @@ class GoalDrawing:
             now: Where the robot is drawn already, shape (n,) [rad | m].
         """
         with self._server.atomic():
-            if not self._dragging:  # whoever drags it has it where it is
-                self.gizmo.position, self.gizmo.wxyz = goal.placement.translation, wxyz(goal.placement)
+            self.gizmo.show(goal.placement)
             elsewhere = float(np.abs(goal.positions - now).max()) > SAME
             self._ghost.paint(COLOURS[goal.reachability])
             self._ghost.stand(query.kinematics(goal.positions[None]) if elsewhere else None)
 
 
-def gizmo_placement(handle: "TransformControlsHandle") -> Placement:
-    """Return where a gizmo is."""
-    w, x, y, z = handle.wxyz
-    return placement(handle.position, quaternion=(x, y, z, w))
+def _moved(reduced: ReducedModel) -> list[tuple[str, int, bytes]]:
+    """Return what tells the bodies that the group moves from others."""
+    return [
+        (body.name, id(body.shape), body.placement.homogeneous.tobytes())
+        for body in reduced.bodies
+        if body.joint
+    ]

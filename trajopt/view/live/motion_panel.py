@@ -41,6 +41,7 @@ class MotionPanel:
         *,
         stand: Callable[[Floats], None],
         show_motion: Callable[[Trajectory | None], None],
+        found: Callable[[], None],
     ) -> None:
         """Add the controls.
 
@@ -50,9 +51,10 @@ class MotionPanel:
             bench: What is planned.
             stand: Draws the robot at a posture of the group.
             show_motion: Draws the line of a motion, or none.
+            found: Has the page show that there is a motion, or none any more.
         """
         self._server, self._desk, self._bench = server, desk, bench
-        self._stand, self._show_motion = stand, show_motion
+        self._stand, self._show_motion, self._found = stand, show_motion, found
         self._planning: Planning | None = None
         self._greets = True
         self._ending: list[Planning] = []
@@ -92,7 +94,7 @@ class MotionPanel:
         self._cancel.offer(busy)
         self._why.offer(over)
         self._save.offer(over)
-        self._folder.visible = self.motion is not None
+        self._folder.visible = self.motion is not None and not self._bench.held
         if self.planned is None and not busy and not self._greets:
             refusal = self._plan.refusal
             self._text.content = block_html("", [f"Nothing to plan: {refusal}."] if refusal else [READY])
@@ -172,8 +174,11 @@ class MotionPanel:
         self._show_motion(motion)
         self.playback.replace(0.0 if motion is None else motion.duration)
         self._frame()
+        self._found()
 
     def _frame(self) -> None:
-        """Draw the robot where it is at the time that is shown."""
+        """Draw the robot where it is at the time that is shown, unless it is being driven."""
+        if self._bench.held:
+            return
         motion = self.motion
         self._stand(self._bench.positions if motion is None else motion(self.playback.time))

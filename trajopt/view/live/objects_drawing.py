@@ -4,16 +4,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene_object import SceneObject
 from trajopt.model.shapes import Plane
 from trajopt.query import Kinematics
 from trajopt.view import palette
 from trajopt.view.drawing import in_world, wxyz
+from trajopt.view.live.gizmo import Gizmo
+from trajopt.view.live.objects import is_carried
 from trajopt.view.surface import surface
 
 if TYPE_CHECKING:
     from viser import FrameHandle, MeshHandle, ViserServer
+
+GIZMO = 0.15
+"""Length of the arrows at the object that is chosen: shorter than those at the hand [m]."""
 
 
 @dataclass(eq=False)
@@ -28,16 +34,20 @@ class _Drawn:
 class ObjectsDrawing:
     """What is around the robot, and what it carries."""
 
-    def __init__(self, server: "ViserServer", picked: Callable[[str], None]) -> None:
+    def __init__(
+        self, server: "ViserServer", picked: Callable[[str], None], dragged: Callable[[Placement], None]
+    ) -> None:
         """Draw nothing yet.
 
         Args:
             server: Serves the page.
             picked: Told the name of an object that somebody clicks.
+            dragged: Told where the chosen object is dragged to, in the world.
         """
         self._server, self._picked = server, picked
         self._drawn: dict[str, _Drawn] = {}
-        self._count = 0
+        self._count, self._chosen = 0, ""
+        self._gizmo = Gizmo(server, "/chosen", GIZMO, dragged)
 
     def show(self, reduced: ReducedModel, kinematics: Kinematics) -> None:
         """Draw the objects of a scene, where they are in the first of the configurations."""
@@ -61,6 +71,12 @@ class ObjectsDrawing:
             for name, drawn in self._drawn.items():
                 where = in_world(reduced, name, kinematics)
                 drawn.frame.wxyz, drawn.frame.position = wxyz(where), where.translation
+            free = self._chosen in self._drawn and not is_carried(reduced.scene, self._chosen)
+            self._gizmo.show(in_world(reduced, self._chosen, kinematics) if free else None)
+
+    def choose(self, name: str) -> None:
+        """Let an object be dragged, or none; `move` shows it."""
+        self._chosen = name
 
     def _draw(self, item: SceneObject) -> _Drawn:
         node, self._count = f"/objects/{self._count}", self._count + 1

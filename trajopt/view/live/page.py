@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from trajopt.arrays import Floats, one_of
 from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
@@ -12,13 +10,16 @@ from trajopt.model.placement import Placement
 from trajopt.model.scene import Scene
 from trajopt.model.stated import StartLike
 from trajopt.view.live.desk import Desk
+from trajopt.view.live.drive_panel import DrivePanel
 from trajopt.view.live.goal import Goal
 from trajopt.view.live.goal_drawing import COLOURS
 from trajopt.view.live.goal_panel import GoalPanel
 from trajopt.view.live.motion_panel import MotionPanel
+from trajopt.view.live.objects_panel import ObjectsPanel
 from trajopt.view.live.picture import Picture
 from trajopt.view.live.planning import Planned
-from trajopt.view.live.shown_panel import ShownPanel
+from trajopt.view.live.reach import Reach, Reaching
+from trajopt.view.live.shown_panel import Shown, ShownPanel
 from trajopt.view.live.words import block_html
 from trajopt.view.live.workbench import Workbench
 from trajopt.view.run_viewer import look_from_the_best_side
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 BACK, ASIDE = 1.35, 0.16
 """The robot is looked at from so much farther away, for its hand will go elsewhere, and so far to the left of
 the middle [of the page's height], where the controls do not cover it."""
-SAME = 1e-6
-"""Of places that differ by no more the page cannot tell one from the other [m, and share of a turn]."""
 
 
 @checked
@@ -81,8 +80,15 @@ class LiveView(Served):
         """Draw the robot and the controls."""
         super().__init__(server)
         self._bench, self._desk = bench, Desk(self._say)
+        self._reaching: Reaching | None = None
         look_from_the_best_side(server, bench.reduced, None, back=BACK, aside=ASIDE)
-        self._picture = Picture(server, bench, dragged=self._drag, picked=lambda _: None)
+        self._picture = Picture(
+            server,
+            bench,
+            dragged=self._drag,
+            picked=self._pick,
+            displaced=self._displace,
+        )
         self._goal_text = server.gui.add_html("")
         self._motion = MotionPanel(
             server,
@@ -90,12 +96,18 @@ class LiveView(Served):
             bench,
             stand=self._picture.stand,
             show_motion=self._picture.show_motion,
+            found=self._motion_changed,
+        )
+        self._drive = DrivePanel(
+            server, self._desk, bench, stand=self._picture.stand, changed=self._robot_changed
         )
         tabs = server.gui.add_tab_group()
         with tabs.add_tab("Goal"):
-            self._goal = GoalPanel(server, bench, self._ask)
+            self._goal = GoalPanel(server, bench, self._ask_goal)
+        with tabs.add_tab("Objects"):
+            self._objects = ObjectsPanel(server, bench, self._ask_around, self._picture.choose)
         with tabs.add_tab("Show"):
-            ShownPanel(server, lambda shown: self._desk.do("shown", lambda: self._picture.switch(shown)))
+            self._shown = ShownPanel(server, self._ask_shown)
         self._show_goal()
 
     @property
@@ -124,25 +136,89 @@ class LiveView(Served):
         return self._desk.settle(seconds)
 
     def _end(self) -> None:
+        self._drive.close()
         self._motion.close()
+        if self._reaching is not None:
+            self._reaching.close()
         self._desk.close()
 
     def _drag(self, placement: Placement) -> None:
-        def move() -> None:
-            # The last event of a drag says where the one before it had it.
-            if not same_place(placement, self._bench.goal.placement):
-                self._change(lambda: self._bench.move_hand(placement))
+        self._ask_goal("goal", lambda: self._bench.move_hand(placement))
 
-        self._desk.do("goal", move)
+    def _displace(self, placement: Placement) -> None:
+        self._objects.move(placement)
 
-    def _ask(self, name: str, change: Callable[[], None]) -> None:
-        """Have the bench changed soon, in place of a change of that name that still waits."""
-        self._desk.do(name, lambda: self._change(change))
+    def _pick(self, name: str) -> None:
+        self._ask_around("choose", lambda: self._objects.choose(name))
 
-    def _change(self, change: Callable[[], None]) -> None:
+    def _ask_goal(self, name: str, change: Callable[[], None]) -> None:
+        """Have the goal changed soon, in place of a change of that name that still waits."""
+        self._desk.do(name, lambda: self._change_goal(change))
+
+    def _ask_around(self, name: str, change: Callable[[], None]) -> None:
+        """Have what is around the robot changed soon, in place of a change of that name that waits."""
+
+        def edit() -> None:
+            before = self._bench.scene
+            change()
+            if self._bench.scene is not before:
+                self._motion.drop()
+                self._drive.see()
+                self._picture.renew()
+                self._find_reach()
+                self._show_goal()
+            self._objects.show()
+            self._picture.choose(self._objects.chosen)
+
+        self._desk.do(name, edit)
+
+    def _change_goal(self, change: Callable[[], None]) -> None:
         """Change the goal: what was planned is not for this any more."""
         change()
         self._motion.drop()
+        self._show_goal()
+
+    def _motion_changed(self) -> None:
+        """Show the goal in the posture in which a motion ends: the planner chooses the best that it finds."""
+        motion = self._motion.motion
+        if motion is not None:
+            self._bench.take_posture(motion(motion.duration))
+        self._show_goal()
+
+    def _ask_shown(self, shown: Shown) -> None:
+        """Have something drawn, or not."""
+
+        def switch() -> None:
+            self._picture.switch(shown)
+            self._find_reach()
+
+        self._desk.do("shown", switch)
+
+    def _find_reach(self) -> None:
+        """Begin to look where the hand gets to, if that is asked for; what was found before is hidden."""
+        self._picture.show_reach(None)
+        asked = self._shown.shown.reach
+        self._shown.say("Looking where the hand gets to ..." if asked else "")
+        if asked and self._reaching is None:
+            self._reaching = Reaching(self._bench.reduced, self._bench.hand, self._reached)
+
+    def _reached(self, reaching: Reaching, found: Reach | str) -> None:
+        def show() -> None:
+            self._reaching = None
+            if reaching.reduced is not self._bench.reduced:
+                self._find_reach()  # something has changed since
+            elif self._shown.shown.reach:
+                self._picture.show_reach(None if isinstance(found, str) else found)
+                self._shown.say(found if isinstance(found, str) else found.words)
+
+        self._desk.do("reach", show)
+
+    def _robot_changed(self) -> None:
+        """Show that the robot is being driven, or stands again."""
+        if not self._drive.busy:
+            self._motion.drop()
+            self._picture.stand(self._bench.positions)
+            self._picture.renew()
         self._show_goal()
 
     def _show_goal(self) -> None:
@@ -153,12 +229,8 @@ class LiveView(Served):
         title = "The goal is where the robot is" if there else f"The goal is {goal.reachability.value}"
         self._goal_text.content = block_html(title, [goal.words], COLOURS[goal.reachability])
         self._motion.show()
+        self._drive.show(planned=self._motion.motion is not None)
 
     def _say(self, refusal: str) -> None:
         """Say why something was not done."""
         self._motion.say("That could not be done", [refusal])
-
-
-def same_place(one: Placement, other: Placement) -> bool:
-    """Say whether two placements are the same, to within what a page rounds."""
-    return bool(np.allclose(one.homogeneous, other.homogeneous, atol=SAME))

@@ -11,8 +11,10 @@ from trajopt.view import palette
 from trajopt.view.clearance import ClearanceQuery, Nearest
 from trajopt.view.drawing import Drawing, in_world
 from trajopt.view.live.goal_drawing import GoalDrawing
+from trajopt.view.live.near import telling_pairs
 from trajopt.view.live.nearest_drawing import PAIRS, NearestDrawing
 from trajopt.view.live.objects_drawing import ObjectsDrawing
+from trajopt.view.live.reach import Reach
 from trajopt.view.live.shown_panel import Shown
 from trajopt.view.live.workbench import Workbench
 from trajopt.view.trail import POINTS, Trail
@@ -22,10 +24,8 @@ if TYPE_CHECKING:
 
     from viser import ViserServer
 
-MEASURED = 24
-"""Pairs that are measured to find those with something around the robot among them."""
-CLOSE = 0.03
-"""Of two links that are no nearer nobody asks the distance [m]."""
+DOT = 0.005
+"""Size of the dots of the reach [m]: apart, so that the robot is seen between them."""
 LONG = 1e6
 """Of a posture nobody knows how long it takes: allowances of contact before its end never count [s]."""
 
@@ -45,6 +45,7 @@ class Picture:
         *,
         dragged: "Callable[[Placement], None]",
         picked: "Callable[[str], None]",
+        displaced: "Callable[[Placement], None]",
     ) -> None:
         """Draw the robot as it stands.
 
@@ -53,6 +54,7 @@ class Picture:
             bench: What is drawn.
             dragged: Told where the hand is dragged to.
             picked: Told which object is clicked.
+            displaced: Told where the chosen object is dragged to.
         """
         self._server, self._bench = server, bench
         self._clearance = ClearanceQuery(bench.reduced, LONG)
@@ -61,11 +63,14 @@ class Picture:
         here = self._clearance.query.kinematics(self.positions[None])
         self._robot = Drawing(server, bench.reduced, here, objects=False)
         self._goal = GoalDrawing(server, bench.reduced, dragged)
-        self._objects = ObjectsDrawing(server, picked)
+        self._objects = ObjectsDrawing(server, picked, displaced)
         self._objects.show(bench.reduced, here)
         self._near = NearestDrawing(server)
         self._trail = Trail(server, "/trail", palette.TOOL_PATH, 3.0)
         self._motion: Trajectory | None = None
+        self._reach = server.scene.add_point_cloud(
+            "/reach", np.zeros((1, 3)), (0, 0, 0), point_size=DOT, point_shape="circle", visible=False
+        )
         self.show_goal()
         self.stand(self.positions)
 
@@ -73,19 +78,11 @@ class Picture:
         """Draw the robot at a posture, shape (n,) [rad | m]."""
         self.positions = positions
         here = self._clearance.query.kinematics(positions[None])
-        self.nearest = near = self._near_at(positions) if self._shown.nearest else ()
+        self.nearest = near = telling_pairs(self._clearance, positions, PAIRS) if self._shown.nearest else ()
         with self._server.atomic():
             self._robot.move(here)
             self._objects.move(self._bench.reduced, here)
             self._near.show(near)
-
-    def _near_at(self, positions: Floats) -> tuple[Nearest, ...]:
-        """Return the nearest pairs, of links and links only those that are close."""
-        found, objects = self._clearance.nearest_pairs(0.0, positions, MEASURED), self._bench.scene.objects
-        apart = [
-            each for each in found if each.distance < CLOSE or not objects.keys().isdisjoint(each.owners)
-        ]
-        return tuple((apart or found)[:PAIRS])
 
     def renew(self) -> None:
         """Draw what is around the robot anew: it has changed, or the robot stands elsewhere."""
@@ -93,6 +90,11 @@ class Picture:
         self._objects.show(self._bench.reduced, self._clearance.query.kinematics(self.positions[None]))
         self._goal.renew(self._bench.reduced)
         self.show_goal()
+        self.stand(self.positions)
+
+    def choose(self, name: str) -> None:
+        """Let an object be dragged, or none."""
+        self._objects.choose(name)
         self.stand(self.positions)
 
     def show_goal(self) -> None:
@@ -108,6 +110,12 @@ class Picture:
         placed = self._clearance.query.kinematics(motion(np.linspace(0.0, motion.duration, POINTS)))
         joint, held = self._bench.reduced.attachment(self._bench.hand)
         self._trail.show(placed.rotation[:, joint] @ held.translation + placed.translation[:, joint])
+
+    def show_reach(self, reach: Reach | None) -> None:
+        """Draw where the hand gets to, or not."""
+        self._reach.visible = reach is not None
+        if reach is not None:
+            self._reach.points, self._reach.colors = reach.points.astype(np.float16), reach.colours
 
     def switch(self, shown: Shown) -> None:
         """Draw some of it, and some not."""

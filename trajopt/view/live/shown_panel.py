@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from trajopt.arrays import Value
+from trajopt.view.live.words import block_html
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -19,12 +20,14 @@ class Shown(Value):
         collision: The robot's shapes that count in collisions.
         trail: The line that the hand draws along the motion.
         nearest: The nearest pairs, with their distances.
+        reach: Where the hand gets to.
     """
 
     links: bool = True
     collision: bool = False
     trail: bool = True
     nearest: bool = True
+    reach: bool = False
 
 
 WORDS = {
@@ -32,6 +35,7 @@ WORDS = {
     "collision": ("collision shapes", "The shapes that count when clearances are measured."),
     "trail": ("trail of the hand", "The line that the hand draws along the planned motion."),
     "nearest": ("nearest pairs", "What is nearest to what, with the distance."),
+    "reach": ("reach of the hand", "Where the hand gets to without a collision; takes a moment."),
 }
 """A label and a hint for each."""
 
@@ -53,6 +57,11 @@ class ShownPanel:
         }
         for tick in self._ticks.values():
             tick.on_update(lambda _: changed(self.shown))
+        self._text = server.gui.add_html("")
+
+    def say(self, words: str) -> None:
+        """Say something below the ticks."""
+        self._text.content = block_html("", [words]) if words else ""
 
     @property
     def shown(self) -> Shown:

@@ -16,10 +16,10 @@ LISTED = 4
 
 
 def block_html(title: str, lines: list[str], colour: Rgb | None = None) -> str:
-    """Return a heading in a colour with lines below it; all of it is text, not HTML."""
+    """Return a heading, if any, in a colour, with lines below it; all of it is text, not HTML."""
     paint = "" if colour is None else f"color:{hexadecimal(colour)};"
-    below = "".join(f"<br>{escape(line)}" for line in lines)
-    return f'<div style="{BLOCK}"><b style="{paint}">{escape(title)}</b>{below}</div>'
+    heading = [f'<b style="{paint}">{escape(title)}</b>'] if title else []
+    return f'<div style="{BLOCK}">{"<br>".join([*heading, *map(escape, lines)])}</div>'
 
 
 def planned_html(planned: Planned) -> str:

@@ -16,7 +16,15 @@ from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.model.stated import StartLike, only_group, stated_start
 from trajopt.problem import Problem
-from trajopt.view.live.goal import SPATIAL, Goal, Reachability, goal_of_hand, goal_of_joints, hand_at
+from trajopt.view.live.goal import (
+    SPATIAL,
+    Goal,
+    Reachability,
+    goal_of_hand,
+    goal_of_joints,
+    hand_at,
+    in_posture,
+)
 
 THERE = 1e-3
 """A robot with each joint so near to its goal is there already [rad | m]."""
@@ -30,6 +38,7 @@ class Workbench:
         hand: The frame that goals are set for.
         turned: Whether a goal of the hand counts its orientation; otherwise its position alone.
         goal: Where the robot is asked to go.
+        held: Why nothing can be planned although the goal is a good one; empty if it can.
     """
 
     def __init__(self, scene: Scene, group: str = "", start: StartLike | None = None) -> None:
@@ -55,6 +64,7 @@ class Workbench:
         )
         self._reduced = reduce_model(scene, self.group, self._start)
         self.hand = tool_frame(self._reduced)
+        self.held = ""
         self.turned = len(self._reduced.joint_names) >= SPATIAL
         self.goal: Goal = goal_of_joints(self._reduced, self.hand, self._reduced.start_positions)
 
@@ -83,6 +93,8 @@ class Workbench:
     @property
     def refusal(self) -> str:
         """Why nothing can be planned now, in words; empty if it can."""
+        if self.held:
+            return self.held
         if self.goal.reachability is not Reachability.REACHABLE:
             return f"the goal is {self.goal.reachability.value}"
         if self.at_goal:
@@ -115,6 +127,10 @@ class Workbench:
         positions[self._reduced.joint_names.index(joint)] = position
         self.move_joints(positions)
 
+    def take_posture(self, positions: Floats) -> None:
+        """Take the posture in which a motion ends for that of the goal, shape (n,) [rad | m]."""
+        self.goal = in_posture(self._reduced, self.goal, positions)
+
     def count_orientation(self, turned: bool) -> None:
         """Say whether a goal of the hand counts its orientation."""
         self.turned = turned
@@ -132,6 +148,10 @@ class Workbench:
     def change(self, scene: Scene) -> None:
         """Let something else be around the robot; the goal is judged anew."""
         self._renew(scene)
+
+    def placement_of(self, name: str) -> Placement:
+        """Return where a frame or object is in the world, as the robot stands."""
+        return self.scene.placement_of(name, self._reduced.all_positions(self.positions))
 
     @property
     def hand_now(self) -> Placement:
