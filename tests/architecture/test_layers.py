@@ -21,7 +21,7 @@ ORDER = (
     ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution"),
     ("client", "bundle"),
     ("view", "commander", "warehouse"),
-    ("server", "campaign"),
+    ("server", "campaign", "report"),
     ("cli",),
     ("__main__",),
 )

@@ -80,7 +80,17 @@ def prices(result: Result, *, seconds: bool = False) -> tuple[Price, ...]:
     """
     if not result.verified or result.path is None or result.timed is None:
         return ()
-    problem, knots = result.problem, result.path.knots
+    return path_prices(result.problem, result.path.knots, seconds=seconds)
+
+
+def path_prices(problem: Problem, knots: Floats, *, seconds: bool) -> tuple[Price, ...]:
+    """Return what the active constraints of a path cost, dearest first; as `prices`.
+
+    Args:
+        problem: The problem.
+        knots: The path, of which a verified motion was timed, shape (K, n) [rad | m].
+        seconds: Whether to solve and time relaxed problems too.
+    """
     base = _Solved.of(problem, knots)
     at = base.multipliers
     if at.unbalanced > UNBALANCED or not base.holds:
