@@ -227,10 +227,9 @@ class Trajectory(Value):
             ("accelerations", self.accelerations),
         )
         given = {key: rows.tolist() for key, rows in columns if rows is not None}
-        points = [
-            {"time_from_start": moment, **dict(zip(given, at, strict=True))}
-            for moment, *at in zip(self.times.tolist(), *given.values(), strict=True)
-        ]
+        names = ("time_from_start", *given)
+        rows = zip(self.times.tolist(), *given.values(), strict=True)
+        points = [dict(zip(names, at, strict=True)) for at in rows]
         return {"joint_names": list(self.joint_names), "points": points}
 
     @property

@@ -43,15 +43,17 @@ def write_log() -> None:
 
 def log_request(done: Done) -> None:
     """Log a request that is over."""
-    _LOG.info(
-        "request",
-        extra={
-            "operation": done.operation,
-            "session": done.session[:SHOWN],
-            "outcome": "answered" if done.why is None else done.why.value,
-            "reason": done.reason,
-            "waited": round(done.waited, 4),
-            "seconds": round(done.seconds, 4),
-            "cpu": round(done.cpu, 4),
-        },
-    )
+    if not _LOG.isEnabledFor(logging.INFO):
+        return
+    said = {
+        "operation": done.operation,
+        "session": done.session[:SHOWN],
+        "outcome": "answered" if done.why is None else done.why.value,
+        "reason": done.reason,
+        "waited": round(done.waited, 4),
+        "seconds": round(done.seconds, 4),
+        "cpu": round(done.cpu, 4),
+    }
+    # Made by hand: to look for the line that logs costs more than the rest, and it is always this one.
+    record = _LOG.makeRecord(_LOG.name, logging.INFO, __file__, 0, "request", (), None, None, said)
+    _LOG.handle(record)

@@ -13,6 +13,8 @@ from trajopt.server.refusals import Refusal, Why
 
 START = 120.0
 """A worker that has not loaded its robots after so long is given up [s]."""
+READ_AT_ONCE = 2**20
+"""Bytes of a worker's answer that are taken in before its reader is woken: most answers are shorter."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """The libraries' own threads would take the cores of the other workers."""
 
@@ -56,7 +58,7 @@ class WorkerProcess:
                 start_new_session=True,  # the terminal's Ctrl-C is for the server, which ends its workers
                 env={**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
             )
-        worker = WorkerProcess(process, *await asyncio.open_connection(sock=mine))
+        worker = WorkerProcess(process, *await asyncio.open_connection(sock=mine, limit=READ_AT_ONCE))
         try:
             worker.send(hello)
             ready = await asyncio.wait_for(worker.receive(), START)

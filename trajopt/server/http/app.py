@@ -1,5 +1,6 @@
 """The application: what can be asked over HTTP."""
 
+import logging
 from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any, cast
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import FileResponse
 from starlette.exceptions import HTTPException
+from starlette.types import Receive, Scope, Send
 
 from trajopt.errors import TrajoptError
 from trajopt.io.files import parse_json
@@ -27,6 +29,7 @@ from trajopt.server.operation import Lane, Operation
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.service import Cancellation, Service
 
+_LOG = logging.getLogger("trajopt.server")
 PAGES = Path(__file__).parent / "pages"
 LONGEST_NAME = 64
 """Characters of a name that a client gives to a request."""
@@ -39,8 +42,11 @@ Body = dict[str, Any]
 class Face:
     """A service as HTTP sees it.
 
+    FastAPI has a route for everything, and describes it; but what workers are asked goes past it, since its
+    routing costs as much as all the rest that the server does for a request.
+
     Attributes:
-        app: The application.
+        app: FastAPI's application.
     """
 
     def __init__(self, service: Service, options: HttpOptions, metrics: Metrics | None) -> None:
@@ -70,13 +76,29 @@ class Face:
             "DELETE",
             "End a request that was sent with the header X-Request-Name; a plan answers with what it has.",
         )
-        for name, operation in service.operations.items():
-            if name != READ and "/" not in name:
-                path = f"/sessions/{{session}}/{name}"
-                self._add(path, partial(self._ask, name), "POST", words_of(operation), body=True)
+        self._described = {name for name in service.operations if name != READ and "/" not in name}
+        for name in sorted(self._described):
+            path = f"/sessions/{{session}}/{name}"
+            self._add(path, partial(self._ask, name), "POST", words_of(service.operations[name]), body=True)
         for path, file in (("/", "index.html"), ("/docs", "docs.html"), ("/page.js", "page.js")):
             self.app.add_api_route(path, partial(_page, file), include_in_schema=False)
         self.app.add_api_route("/page.css", partial(_page, "page.css"), include_in_schema=False)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        operation, session = asked_of_worker(scope)
+        if operation not in self._described:
+            await self.app(scope, receive, send)
+            return
+        request = Request(scope, receive)
+        try:
+            response = await self._ask(operation, request, session)
+        except TrajoptError as error:
+            response = refusal_response(error)
+        except Exception as error:
+            _LOG.exception("a fault of the server")
+            response = await _fault(request, error)
+        await response(scope, receive, send)
 
     def _add(
         self,
@@ -195,7 +217,18 @@ def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics 
         options: Whom it lets in.
         metrics: What `/metrics` shows.
     """
-    return Guard(Face(service, options, metrics).app, options)
+    return Guard(Face(service, options, metrics), options)
+
+
+def asked_of_worker(scope: Scope) -> tuple[str, str]:
+    """Return the operation and the session of `POST /sessions/{session}/{operation}`; neither of all else."""
+    if scope["type"] != "http" or scope["method"] != "POST":
+        return "", ""
+    match scope["path"].split("/"):
+        case ["", "sessions", session, operation]:
+            return operation, session
+        case _:
+            return "", ""
 
 
 def words_of(operation: Operation) -> str:

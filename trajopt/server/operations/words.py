@@ -92,7 +92,7 @@ def called(function: Callable[..., Any], node: Node, **given: object) -> Any:
         FileFormatError: If an argument is unknown or missing.
         TrajoptError: If the function refuses them.
     """
-    known, names = inspect.signature(function), _hints(function)
+    known, names = _signature(function), _hints(function)
     arguments = {key: value_of(node[key]) for key in node.only(known.parameters).keys()}
     arguments = {**given, **arguments}
     for name, kind in names.items():
@@ -112,6 +112,11 @@ def _member(kind: type[Enum], node: Node) -> Enum:
     if name not in kind.__members__:
         raise node.error(f"unknown {shown(name)}; known: {', '.join(kind.__members__)}")
     return kind[name]
+
+
+@cache
+def _signature(function: Callable[..., Any]) -> inspect.Signature:
+    return inspect.signature(function)
 
 
 @cache
