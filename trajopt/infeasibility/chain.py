@@ -70,10 +70,12 @@ class Chain:
             point: Its centre in the joint's frame, shape (3,) [m].
             radius: Its radius [m].
         """
-        levers = np.zeros(len(self._reduced.joint_names))
-        for joint in self.joints(carrier):
-            arm = 1.0 if self._slides[joint - 1] else self.longest(joint, carrier, point) + radius
+        levers, away = np.zeros(len(self._reduced.joint_names)), float(np.linalg.norm(point)) + radius
+        for joint in reversed(self.joints(carrier)):
+            away += self._slide[joint - 1]
+            arm = 1.0 if self._slides[joint - 1] else away
             levers += np.abs(self._reduced.mimic_matrix[joint - 1]) * arm
+            away += self._offset[joint - 1]
         return levers
 
     def turns(self, carrier: int) -> Floats:

@@ -145,23 +145,22 @@ class InTime:
             proven: Whether only a proof counts.
         """
         # Whatever comes after the arm may have arrived sweeps no start.
-        start, times = self.problem.reduced.start_positions, self.looks[self.looks <= self.earliest]
+        start, times = self.problem.reduced.start_positions, self._on_the_way
         moved = ~self.occupancy.fixed
         sample, pair, depth = self.occupancy.too_near(np.tile(start, (len(times), 1)), times, moved)
         rows = np.argsort(-self._spare(times[sample], pair, depth), kind="stable")
         first = np.sort(np.unique(sample[rows], return_index=True)[1])[:MOMENTS]
-        likely = [row for row in rows[first].tolist() if self._under_way(float(times[sample[row]]))]
+        likely: list[int] = rows[first].tolist()
         begin = float(times[sample].min(initial=inf))
-        for row in likely:
+        closed = self._none_clear(times[sample[likely]], SCOUTS)
+        for row in np.array(likely)[closed].tolist():
             time = float(times[sample[row]])
-            if not self._none_clear(time, SCOUTS):
-                continue
             met = self.occupancy.throughout(*self._by_then(time), time, time, most=MOST_BOXES, which=moved)
             if met:
                 return _sweep(met, begin, time)
         for row in () if proven else likely:
             time, names = float(times[sample[row]]), self.occupancy.names(int(pair[row]))
-            if self._none_clear(time, SAMPLES):
+            if self._none_clear(np.array((time,)), SAMPLES).all():
                 return Sweep(
                     thing=names[0], link=names[1], begin=begin, time=time, depth=float(depth[row]),
                     travel=None, boxes=0,
@@ -255,18 +254,20 @@ class InTime:
 
     def _by_then(self, time: float) -> tuple[Floats, Floats]:
         """Return bounds of all configurations that may be reached by a time [s]."""
-        found = self._boxes.get(time)
-        if found is None:
-            found = self._boxes[time] = by_then(self.problem, time)
-        return found
+        if time not in self._boxes:
+            self._boxes[time] = by_then(self.problem, time)
+        return self._boxes[time]
 
-    def _none_clear(self, time: float, count: int) -> bool:
-        """Say whether none of some configurations that may be reached by a time is clear then."""
-        lower, upper = self._by_then(time)
-        share = np.random.default_rng(0).random((count, len(lower)))
+    def _none_clear(self, times: Floats, count: int) -> Bools:
+        """Say of times whether none of some configurations that may be reached by then is clear, (t,)."""
+        if not len(times):
+            return np.zeros(0, dtype=np.bool_)
+        lower, upper = np.stack([self._by_then(time) for time in times.tolist()], axis=1)[:, :, None]
+        share = np.random.default_rng(0).random((count, lower.shape[2]))
         share[: count // 2] = np.round(share[: count // 2])  # half of them are corners
         drawn, moved = lower + share * (upper - lower), ~self.occupancy.fixed
-        return not self.occupancy.free(drawn, np.full(count, time), moved).any()
+        free = self.occupancy.free(drawn.reshape(-1, drawn.shape[2]), np.repeat(times, count), moved)
+        return ~np.any(free.reshape(len(times), count), axis=1)
 
     def _under_way(self, time: float) -> bool:
         """Say whether no motion within the limits can be at the goal by a time."""
@@ -276,15 +277,20 @@ class InTime:
         still = (goal for goal in self.problem.goals if not self._moves(goal))
         return any(box_breaks(goal, self.problem.reduced, *box) for goal in still)
 
-    @cached_property
+    @property
     def earliest(self) -> float:
         """The last look by which no motion within the limits can be at the goal [s]."""
+        return float(self._on_the_way[-1]) if len(self._on_the_way) else 0.0
+
+    @cached_property
+    def _on_the_way(self) -> Floats:
+        """The looks by which no motion within the limits can be at the goal [s]."""
         looks = self.looks
         early, late = 0, len(looks)  # the goal can be reached by none of the looks before
         while early < late:
             middle = (early + late) // 2
             early, late = (middle + 1, late) if self._under_way(float(looks[middle])) else (early, middle)
-        return float(looks[early - 1]) if early else 0.0
+        return looks[:early]
 
     @cached_property
     def looks(self) -> Floats:

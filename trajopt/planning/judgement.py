@@ -14,7 +14,7 @@ from trajopt.problem import Problem
 from trajopt.query import Query
 from trajopt.terms.motion import Motion
 from trajopt.terms.residual import END, Constraint
-from trajopt.verify import Certificate, Judge, Specification
+from trajopt.verify import Certificate, Judge, Specification, Verdict
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +107,20 @@ def judge(problem: Problem, trajectory: Trajectory, *, workspace: Judge | None =
     """
     judging = workspace or Judge(one_of("problem", problem, Problem).reduced)
     return judging.certify(trajectory, _specification(problem))
+
+
+def holds(problem: Problem, trajectory: Trajectory, workspace: Judge) -> Verdict:
+    """Judge whether a motion does everything that a problem requires, as `decide` does, and not why not.
+
+    Args:
+        problem: The problem, with one goal.
+        trajectory: Of the group's joints.
+        workspace: The judge of the problem's reduced model.
+
+    Raises:
+        ProblemError: If the trajectory is of other joints than the group's, or the goal is a set.
+    """
+    return workspace.decide(trajectory, _specification(problem))
 
 
 def decide(problem: Problem, trajectory: Trajectory, workspace: Judge) -> tuple[Judged, int]:

@@ -12,7 +12,7 @@ from trajopt.methods import Decoded
 from trajopt.methods.timing import PATH_TOLERANCE, retime_path
 from trajopt.model.trajectory import Path, Trajectory
 from trajopt.planning.budget import BudgetTracker
-from trajopt.planning.judgement import Judged, decide
+from trajopt.planning.judgement import Judged, decide, holds
 from trajopt.planning.moving.among import Among
 from trajopt.planning.moving.timed_path import TimedOnPath
 from trajopt.planning.result import Result
@@ -108,15 +108,25 @@ class Workspace(Printed):
         Raises:
             Stopped: If the budget ends before.
         """
-        if self._among is None:
-            yield motion
-            return
         clear = False
-        for timed in self._counted(self._among, self._among.timings(motion.trajectory), motion):
+        for timed in self.clear(motion) if self._among else ():
             clear = True
             yield timed
         if not clear:
             yield motion
+
+    def clear(self, motion: TimedMotion, by: float = np.inf) -> Iterator[TimedMotion]:
+        """Yield a motion among what changes, timed so that it seems clear, the soonest first.
+
+        Args:
+            motion: The motion.
+            by: When it is to be over [s].
+
+        Raises:
+            Stopped: If the budget ends before.
+        """
+        assert self._among is not None
+        yield from self._counted(self._among, self._among.timings(motion.trajectory, by), motion)
 
     def soon(self, motion: TimedMotion, by: float) -> Iterator[TimedMotion]:
         """Yield a motion among what changes as it is, and begun later, where that seems clear.
@@ -176,6 +186,24 @@ class Workspace(Printed):
             trajectory=motion.trajectory,
             timed=motion.timed,
             judged=found,
+            remarks=motion.remarks,
+        )
+
+    def proven(self, motion: TimedMotion) -> Result | None:
+        """Have a motion judged, and return it if it is verified: why it is not takes longer to find."""
+        with self.tracker.stage("verify"):
+            verdict = holds(self.problem, motion.trajectory, self.judge)
+        self.tracker.count(judge_distance_calls=verdict.counts.distances)
+        if not verdict.verified:
+            return None
+        judged = Judged(self.problem, motion.trajectory, verified=True)
+        return self.result(
+            Status.SOLVED,
+            certainty=Certainty.PROVEN,
+            path=motion.path,
+            trajectory=motion.trajectory,
+            timed=motion.timed,
+            judged=judged,
             remarks=motion.remarks,
         )
 

@@ -55,6 +55,11 @@ class SplineBasis:
         """Where the control points are in [0, 1]: means of the knots between (Greville), shape (count,)."""
         return self.knots[np.arange(self.count)[:, None] + np.arange(1, self.degree + 1)].mean(axis=1)
 
+    @cached_property
+    def at_breaks(self) -> tuple["Stencils", ...]:
+        """Weights of the control points in positions, first and second derivatives at the breaks."""
+        return tuple(self.derivative_at(self.breaks, order) for order in range(3))
+
     def parameters(self, sampling: Ints) -> Floats:
         """Return every break, and `sampling - 1` parameters between, even in each piece.
 

@@ -16,7 +16,7 @@ import numpy as np
 from trajopt.arrays import Floats, Ints, Printed, readonly
 from trajopt.model.changing_pairs import ChangingPairs
 from trajopt.model.timed import TimedModel, timed_model
-from trajopt.model.trajectory import Trajectory
+from trajopt.model.trajectory import Path, Trajectory
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
 from trajopt.query.dynamics import DynamicsQuery
@@ -247,8 +247,7 @@ class SpaceTimeFamily(Printed):
     def _torque(self, duration: float) -> Constraint:
         """Return the limits of torque, at the breaks: between them the acceleration is linear."""
         assert self.dynamics is not None
-        moments = self.basis.breaks
-        stencils = [self.basis.derivative_at(moments, order) for order in range(3)]
+        moments, stencils = self.basis.breaks, self.basis.at_breaks
         weights = np.stack([at.weight / duration**order for order, at in enumerate(stencils)])
         effort = self.base.problem.limits.effort
         residual = SplineTorque(
@@ -284,7 +283,7 @@ class SpaceTimeNlp(BsplineNlp):
         if self.world is None or not fine:
             return super().sampling(x, fine=fine)
         breaks = self.basis.breaks
-        corners = self.basis.at(breaks)(x)
+        corners = self.basis.at_breaks[0](x)
         way = swept(self.query, corners)
         samples = samples_for(way, COARSE_SAMPLES)
         return np.maximum(samples, self.world.samples(corners, breaks * self.duration, way))
@@ -296,13 +295,18 @@ class SpaceTimeNlp(BsplineNlp):
         fields = (at.knots, at.support, at.weight, at.place, at.positions, at.query)
         return MotionInTime(*fields, parameters * self.duration)
 
+    def decode(self, x: Floats) -> Path:
+        """Return a path through points of the spline: nothing is timed along it, so that few are enough."""
+        points = self.motion(x, self.sampling(x, fine=False)).positions
+        return Path(self.problem.reduced.joint_names, readonly(points))
+
     def trajectory(self, x: Floats) -> Trajectory:
         """Return the motion: its states at the breaks, which say all of a cubic."""
-        basis, duration = self.basis, self.duration
-        position, speed, bend = (basis.derivative_at(basis.breaks, order)(x) for order in range(3))
+        duration = self.duration
+        position, speed, bend = (stencils(x) for stencils in self.basis.at_breaks)
         return Trajectory(
             self.problem.reduced.joint_names,
-            readonly(basis.breaks * duration),
+            readonly(self.basis.breaks * duration),
             readonly(position),
             readonly(speed / duration),
             readonly(bend / duration**2),

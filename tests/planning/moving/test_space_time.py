@@ -12,6 +12,7 @@ from trajopt.methods.space_time import SpaceTime
 from trajopt.planning.budget import WORK
 from trajopt.solvers.descent import Descent
 from trajopt.terms import rest_posture
+from trajopt.verify import Certificate, Judge, Specification
 
 __all__ = ["table"]  # a fixture
 
@@ -33,6 +34,25 @@ def test_the_path_changes_for_what_parks_on_it(table: to.Scene) -> None:
     passed = still(still.duration * between)
     off = [np.abs(passed - q).max(axis=1).min() for q in motion(motion.duration * between)]
     assert max(off) > 0.05, "no timing of the straight line passes"
+
+
+def test_a_motion_is_found_without_measuring_how_nearly_others_do_not_hold(
+    table: to.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured: list[to.Trajectory] = []
+    certify = Judge.certify
+
+    def counted(judge: Judge, trajectory: to.Trajectory, specification: Specification) -> Certificate:
+        measured.append(trajectory)
+        return certify(judge, trajectory, specification)
+
+    monkeypatch.setattr(Judge, "certify", counted)
+    still = to.plan(problem(table)).require().trajectory
+    parks = to.Track.through([0.0, 0.3], [to.placement((0.55, y, 0.5)) for y in (1.2, 0.0)])
+    result = to.plan(problem(table.add("box", to.Box(0.3, 0.1, 1.0), motion=parks)))
+    assert result.require().trajectory.duration > 1.05 * still.duration
+    assert result.method == "space-time" and not measured
+    assert result.require().certificate.verified and len(measured) == 1, "when it is asked for"
 
 
 def test_nothing_else_is_tried_where_it_takes_hardly_longer(table: to.Scene) -> None:

@@ -103,6 +103,18 @@ def test_timing_alone_does_not_pass_what_parks_on_the_path(table: to.Scene) -> N
     assert ways[0].shape != ways[1].shape or np.abs(ways[0] - ways[1]).max() > 0.05, "another way"
 
 
+def test_nothing_is_timed_that_is_over_later_than_is_asked(table: to.Scene) -> None:
+    still = alone(table)
+    asked = problem(gate(table, "wall", 0.3, expires=2.0))
+    among = Among.of(asked, Query(asked.reduced))
+    assert among is not None
+    soonest = next(among.timings(still)).trajectory.duration
+    assert soonest > 2.0
+    latest = 1.02 * soonest
+    assert all(each.trajectory.duration <= latest + 1e-9 for each in among.timings(still, latest))
+    assert list(among.timings(still, 0.9 * soonest)) == []
+
+
 def test_it_starts_early_and_enters_after_what_expires(table: to.Scene) -> None:
     still = alone(table)
     scene = gate(table, "wall", 0.3, expires=2.0)

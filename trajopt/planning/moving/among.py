@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -59,20 +60,21 @@ class Among:
             wait = begun.duration - fastest.duration
             yield TimedOnPath(begun, () if begun is fastest else (waits(wait),))
 
-    def timings(self, fastest: Trajectory) -> Iterator[TimedOnPath]:
+    def timings(self, fastest: Trajectory, by: float = inf) -> Iterator[TimedOnPath]:
         """Yield a motion as it is, if that seems clear; then what does and is over soonest, a few times.
 
         Args:
             fastest: The motion, the fastest along its path.
+            by: When it is to be over [s]; infinite for any time.
         """
-        later = self.waiting.beginnings(fastest)
+        later = self.waiting.beginnings(fastest, latest=by - fastest.duration)
         begun = next(later, None)
         if begun is fastest:
             yield TimedOnPath(fastest, ())
             begun = next(later, None)
         settled = min(self.looks.settled, LONGEST) + 2.0 * fastest.duration
         until = settled if begun is None else begun.duration - STEP
-        yield from self.timing.timings(fastest, min(until, self.latest))
+        yield from self.timing.timings(fastest, min(until, self.latest, by))
         while begun is not None:
             wait = begun.duration - fastest.duration
             yield TimedOnPath(begun, (waits(wait),))

@@ -9,7 +9,7 @@ import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.methods import Choice
-from trajopt.methods.space_time import SpaceTime
+from trajopt.methods.space_time import PRECISION, SpaceTime
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD, GoalSet
 from trajopt.model.scene import Scene
@@ -125,15 +125,20 @@ def _soonest_from(alone: Result, none: Result, work: Workspace, rng: np.random.G
     swept = not work.stands_clear(planned.trajectory.duration)
     if swept and (refused := impossible(_unjudged(alone, work), alone, work.tracker)) is not None:
         return refused
-    together = InSpaceTime.of(work, alone, none)
-    if together is not None and (near := together.hardly_longer()).verified:
-        return near
-    best = _judged(alone, work)
+    together, best = InSpaceTime.of(work, alone, none), none
+    if together is not None:
+        if (near := together.hardly_longer()).verified:
+            return near
+        best = together.longer()
+        if best.stopped is not None:
+            return best
+    timed = _timed_among(alone, work, PRECISION * _duration(best))
+    best = best if timed is None else min(timed, best, key=_order)
     if not best.verified and not swept:
-        best = impossible(best, alone, work.tracker) or best
-    if together is None or _ended(best, planned.trajectory.duration):
-        return best
-    return together.shortest(best, rng)
+        best = impossible(_unjudged(alone, work), alone, work.tracker) or best
+    if together is not None and not _ended(best, planned.trajectory.duration):
+        best = together.shortest(best, rng)
+    return _blocked(work.judged(_motion(alone), alone.solve)) if best is none else best
 
 
 def _motion(result: Result) -> TimedMotion:
@@ -198,13 +203,22 @@ def _among(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
 
 def _judged(other: Result, work: Workspace) -> Result:
     """Judge a motion among what changes, as it is, begun later, or timed anew on its path."""
+    return _timed_among(other, work) or _blocked(work.judged(_motion(other), other.solve))
+
+
+def _timed_among(other: Result, work: Workspace, by: float = inf) -> Result | None:
+    """Judge a motion as it is timed where that seems clear by a time [s]; None where nothing does."""
     refused: Result | None = None
-    for motion in work.begun(_motion(other)):
+    for motion in work.clear(_motion(other), by):
         judged = work.judged(motion, other.solve)
         if judged.verified:
             return _kept(judged, other)
         refused = judged if refused is None else min(refused, judged, key=_order)
-    assert refused is not None  # there is one motion at least
+    return None if refused is None else _blocked(refused)
+
+
+def _blocked(refused: Result) -> Result:
+    """Return a motion that was refused as one that is late, or else blocked."""
     if refused.status is Status.TOO_LATE:
         return refused
     return replace(

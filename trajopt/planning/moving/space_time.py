@@ -85,8 +85,22 @@ class InSpaceTime:
             self._too_short = enough
         return self.best
 
+    def longer(self) -> Result:
+        """Return a motion from the one without what changes that takes longer; else what there was.
+
+        Raises:
+            Stopped: If the budget runs out and nothing is verified.
+        """
+        try:
+            self.add(self.still.require().trajectory, too_short=self._too_short)
+        except Stopped as ended:
+            if not self.best.verified:
+                raise
+            return replace(self.best, stopped=ended.stop)
+        return self.best
+
     def shortest(self, best: Result, rng: np.random.Generator) -> Result:
-        """Return the shortest motion that is found; else the one given.
+        """Return the shortest motion that is found from other seeds; else the one given.
 
         Args:
             best: The shortest that was found already; it may be none that is verified.
@@ -95,10 +109,10 @@ class InSpaceTime:
         Raises:
             Stopped: If the budget runs out and nothing is verified.
         """
-        self.best, alone, tracker = best, self.still.require().trajectory, self.work.tracker
+        mine, self.best = self.best, best
+        alone, tracker = self.still.require().trajectory, self.work.tracker
         try:
-            self.add(alone, too_short=self._too_short)
-            if best.verified:
+            if best.verified and best is not mine:
                 self.add(best.require().trajectory)
             if self.longest > FAR * alone.duration:
                 self.add(_clear_later(alone, self.program, tracker))
@@ -144,13 +158,13 @@ class InSpaceTime:
     def _proves(self, motion: Trajectory) -> bool:
         """Say whether a motion is verified, and note it if it is."""
         path = Path(motion.joint_names, motion.positions)
-        judged = self.work.judged(TimedMotion(path, motion, None))
-        if judged.verified:
+        judged = self.work.proven(TimedMotion(path, motion, None))
+        if judged is not None:
             kept = {name: getattr(self.still, name) for name in ("attempts", "won", "goal_name")}
             remarks = (*self.still.remarks, _described(motion, self.still.require().trajectory))
             name = self.program.method.name
             self.best = replace(judged, remarks=remarks, method=name, because=BECAUSE, **kept)
-        return judged.verified
+        return judged is not None
 
 
 def _clear_later(motion: Trajectory, program: SpaceTimeProgram, tracker: BudgetTracker) -> Trajectory | None:
