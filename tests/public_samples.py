@@ -41,14 +41,14 @@ RETURNED = frozenset(
     """
     Placement Plan Result Robot Scene BaseJoint MovingBase RobotBase Requirement Curve Executed Followed
     FollowsCurve StopReason PickPlaceResult Refusal Segment Timeline Exported ConfigurationTable
-    InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile
-    Choice Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual SoftClearance
-    SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit Overload
-    PairClearance PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog
-    TrackingError Viewer Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence
-    ProposedGroup SrdfProposal Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction
-    PathTime Event RobotState Rule Run StopTaken Moment Recording Sighting TimedMotion LiveView RunViewer
-    ServoPage Entry Cloud Cluster FlatPart Mount Perceived Radius CampaignFolder Progress Source
+    InverseSolutions Placements RandomConfigurations ReachMap SelfMotion Validity RequestFile SceneFile Choice
+    Decoded Iteration SolveResult SqpStep KnotsNlp Clearance Exceeded FunctionResidual SoftClearance
+    SoftDistance RetimeFailure Retimed Certificate Check Counts Examination OutOfLimit Overload PairClearance
+    PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
+    Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup SrdfProposal
+    Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime Event RobotState Rule
+    Run StopTaken Moment Recording Sighting TimedMotion LiveView RunViewer ServoPage Entry Cloud Cluster
+    FlatPart Mount Perceived Radius CampaignFolder Progress Source Dataset Extracted Summary Comparison
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""

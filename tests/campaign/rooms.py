@@ -5,9 +5,9 @@ from typing import Any
 from trajopt.campaign import CampaignFolder
 from trajopt.campaign.columns import TIMES
 
-PROBLEMS = ("good", "ends", "ends_once", "hangs", "raises", "malformed")
+PROBLEMS = ("good", "ends", "ends_once", "hangs", "raises", "malformed", "ends_planning")
 FAULTY = """
-import os, time
+import os, sys, time
 from pathlib import Path
 import trajopt as to
 from trajopt.errors import ProblemError
@@ -23,6 +23,11 @@ def ends_once():
     if mark.exists():
         return good()
     mark.touch()
+    os._exit(3)
+
+def ends_planning():
+    if "pytest" in sys.modules:
+        return good()
     os._exit(3)
 
 def hangs():

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 import trajopt as to
@@ -14,13 +16,14 @@ from trajopt.campaign import (
     base_placements,
     from_folder,
     from_problems,
+    from_table,
     installed,
     perturbed,
     random_motions,
 )
 from trajopt.campaign.documents import Library, Packer
 from trajopt.campaign.recipes import Workshop, read
-from trajopt.errors import CampaignError, ModelError, ProblemError, ProblemNotFound
+from trajopt.errors import CampaignError, FileFormatError, ModelError, ProblemError, ProblemNotFound
 from trajopt.kinematics import validity
 from trajopt.model.description.pinocchio_model import root_placement
 
@@ -89,6 +92,30 @@ def test_a_folder_of_messages_is_read_as_bench_reads_it(tmp_path: Path) -> None:
     (found,) = made(from_folder(data, robot), tmp_path / "documents")
     (instance,) = find_instances(data, robot)
     assert found.name == "balls/7" and same_motion(found, instance.make())
+
+
+def test_tables_of_messages_and_of_starts_and_goals(scene: to.Scene, tmp_path: Path) -> None:
+    messages, motions = tmp_path / "messages.parquet", tmp_path / "motions.parquet"
+    pq.write_table(
+        pa.table({"scene": [SCENE, SCENE], "request": [REQUEST, REQUEST], "number": [5, 6]}), messages
+    )
+    pq.write_table(pa.table({"start": [[0.0, 0.4]], "goal": [[1.4, 0.4]]}), motions)
+    first, second = made(from_table(messages, scene.robot), tmp_path / "a")
+    assert (first.name, second.name) == ("messages/5", "messages/6")
+    (third,) = made(from_table(motions, scene), tmp_path / "b")
+    assert same_motion(first, second) and same_motion(first, third)
+
+
+def test_tables_of_something_else_are_refused(scene: to.Scene, tmp_path: Path) -> None:
+    file = tmp_path / "else.parquet"
+    with pytest.raises(CampaignError, match="cannot be read"):
+        from_table(file, scene)
+    pq.write_table(pa.table({"start": [[0.0]]}), file)
+    with pytest.raises(FileFormatError, match="neither the columns"):
+        from_table(file, scene)
+    pq.write_table(pa.table({"start": [[0.0]], "goal": [[1.0]]}), file)
+    with pytest.raises(ProblemError, match="a position of each of 2 joints"):
+        made(from_table(file, scene), tmp_path)
 
 
 def test_random_motions_are_free_and_differ(scene: to.Scene, tmp_path: Path) -> None:

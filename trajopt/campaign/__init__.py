@@ -8,7 +8,16 @@ What is interrupted goes on with `resume_campaign`; `CampaignFolder.open(folder)
 
 from trajopt.campaign.campaign import Campaign as Campaign
 from trajopt.campaign.cluster import Ray as Ray
+from trajopt.campaign.comparison import Comparison as Comparison
+from trajopt.campaign.comparison import compare_campaigns as compare_campaigns
+from trajopt.campaign.dataset import Dataset as Dataset
+from trajopt.campaign.dataset import dataset as dataset
+from trajopt.campaign.dataset import read_dataset as read_dataset
 from trajopt.campaign.engine import Engine as Engine
+from trajopt.campaign.extract import Extracted as Extracted
+from trajopt.campaign.extract import extract as extract
+from trajopt.campaign.extract import motion_of as motion_of
+from trajopt.campaign.extract import problem_of as problem_of
 from trajopt.campaign.kept import CampaignFolder as CampaignFolder
 from trajopt.campaign.local import Local as Local
 from trajopt.campaign.options import Options as Options
@@ -20,6 +29,9 @@ from trajopt.campaign.sources import Source as Source
 from trajopt.campaign.sources import base_placements as base_placements
 from trajopt.campaign.sources import from_folder as from_folder
 from trajopt.campaign.sources import from_problems as from_problems
+from trajopt.campaign.sources import from_table as from_table
 from trajopt.campaign.sources import installed as installed
 from trajopt.campaign.sources import perturbed as perturbed
 from trajopt.campaign.sources import random_motions as random_motions
+from trajopt.campaign.summary import Summary as Summary
+from trajopt.campaign.summary import summary as summary

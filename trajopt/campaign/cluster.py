@@ -27,6 +27,8 @@ from trajopt.errors.arguments import checked
 
 LOOK = 2.0
 """How often it is looked for nodes that came or went [s]: Ray itself notices within some seconds."""
+AHEAD = 2
+"""Blocks that an actor has at once: one that it plans, and the next, for which it need not wait."""
 PATIENCE = 300.0
 """A cluster on which no worker comes up for so long is given up [s]; nodes of a cloud take minutes."""
 
@@ -123,8 +125,9 @@ class RayPool:
         self._ray, self._most = ray, most
         self._setup = ray.put(setup)
         self._kind = ray.remote(num_cpus=1, max_restarts=0, max_task_retries=0)(Planner)
+        self._actors: list[Any] = []
         self._starting: dict[Any, Any] = {}
-        self._free: list[Any] = []
+        self._free: list[Any] = []  # each as often as it can take a block
         self._busy: dict[Any, tuple[Any, Block]] = {}
         self._cores, self._looked, self._alive = 0, 0.0, time.monotonic()
         self._grow()
@@ -140,8 +143,8 @@ class RayPool:
         return len(self._free)
 
     def submit(self, block: Block) -> None:
-        """Hand a block to an actor that has none."""
-        actor = self._free.pop()
+        """Hand a block to an actor: first to one that has none."""
+        actor = self._free.pop(0)
         self._busy[actor.plan.remote(list(block.tasks))] = actor, block
 
     def wait(self, seconds: float) -> Sequence[Planned | Lost]:
@@ -162,7 +165,7 @@ class RayPool:
 
     def close(self) -> None:
         """End all actors, and so their workers."""
-        for actor in (*self._starting.values(), *self._free, *(actor for actor, _ in self._busy.values())):
+        for actor in self._actors:
             self._ray.kill(actor)
 
     def _grow(self) -> None:
@@ -179,9 +182,9 @@ class RayPool:
         if now - self._looked < LOOK:
             return
         self._looked, self._cores = now, int(self._ray.cluster_resources().get("CPU", 0))
-        there = len(self._starting) + len(self._free) + len(self._busy)
-        for _ in range(self.workers - there if self._cores else 0):
+        for _ in range(self.workers - len(self._actors) if self._cores else 0):
             actor = self._kind.remote(self._setup)
+            self._actors.append(actor)
             self._starting[actor.ready.remote()] = actor
 
     def _ended(self, future: Any) -> Planned | Lost | None:
@@ -198,10 +201,21 @@ class RayPool:
                 raise error.cause from error
             raise CampaignError(f"a worker failed: {error.cause!r}") from error
         except errors.RayError as error:
-            self._ray.kill(actor)
+            self._forget(actor)
             return None if block is None else Lost(block, f"{type(error).__name__}: {_first_line(error)}")
-        self._free.append(actor)
-        return None if block is None else replace(told, block=block)
+        if block is None:
+            self._free = [actor, *self._free, *[actor] * (AHEAD - 1)]
+            return None
+        at_work = any(each is actor for each, _ in self._busy.values())
+        self._free.insert(len(self._free) if at_work else 0, actor)
+        return replace(told, block=block)
+
+    def _forget(self, actor: Any) -> None:
+        """Leave an actor that was lost alone; its other block will be told to be lost, too."""
+        self._free = [each for each in self._free if each is not actor]
+        if actor in self._actors:
+            self._actors.remove(actor)
+            self._ray.kill(actor)
 
 
 def _first_line(error: Exception) -> str:

@@ -6,12 +6,10 @@ What `Row` and `Task` are called here is what the files say; docs/campaigns.md l
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from trajopt.campaign.campaign import Task
 from trajopt.errors import CampaignError, MissingExtra
 
 if TYPE_CHECKING:
@@ -21,6 +19,22 @@ Row = Mapping[str, Any]
 """One row of the results, by column."""
 TIMES = ("cpu_seconds", "wall_seconds", "process")
 """Columns that differ from run to run; all others are the same wherever the row is made."""
+REPEATED = (
+    "family",
+    "robot",
+    "group",
+    "method",
+    "status",
+    "certainty",
+    "cause",
+    "message",
+    "stopped",
+    "won_by",
+)
+"""Columns of which many rows have the same value."""
+NUMBERS = ("times", "positions", "velocities", "accelerations")
+"""Columns of numbers that never repeat: written byte by byte of each, they take a third less, and a tenth of
+the time that looking for repetitions takes."""
 ROWS_AT_ONCE = 1000
 """Rows of a table that are read at once: a megabyte or a few, whatever the size of the table."""
 
@@ -78,11 +92,17 @@ def encoded(rows: Sequence[Row]) -> bytes:
     columns = row_columns()
     stream = pa.BufferOutputStream()
     table = pa.Table.from_pylist([dict(row) for row in rows], schema=columns)
-    pq.write_table(table, stream, compression="zstd")
+    pq.write_table(
+        table,
+        stream,
+        compression="zstd",
+        use_dictionary=list(REPEATED),
+        use_byte_stream_split=[f"{name}.list.element" for name in NUMBERS],
+    )
     return stream.getvalue().to_pybytes()
 
 
-def write_tasks(path: Path, tasks: Iterator[Task]) -> int:
+def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
     """Write the table of problems, row by row, in one step; equal rows once.
 
     Returns:
@@ -99,11 +119,11 @@ def write_tasks(path: Path, tasks: Iterator[Task]) -> int:
         with draft.open("wb") as file, pq.ParquetWriter(file, columns, compression="zstd") as writer:
             some: list[dict[str, Any]] = []
             for task in tasks:
-                key = bytes.fromhex(task.id)
+                key = bytes.fromhex(task["id"])
                 if key in seen:
                     continue
                 seen.add(key)
-                some.append(asdict(task))
+                some.append(dict(task))
                 if len(some) == ROWS_AT_ONCE:
                     writer.write_table(pa.Table.from_pylist(some, schema=columns))
                     some = []
@@ -135,6 +155,22 @@ def read_rows(path: Path, columns: Sequence[str] | None = None) -> Iterator[dict
             for batch in file.iter_batches(ROWS_AT_ONCE, columns=None if columns is None else list(columns)):
                 for row in batch.to_pylist():
                     yield {name: dict(item) if _is_map(item) else item for name, item in row.items()}
+    except (OSError, pa.ArrowException) as error:
+        raise CampaignError(f"{path} cannot be read: {error}") from error
+
+
+def size_of(path: Path) -> tuple[int, frozenset[str]]:
+    """Return how many rows a table has, and the names of its columns.
+
+    Raises:
+        CampaignError: If it is missing or damaged.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        with pq.ParquetFile(path) as file:
+            return file.metadata.num_rows, frozenset(file.schema_arrow.names)
     except (OSError, pa.ArrowException) as error:
         raise CampaignError(f"{path} cannot be read: {error}") from error
 

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
@@ -75,7 +75,7 @@ class CampaignFolder:
         except OSError as error:
             raise CampaignError(f"{path} cannot be written: {error}") from error
         packer = Packer()
-        total = write_tasks(target / PROBLEMS, campaign.tasks(packer))
+        total = write_tasks(target / PROBLEMS, map(asdict, campaign.tasks(packer)))
         packer.write(target / DOCUMENTS)
         about = {"format": FORMAT, "version": VERSION, **campaign.as_dict(), "total": total}
         write_json(target / DESCRIPTION, about)

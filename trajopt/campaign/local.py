@@ -53,7 +53,7 @@ class LocalPool:
         """Note how many there may be; each is started with its first block."""
         self._setup, self.workers = setup, workers
         self._free: list[Supervisor] = []
-        self._busy: dict[Supervisor, Block] = {}
+        self._busy: dict[Supervisor, tuple[Block, float]] = {}
 
     @property
     def idle(self) -> int:
@@ -68,7 +68,7 @@ class LocalPool:
     def submit(self, block: Block) -> None:
         """Hand a block to a worker that has none."""
         worker = self._free.pop() if self._free else Supervisor(self._setup)
-        self._busy[worker] = block
+        self._busy[worker] = block, worker.waited
         worker.give(block.tasks)
 
     def wait(self, seconds: float) -> Sequence[Planned | Lost]:
@@ -83,11 +83,11 @@ class LocalPool:
         overdue = [each for each in self._busy if each.until < time.monotonic()]
         ended: list[Planned | Lost] = []
         for worker in dict.fromkeys((*(pipes[pipe] for pipe in ready), *overdue)):  # pyright: ignore
-            before = worker.waited
             rows = worker.advance()
             if rows is not None:
                 self._free.append(worker)
-                ended.append(planned(self._busy.pop(worker), rows, worker.waited - before))
+                block, before = self._busy.pop(worker)
+                ended.append(planned(block, rows, worker.waited - before))
         return ended
 
     def close(self) -> None:

@@ -8,17 +8,19 @@ from pathlib import Path
 from trajopt.arrays import number, one_of, several
 from trajopt.benchmark import installed_definitions
 from trajopt.benchmark.folders import find_instances
+from trajopt.campaign.columns import need_parquet, read_rows, size_of
 from trajopt.campaign.documents import Packer
 from trajopt.campaign.recipes import (
     BasePlaced,
     FromMessages,
     Installed,
+    JointToJoint,
     Perturbed,
     RandomMotion,
     Recipe,
     Stated,
 )
-from trajopt.errors import ProblemError, ShapeError, shown
+from trajopt.errors import FileFormatError, ProblemError, ShapeError, shown
 from trajopt.errors.arguments import checked
 from trajopt.io.files import read_text
 from trajopt.model.robot import Robot
@@ -108,6 +110,47 @@ def from_folder(
             yield Posed(family, int(count), robot.name, FromMessages(robot=key, name=item.name, **texts))
 
     return Source(Path(path).name, len(found), pose)
+
+
+@checked
+def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> Source:
+    """Return the problems of a Parquet table, a row each.
+
+    Its columns are `scene`, `request` and perhaps `motions`: MoveIt's messages as text, YAML or JSON; or
+    `start` and `goal`: positions of the group's joints [rad | m], in the scene that is given. `family` and
+    `number` say what a problem is counted with; without them that is the file's name and the row.
+
+    Args:
+        path: The file.
+        around: The robot; or of starts and goals the scene that it is in.
+        group: Of starts and goals: the group that moves, which may be left out where the robot has one only.
+
+    Raises:
+        MissingExtra: If pyarrow is not installed.
+        CampaignError: If the file cannot be read.
+        FileFormatError: If it has neither kind of columns.
+        ProblemError: If no group is named and the robot has several.
+    """
+    need_parquet()
+    count, columns = size_of(Path(path))
+    scene = Scene(around) if isinstance(around, Robot) else around
+    messages = {"scene", "request"} <= columns
+    if not messages and not {"start", "goal"} <= columns:
+        raise FileFormatError(str(path), "has neither the columns scene and request, nor start and goal")
+    moving = "" if messages else group or only_group(scene.robot)
+
+    def pose(packer: Packer) -> Iterator[Posed]:
+        key, robot = packer.key(scene.robot if messages else scene), scene.robot.name
+        for place, row in enumerate(read_rows(Path(path))):
+            family, each = str(row.get("family") or Path(path).stem), int(row.get("number") or place)
+            if messages:
+                texts = {name: str(row.get(name) or "") for name in ("scene", "request", "motions")}
+                yield Posed(family, each, robot, FromMessages(robot=key, name=f"{family}/{each}", **texts))
+            else:
+                start, goal = tuple(row["start"] or ()), tuple(row["goal"] or ())
+                yield Posed(family, each, robot, JointToJoint(key, moving, start, goal))
+
+    return Source(Path(path).stem, count, pose)
 
 
 @checked

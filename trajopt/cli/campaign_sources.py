@@ -12,6 +12,7 @@ from trajopt.campaign import (
     Source,
     base_placements,
     from_folder,
+    from_table,
     installed,
     perturbed,
     random_motions,
@@ -22,6 +23,9 @@ from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.moveit import read_scene
 from trajopt.problem import Problem
+
+TABLE = ".parquet"
+"""What the name of a table of problems ends in."""
 
 
 class Generated(Enum):
@@ -37,7 +41,7 @@ class Words:
     """What a command says of its source.
 
     Attributes:
-        source: A folder, or the name of what is generated or installed.
+        source: A folder, a table, or the name of what is generated or installed.
         robot: The robot; None where none is named.
         scene: MoveIt's scene.
         requests: MoveIt's requests.
@@ -74,6 +78,8 @@ class Words:
         """
         if Path(self.source).is_dir():
             return from_folder(self.source, self._robot(), sets=self.sets, limit=self.limit)
+        if Path(self.source).suffix == TABLE:
+            return from_table(self.source, self._around(), group=self.group)
         match self.source:
             case Generated.RANDOM.value:
                 around = self._around()

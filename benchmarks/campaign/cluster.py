@@ -1,0 +1,108 @@
+"""A cluster of Ray on one machine: a head that does not plan and nodes of one core each."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+RAY = (sys.executable, "-m", "ray.scripts.scripts")
+PORT = 6397
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """A running cluster.
+
+    Attributes:
+        address: Where its head is.
+        folder: Where it keeps its files.
+    """
+
+    address: str
+    folder: Path
+
+    def raylets(self) -> list[int]:
+        """Return the ids of the nodes' processes, that of the head first."""
+        found = [pid for pid, line in processes() if "raylet/raylet" in line and str(self.folder) in line]
+        return sorted(found, key=lambda pid: int((status(pid) or ["0"] * 20)[19]))
+
+    def mine(self) -> list[int]:
+        """Return the ids of all of its processes, and of the workers that its actors watch."""
+        own = {pid for pid, line in processes() if str(self.folder) in line or line.startswith("ray::")}
+        return [*own, *(pid for pid, line in processes() if parent(pid) in own and pid not in own)]
+
+
+@contextmanager
+def cluster(folder: Path, nodes: int = 2) -> Generator[Cluster]:
+    """Start a cluster, and end it."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    common = ("--node-ip-address=127.0.0.1", "--disable-usage-stats")
+    head = ("--head", "--num-cpus=0", f"--port={PORT}", "--include-dashboard=false")
+    head = (*head, f"--temp-dir={folder.resolve()}")
+    try:
+        start(*head, *common)
+        for _ in range(nodes):
+            start(f"--address=127.0.0.1:{PORT}", "--num-cpus=1", *common)
+        yield Cluster(f"127.0.0.1:{PORT}", folder.resolve())
+    finally:
+        for pid in Cluster("", folder.resolve()).mine():
+            try:
+                os.kill(pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+
+
+def start(*words: str) -> None:
+    """Start a head or a node."""
+    done = subprocess.run((*RAY, "start", *words), capture_output=True, text=True, timeout=300, check=False)
+    if done.returncode:
+        raise SystemExit(f"ray start failed: {done.stdout}{done.stderr}")
+
+
+def processes() -> list[tuple[int, str]]:
+    """Return the ids and command lines of all processes."""
+    found: list[tuple[int, str]] = []
+    for path in Path("/proc").glob("[0-9]*"):
+        try:
+            line = (path / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        except OSError:
+            continue
+        found.append((int(path.name), line))
+    return found
+
+
+def parent(pid: int) -> int:
+    """Return the id of the process that started a process; 0 where it has ended."""
+    fields = status(pid)
+    return int(fields[1]) if fields else 0
+
+
+def status(pid: int) -> list[str]:
+    """Return what Linux says of a process behind its name; nothing where it has ended."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return []
+
+
+def cpu_seconds(pid: int) -> float:
+    """Return the process time of a process, its own alone [s]."""
+    fields = status(pid)
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK") if fields else 0.0
+
+
+def memory(pid: int) -> float:
+    """Return what a process has in memory [MB]."""
+    fields = status(pid)
+    return int(fields[21]) * os.sysconf("SC_PAGE_SIZE") / 2**20 if fields else 0.0
+
+
+def workers(of: set[int]) -> list[int]:
+    """Return the ids of the processes that plan, of those that some processes started."""
+    return [pid for pid, line in processes() if "trajopt.campaign.worker" in line and parent(pid) in of]
