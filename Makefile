@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-execution bench-driving bench-servo bench-threads bench-cold clean
+.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-driving bench-servo bench-threads bench-cold clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -76,6 +76,12 @@ bench-moving: $(STAMP)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check ompl==2.0.1
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.moving $(DATA) --results benchmarks/results/moving.jsonl \
 	  --page benchmarks/README.md $(OPTIONS)
+
+# The Panda's problems as clouds of points, beside the same with primitives and OMPL. Goes on where it was stopped (rows in
+# out/clouds). OPTIONS: --every N, --ompl N, --parity N.
+bench-clouds: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check ompl==2.0.1
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.clouds $(DATA) --page benchmarks/README.md $(OPTIONS)
 
 # Boxes appear in the way of simulated robots. OPTIONS: --runs N, of each of five problems.
 bench-execution: $(STAMP)

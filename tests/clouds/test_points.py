@@ -57,7 +57,7 @@ def test_a_radius_that_is_none_is_refused(radius: float) -> None:
     with pytest.raises(ShapeError, match="radius"):
         to.Points(some(), radius)
     with pytest.raises(ShapeError, match="size"):
-        to.Voxels(np.eye(3), radius)
+        to.Voxels(np.eye(3, dtype=np.int64), radius)
 
 
 def test_millimetres_are_told() -> None:

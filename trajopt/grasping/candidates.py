@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import coal
 import numpy as np
@@ -16,7 +17,7 @@ from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD, Requirement, frame_placement
 from trajopt.model.scene import Scene
-from trajopt.model.shapes import Shape
+from trajopt.model.shapes import Shape, bounding_sphere, solids_near
 from trajopt.planning.status import Status
 from trajopt.query.geometry import collision_geometry
 
@@ -236,7 +237,14 @@ def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
 
 
 def _gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> float:
-    """Return how far two shapes are apart, negative where they overlap [m]."""
+    """Return how far two shapes are apart, negative where they overlap [m]; infinite for far clouds."""
+    (centre, radius), (far, reach) = bounding_sphere(shape), bounding_sphere(other)
+    ones = solids_near(shape, first, second * far, reach + TOUCHING)
+    others = solids_near(other, second, first * centre, radius + TOUCHING)
+    return min((_convex_gap(*one, *each) for one, each in product(ones, others)), default=np.inf)
+
+
+def _convex_gap(shape: Shape, first: Placement, other: Shape, second: Placement) -> float:
     return float(
         coal.distance(
             collision_geometry(shape),

@@ -16,7 +16,7 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_number, seen_from
 from trajopt.model.requirements import WORLD
-from trajopt.model.shapes import Points, Shape, Voxels, bounding_box, solids_of
+from trajopt.model.shapes import Points, Shape, Voxels, bounding_box
 from trajopt.model.timing import ALWAYS, Timing
 
 Part = tuple[Shape, Placement]
@@ -81,7 +81,7 @@ class SceneObject(Value):
         anchor = Anchor(frame.joint, frame.placement * self.placement)
         bodies = tuple(
             FixedBody(f"{self.name}/{count}", self.name, anchor.joint, anchor.placement * where, shape)
-            for count, (shape, where) in enumerate(self._solids)
+            for count, (shape, where) in enumerate(self.parts)
         )
         return AnchoredObject(anchor, bodies)
 
@@ -105,12 +105,7 @@ class SceneObject(Value):
     @cached_property
     def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:
         """What decides which bodies it must keep apart from: all but where it is in its frame."""
-        return (self.name, self.frame, len(self._solids), self.touch_links)
-
-    @cached_property
-    def _solids(self) -> tuple[Part, ...]:
-        """Its shapes as those that have a body each: of a cloud every ball or cube."""
-        return tuple(solid for shape, where in self.parts for solid in solids_of(shape, where))
+        return (self.name, self.frame, len(self.parts), self.touch_links)
 
     def shifted(self, time: float) -> "SceneObject":
         """Return it by a clock that shows 0 when this one's shows `time` [s]; see `Timing.shifted`."""

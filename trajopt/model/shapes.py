@@ -234,9 +234,20 @@ def scaled(shape: Shape, factor: float, centre: Floats) -> Shape:
             return Voxels(shape.keys, factor * shape.size)
 
 
-def solids_of(shape: Shape, where: Placement) -> list[tuple[Shape, Placement]]:
-    """Return a cloud as its balls or cubes, each with its placement; any other shape as it is."""
+def solids_near(
+    shape: Shape, where: Placement, centre: Floats, reach: float
+) -> list[tuple[Shape, Placement]]:
+    """Return the balls or cubes of a cloud that a ball may touch, each with its placement.
+
+    Args:
+        shape: The cloud; any other shape is returned as it is.
+        where: Its placement.
+        centre: Of the ball, in the frame in which the cloud is placed, shape (3,) [m].
+        reach: Its radius [m].
+    """
     if not isinstance(shape, Points | Voxels):
         return [(shape, where)]
     one = Sphere(shape.radius) if isinstance(shape, Points) else Box(shape.size, shape.size, shape.size)
-    return [(one, Placement(where.rotation, readonly(where * at))) for at in centres_of(shape)]
+    centres = where * centres_of(shape)
+    near = np.linalg.norm(centres - centre, axis=1) <= reach + bounding_sphere(one)[1]
+    return [(one, Placement(where.rotation, readonly(at))) for at in centres[near]]

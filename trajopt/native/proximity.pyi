@@ -9,9 +9,11 @@ from trajopt.arrays import Floats, Ints
 from trajopt.native.descent import RobotDynamics, RobotQuery
 
 class Solid:
-    """Points of a shape's parts, its closed triangles, and its corners if it is convex, in its own frame."""
+    """Points of a shape's parts, its closed triangles, its corners if convex, or a cloud's centres."""
 
-    def __init__(self, points: Floats, closed: Floats, geometry: coal.CollisionGeometry) -> None: ...
+    def __init__(
+        self, points: Floats, closed: Floats, geometry: coal.CollisionGeometry, cloud: Floats
+    ) -> None: ...
 
 class Cell:
     """A robot among its obstacles; never changed, shared by threads."""

@@ -7,6 +7,9 @@ import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value
 from trajopt.model.cached import cached_per_value
+from trajopt.model.clouds.parts import centres_of
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.closed_surface import part_points
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.shapes import Shape
@@ -143,7 +146,7 @@ class Query:
 
         Returns:
             One contact for each configuration and pair with a signed distance below the reach, in
-            no particular order.
+            no particular order; of a pair with a cloud up to six, of several sides, the nearest too.
         """
         core, counts = self._core, self.counts
         bounds, distances = core.bounds, core.distances
@@ -231,4 +234,12 @@ def _solid(shape: Shape) -> proximity.Solid:
         np.ascontiguousarray(part_points(shape)),
         np.ascontiguousarray(closed_triangles(shape)),
         collision_geometry(shape),
+        _cloud(shape),
     )
+
+
+def _cloud(shape: Shape) -> Floats:
+    """Return the centres of a cloud's balls or cubes, shape (n, 3) [m]; none of other shapes."""
+    if isinstance(shape, Points | Voxels):
+        return np.ascontiguousarray(centres_of(shape))
+    return np.empty((0, 3))

@@ -116,7 +116,7 @@ def tapered_margins(
     def available(positions: Floats, reach: Floats = pairs.margin) -> Floats:
         contacts = query.close_pairs(positions[None, :], reach)
         margin = pairs.margin.copy()
-        margin[contacts.pair] = np.minimum(contacts.distance, margin[contacts.pair])
+        np.minimum.at(margin, contacts.pair, contacts.distance)  # a cloud has several of one pair
         return margin
 
     if goal is not None:

@@ -19,6 +19,7 @@ Bodies::Bodies(Arm given, std::vector<Body> all, const int64_t* first, const int
     const bool first_plane = one.form->kind == Kind::Plane, second_plane = other.form->kind == Kind::Plane;
     pair.planar = first_plane || second_plane;
     pair.meshed = !pair.planar && (one.form->kind == Kind::Mesh || other.form->kind == Kind::Mesh);
+    pair.clouded = !pair.planar && (one.form->points != nullptr || other.form->points != nullptr);
     // A half-space has no bound of its own: the other body is moved as seen from it.
     pair.frame = first_plane ? one.joint : second_plane ? other.joint : arm.shared(one.joint, other.joint);
     pair.first_seen = traveller(pair.first, pair.frame);

@@ -37,7 +37,7 @@ struct Pair {
   int first, second;             // Bodies.
   int frame;                     // Joint in whose frame both are looked at: innermost that carries both, or a plane's.
   int first_seen, second_seen;   // Travellers.
-  bool planar, meshed;
+  bool planar, meshed, clouded;
   double required;               // Clearance [m].
   Error error;                   // Of both bodies together.
   int level;                     // Its number among all that are required.

@@ -1,7 +1,10 @@
 #include "form.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "cloud_points.hpp"
 
 namespace proof {
 
@@ -97,6 +100,8 @@ Vec Form::core_support(const Vec& d) const {
       return farthest(*this, d);
     case Kind::Mesh:
       return farthest(*hull, d);
+    case Kind::Cloud:
+      return points->farthest(d) + Vec(std::copysign(half.x(), d.x()), std::copysign(half.y(), d.y()), std::copysign(half.z(), d.z()));
     case Kind::Plane:
       break;
   }
@@ -124,6 +129,24 @@ std::shared_ptr<Form> make_solid(Kind kind, const Vec& half) {
   }
   form->low = -form->high;
   form->representatives = {Vec::Zero()};
+  return form;
+}
+
+std::shared_ptr<Form> make_cloud(std::vector<Vec> points, std::shared_ptr<const Form> element) {
+  auto form = std::make_shared<Form>();
+  form->kind = Kind::Cloud;
+  form->rounding = element->rounding;
+  if (element->kind == Kind::Box) form->half = element->half;
+  form->low = form->high = points[0];
+  for (const Vec& point : points) form->low = form->low.cwiseMin(point), form->high = form->high.cwiseMax(point);
+  form->low -= element->high;
+  form->high += element->high;
+  form->centre = (form->low + form->high) / 2.0;
+  for (const Vec& point : points) form->radius = std::max(form->radius, (point - form->centre).norm());
+  form->radius += element->radius;
+  form->representatives = points;
+  form->points = std::make_shared<const PointTree>(std::move(points));
+  form->element = std::move(element);
   return form;
 }
 

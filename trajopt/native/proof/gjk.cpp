@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "cloud_points.hpp"
 #include "surface_tree.hpp"
 
 namespace proof {
@@ -86,7 +87,12 @@ struct Simplex {
 }  // namespace
 
 Vec Part::support(const Vec& direction) const {
-  return node < 0 ? form->core_support(direction) : form->tree->support(node, direction);
+  if (node < 0) return form->core_support(direction);
+  if (form->points == nullptr) return form->tree->support(node, direction);
+  const Vec& half = form->half;
+  return form->points->corner(node, direction) + Vec(std::copysign(half.x(), direction.x()),
+                                                     std::copysign(half.y(), direction.y()),
+                                                     std::copysign(half.z(), direction.z()));
 }
 
 Vec Sweep::lowest(const Vec& d) const {

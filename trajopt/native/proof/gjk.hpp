@@ -10,13 +10,13 @@
 
 namespace proof {
 
-// A convex shape, or a triangle or box of a mesh's tree.
+// A convex shape, or a triangle or box of a mesh's tree, or a part of a cloud.
 struct Part {
   const Form* form;
   int node = -1;  // Of the form's tree; -1 for the form itself.
 
   Vec support(const Vec& direction) const;
-  double rounding() const { return node < 0 ? form->rounding : 0.0; }
+  double rounding() const { return node < 0 || form->points != nullptr ? form->rounding : 0.0; }
 };
 
 // Two parts, each at its place at both times, in one frame; equal pointers stand for one place.

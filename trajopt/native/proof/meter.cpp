@@ -2,7 +2,9 @@
 
 #include <limits>
 
+#include "cloud_distance.hpp"
 #include "coal_depth.hpp"
+#include "cloud_points.hpp"
 #include "surface_tree.hpp"
 
 namespace proof {
@@ -13,6 +15,44 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double doubtful = 1e-5;  // Gap and distance apart by more call for Coal's second opinion [m].
 
 const Form& solid(const Form& form) { return form.kind == Kind::Mesh ? *form.hull : form; }
+
+// Distance of convex forms, or that it is no less than `within`.
+double convex_gap(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at, Vec& guess,
+                  double within, bool& exact) {
+  if (guess.isZero()) guess = second_at.p - first_at.p;
+  const Sweep still{{&first}, {&second}, {&first_at, &first_at}, {&second_at, &second_at}};
+  const Separation found = separate(still, guess, within, Aim::Measure);
+  exact = found.gap < within;
+  if (!found.overlap) guess = found.direction;
+  if (!exact || (!found.overlap && found.upper - found.gap <= doubtful)) return found.gap;
+  return std::max(found.gap, signed_distance(first, first_at, second, second_at));
+}
+
+double any_convex_gap(const Form& first, const Pose& first_at, const Form& second, const Pose& second_at, Vec& guess,
+                      double within) {
+  bool exact = true;
+  return convex_gap(first, first_at, second, second_at, guess, within, exact);
+}
+
+// How large a part of a form's tree is that has parts of its own; negative where it has none.
+double extent(const Form& form, int node) {
+  if (node < 0) return -1.0;
+  if (form.points != nullptr) return node < form.points->part_of(0) ? form.points->half(node).norm() : -1.0;
+  const auto& at = form.tree->nodes[node];
+  return at.leaf() ? -1.0 : at.radius;
+}
+
+template <typename Take>
+void open(const Form& form, int node, Take take) {
+  if (form.points != nullptr) {
+    form.points->open(node, take);
+  } else {
+    take(form.tree->nodes[node].right);
+    take(form.tree->nodes[node].left);
+  }
+}
+
+int root(const Form& form) { return form.kind == Kind::Mesh || form.points != nullptr ? 0 : -1; }
 
 }  // namespace
 
@@ -34,6 +74,10 @@ Measured Meter::measure(int number, Snapshot& at, double within) {
     // Surfaces have no depth: in contact, and around what is enclosed, the hulls stand for them.
     return {std::min(std::max(distance, 0.0) - error, measure_hulls(number, at)), true};
   }
+  if (pair.clouded) {
+    const double distance = union_distance(pair, at, limit);
+    return {distance - error, distance < limit};
+  }
   bool exact = true;
   const double distance = convex_distance(bodies_.form(pair.first), bodies_.form(pair.second), pair, at,
                                           guess_[number], limit, exact);
@@ -43,6 +87,7 @@ Measured Meter::measure(int number, Snapshot& at, double within) {
 double Meter::measure_hulls(int number, Snapshot& at) {
   const Pair& pair = bodies_.pairs[number];
   ++calls;
+  if (pair.clouded) return union_distance(pair, at, infinite) - taken_off(pair, at);
   Vec guess = Vec::Zero();
   bool exact = true;
   return convex_distance(solid(bodies_.form(pair.first)), solid(bodies_.form(pair.second)), pair, at, guess, infinite,
@@ -52,7 +97,7 @@ double Meter::measure_hulls(int number, Snapshot& at) {
 double Meter::search_depth(int number, Snapshot& at) {
   const Pair& pair = bodies_.pairs[number];
   ++calls;
-  if (pair.planar) return -infinite;
+  if (pair.planar || pair.clouded) return -infinite;
   return largest_gap(solid(bodies_.form(pair.first)), at.seen(pair.first_seen), solid(bodies_.form(pair.second)),
                      at.seen(pair.second_seen)) - taken_off(pair, at);
 }
@@ -117,14 +162,14 @@ double Meter::height(const Pair& pair, Snapshot& at) const {
 
 double Meter::convex_distance(const Form& first, const Form& second, const Pair& pair, Snapshot& at, Vec& guess,
                               double within, bool& exact) {
+  return convex_gap(first, at.seen(pair.first_seen), second, at.seen(pair.second_seen), guess, within, exact);
+}
+
+double Meter::union_distance(const Pair& pair, Snapshot& at, double within) const {
+  const Form &first = solid(bodies_.form(pair.first)), &second = solid(bodies_.form(pair.second));
   const Pose &first_at = at.seen(pair.first_seen), &second_at = at.seen(pair.second_seen);
-  if (guess.isZero()) guess = second_at.p - first_at.p;
-  const Sweep still{{&first}, {&second}, {&first_at, &first_at}, {&second_at, &second_at}};
-  const Separation found = separate(still, guess, within, Aim::Measure);
-  exact = found.gap < within;
-  if (!found.overlap) guess = found.direction;
-  if (!exact || (!found.overlap && found.upper - found.gap <= doubtful)) return found.gap;
-  return std::max(found.gap, signed_distance(first, first_at, second, second_at));
+  if (first.points != nullptr) return cloud_distance(first, first_at, second, second_at, within, any_convex_gap);
+  return cloud_distance(second, second_at, first, first_at, within, any_convex_gap);
 }
 
 double Meter::surface_distance(int number, Snapshot& at, double within) {
@@ -148,26 +193,18 @@ double Meter::surface_distance(int number, Snapshot& at, double within) {
 }
 
 Meter::Parts Meter::roots(const Pair& pair) const {
-  return {bodies_.form(pair.first).kind == Kind::Mesh ? 0 : -1, bodies_.form(pair.second).kind == Kind::Mesh ? 0 : -1};
+  return {root(bodies_.form(pair.first)), root(bodies_.form(pair.second))};
 }
 
-// Put the children of the larger inner node of two in the place of both; false if both are leaves.
+// Put the parts of the larger inner node of two in the place of both; false if both are leaves.
 bool Meter::split(const Pair& pair, Parts parts) {
-  auto size = [&](int body, int node) {
-    if (node < 0) return -1.0;
-    const auto& at = bodies_.form(body).tree->nodes[node];
-    return at.leaf() ? -1.0 : at.radius;
-  };
-  const double first = size(pair.first, parts.first), second = size(pair.second, parts.second);
+  const Form &one = bodies_.form(pair.first), &other = bodies_.form(pair.second);
+  const double first = extent(one, parts.first), second = extent(other, parts.second);
   if (first < 0.0 && second < 0.0) return false;
   if (first >= second) {
-    const auto& node = bodies_.form(pair.first).tree->nodes[parts.first];
-    open_.push_back({node.right, parts.second});
-    open_.push_back({node.left, parts.second});
+    open(one, parts.first, [&](int inner) { open_.push_back({inner, parts.second}); });
   } else {
-    const auto& node = bodies_.form(pair.second).tree->nodes[parts.second];
-    open_.push_back({parts.first, node.right});
-    open_.push_back({parts.first, node.left});
+    open(other, parts.second, [&](int inner) { open_.push_back({parts.first, inner}); });
   }
   return true;
 }

@@ -45,6 +45,8 @@ class Meter {
   double height(const Pair& pair, Snapshot& at) const;
   double convex_distance(const Form& first, const Form& second, const Pair& pair, Snapshot& at, Vec& guess,
                          double within, bool& exact);
+  // Distance of a pair with a cloud, hulls in the place of meshes.
+  double union_distance(const Pair& pair, Snapshot& at, double within) const;
   // Distance of surfaces; minus infinity where they meet.
   double surface_distance(int pair, Snapshot& at, double within);
   Parts roots(const Pair& pair) const;

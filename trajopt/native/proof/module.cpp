@@ -24,6 +24,13 @@ Kind round_kind(const std::string_view name) {
   throw std::invalid_argument("no round shape of that name");
 }
 
+std::vector<Vec> points_of(const Numbers& rows) {
+  std::vector<Vec> points;
+  points.reserve(rows.shape(0));
+  for (size_t i = 0; i < rows.shape(0); ++i) points.push_back(vector(rows.data() + 3 * i));
+  return points;
+}
+
 std::shared_ptr<Form> mesh(const Numbers& vertices, const Counts& faces, std::shared_ptr<Form> hull,
                            const Numbers& representatives, const Numbers& closed) {
   auto form = make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0), false);
@@ -212,6 +219,12 @@ NB_MODULE(proof, m) {
     return make_hull(vertices.data(), vertices.shape(0), faces.data(), faces.shape(0), true);
   });
   m.def("mesh", &mesh);
+  m.def("balls", [](const Numbers& centres, double radius) {
+    return make_cloud(points_of(centres), make_solid(Kind::Sphere, Vec(radius, radius, 0.0)));
+  });
+  m.def("cubes", [](const Numbers& centres, double edge) {
+    return make_cloud(points_of(centres), make_solid(Kind::Box, Vec::Constant(edge / 2.0)));
+  });
   bind_curves(m);
   nb::class_<Arm>(m, "Arm").def("place", &place);
   m.def("arm", &make_arm);

@@ -32,6 +32,8 @@ struct Body {
   Support support;
   Vector3 middle;         // of its bounding box, in the shape's frame
 
+  std::shared_ptr<const Body> element;  // of a cloud, one ball or cube about its origin; none for other shapes
+
   bool is_mesh() const { return geometry->getObjectType() == coal::OT_BVH; }
 };
 

@@ -7,6 +7,7 @@ Clear::Clear(const Cell& cell, std::vector<double> reach)
   for (double each : reach_) longest_reach_ = std::max(longest_reach_, each);
   places_.resize(cell.movers.size());
   across_.assign(cell.pairs.size(), Vector3::Zero());
+  struck_.assign(cell.pairs.size(), -1);
   for (const auto& pairs : cell.pair_with) {
     with_still_.emplace_back();
     for (int pair : pairs) {
@@ -72,6 +73,12 @@ bool Clear::keeps(int pair) {
   const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
   const double reach = reach_[pair];
   const Place &at_a = at(first), &at_b = at(second);
+  if (a.element != nullptr || b.element != nullptr) {
+    const bool kept = clouds_.keeps(a, transform(a, at_a, (*placed_)[a.joint]), b, transform(b, at_b, (*placed_)[b.joint]), reach,
+                                    struck_[pair]);
+    clouds_.tell(work);
+    return kept;
+  }
   Vector3& across = across_[pair];
   if (!across.isZero(0.0)) {
     ++work.bounds;

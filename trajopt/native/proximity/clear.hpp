@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cell.hpp"
+#include "cloud_phase.hpp"
 #include "narrow.hpp"
 
 namespace proximity {
@@ -50,6 +51,7 @@ class Clear {
   double longest_reach_ = 0.0;
   Kinematics kinematics_;
   NarrowPhase narrow_;
+  CloudPhase clouds_{narrow_};
   const pinocchio::container::aligned_vector<pinocchio::SE3>* placed_ = nullptr;
   Places places_;                             // by mover
   std::vector<std::vector<int>> with_still_;  // mover -> pairs with bodies that stand still
@@ -58,6 +60,7 @@ class Clear {
   std::vector<int> doubtful_;                 // pairs that spheres and boxes leave within reach
   std::vector<Vector3> across_;               // pair -> direction along which it was apart, zero where none is known
   std::vector<int> near_;
+  std::vector<int> struck_;                   // pair with a cloud -> which of its balls or cubes was too near at last
 };
 
 }  // namespace proximity

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "cloud_tree.hpp"
 #include "polytope.hpp"
 
 namespace proximity {
@@ -19,8 +20,9 @@ class Solid {
   using Vector3 = Eigen::Vector3d;
   using Triangle = std::array<Vector3, 3>;
 
-  Solid(std::vector<Vector3> points, std::vector<Triangle> shell, std::unique_ptr<const Polytope> polytope)
-      : polytope_(std::move(polytope)), points_(std::move(points)), shell_(std::move(shell)) {
+  Solid(std::vector<Vector3> points, std::vector<Triangle> shell, std::unique_ptr<const Polytope> polytope,
+        std::unique_ptr<const CloudTree> cloud)
+      : polytope_(std::move(polytope)), cloud_(std::move(cloud)), points_(std::move(points)), shell_(std::move(shell)) {
     for (const Triangle& triangle : shell_) {
       for (const Vector3& corner : triangle) low_ = low_.cwiseMin(corner), high_ = high_.cwiseMax(corner);
     }
@@ -28,6 +30,9 @@ class Solid {
 
   // Of a convex polytope; none for other shapes.
   const Polytope* polytope() const { return polytope_.get(); }
+
+  // Of a cloud; none for other shapes.
+  const CloudTree* cloud() const { return cloud_.get(); }
 
   // Whether the closed surface winds around a part of a body that is placed in this one's frame.
   bool encloses(const Solid& body, const Eigen::Matrix3d& rotation, const Vector3& translation) const {
@@ -40,6 +45,7 @@ class Solid {
 
  private:
   std::unique_ptr<const Polytope> polytope_;
+  std::unique_ptr<const CloudTree> cloud_;
   std::vector<Vector3> points_;   // One of each connected part.
   std::vector<Triangle> shell_;   // Closed, seen counter-clockwise from outside.
   Vector3 low_ = Vector3::Constant(INFINITY), high_ = Vector3::Constant(-INFINITY);

@@ -45,8 +45,9 @@ void make_dynamics(Dynamics* made, const nb::object& model, const Matrix<double>
   new (made) Dynamics(make_robot(model, expand, offset));
 }
 
-Solid* make_solid(const Matrix<double>& points, const Block<double>& closed, const nb::object& geometry) {
-  expect(points.shape(1) == 3 && closed.shape(1) == 3 && closed.shape(2) == 3, "points and triangles in space");
+Solid* make_solid(const Matrix<double>& points, const Block<double>& closed, const nb::object& geometry,
+                  const Matrix<double>& cloud) {
+  expect(points.shape(1) == 3 && cloud.shape(1) == 3 && closed.shape(1) == 3 && closed.shape(2) == 3, "points and triangles in space");
   std::vector<Vector3> inner;
   std::vector<Solid::Triangle> shell;
   for (size_t i = 0; i < points.shape(0); ++i) inner.push_back(vector_at(points, i));
@@ -56,7 +57,18 @@ Solid* make_solid(const Matrix<double>& points, const Block<double>& closed, con
   }
   const auto shape = inside<std::shared_ptr<coal::CollisionGeometry>>(geometry, "not a Coal geometry");
   const auto* convex = dynamic_cast<const coal::ConvexBase*>(shape.get());
-  return new Solid(std::move(inner), std::move(shell), convex == nullptr ? nullptr : std::make_unique<const Polytope>(*convex));
+  std::vector<Vector3> centres(cloud.shape(0));
+  for (size_t i = 0; i < centres.size(); ++i) centres[i] = vector_at(cloud, i);
+  return new Solid(std::move(inner), std::move(shell), convex == nullptr ? nullptr : std::make_unique<const Polytope>(*convex),
+                   centres.empty() ? nullptr : std::make_unique<const CloudTree>(std::move(centres)));
+}
+
+// One ball or cube of a cloud, about its origin.
+std::shared_ptr<const Body> make_element(const std::shared_ptr<const coal::CollisionGeometry>& geometry,
+                                         const std::shared_ptr<const Solid>& solid, const Support& support) {
+  const Vector3 half = (geometry->aabb_local.max_ - geometry->aabb_local.min_) / 2.0;
+  return std::make_shared<const Body>(
+      Body{0, Matrix3::Identity(), Vector3::Zero(), Vector3::Zero(), half, half.norm(), geometry, solid, support, Vector3::Zero(), nullptr});
 }
 
 void make_cell(Cell* made, const nb::object& model, const Matrix<double>& expand, const Vector<double>& offset,
@@ -79,8 +91,11 @@ void make_cell(Cell* made, const nb::object& model, const Matrix<double>& expand
     const Support support = Support::of(*geometry, solid->polytope());
     const Matrix3 turn = Eigen::Map<const Rotation>(rotation.data() + 9 * i);
     const Vector3 shift = vector_at(translation, i), around = vector_at(centre, i);
+    const Vector3 middle = turn.transpose() * (around - shift);
+    const bool cloud = solid->cloud() != nullptr;
+    auto element = cloud ? make_element(geometry, solid, support) : nullptr;
     bodies.push_back({static_cast<int>(joint(i)), turn, shift, around, box, box.norm(), std::move(geometry), std::move(solid),
-                      support, turn.transpose() * (around - shift)});
+                      cloud ? Support() : support, middle, std::move(element)});
   }
   std::vector<Pair> pairs;
   for (size_t i = 0; i < first.shape(0); ++i) {
@@ -252,7 +267,7 @@ NB_MODULE(proximity, m) {
   leaks::settle();
   coal_boxes::settle();
   nb::module_::import_("trajopt.native.descent");  // which knows what a RobotQuery is
-  nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a, "geometry"_a);
+  nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a, "geometry"_a, "cloud"_a);
   nb::class_<Cell>(m, "Cell").def("__init__", &make_cell, "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
                                   "accuracy"_a, nb::keep_alive<1, 2>());

@@ -225,12 +225,26 @@ double Tracker::apart(Watched& pairs, size_t entry, int sample, int place) {
 Nearest Tracker::measure(int pair, int sample) {
   const auto [first, second] = cell_.pairs[pair];
   const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
+  if (a.element != nullptr || b.element != nullptr) return measure_cloud(pair, sample);
   const auto* placed = joints_.data() + static_cast<size_t>(sample) * cell_.robot.joints();
   const Nearest found = narrow_(a, transform(a, at(sample, first), placed[a.joint]), b,
                                 transform(b, at(sample, second), placed[b.joint]), reach_[pair]);
   ++work.distances;
   if (found.distance < reach_[pair]) add_row(pair, sample, found);
   return found;
+}
+
+// Of a cloud several balls or cubes become rows.
+Nearest Tracker::measure_cloud(int pair, int sample) {
+  const auto [first, second] = cell_.pairs[pair];
+  const Body &a = cell_.bodies[first], &b = cell_.bodies[second];
+  const auto* placed = joints_.data() + static_cast<size_t>(sample) * cell_.robot.joints();
+  const auto& found = clouds_.rows(a, transform(a, at(sample, first), placed[a.joint]), b,
+                                   transform(b, at(sample, second), placed[b.joint]), reach_[pair]);
+  clouds_.tell(work);
+  for (const Nearest& each : found) add_row(pair, sample, each);
+  if (!found.empty()) return found.front();
+  return {clouds_.beyond(), Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
 }
 
 // d(q + dq) = d + n . (J_second - J_first) dq, a joint's column being v + w x (p - o) with its velocity (v, w) at

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cell.hpp"
+#include "cloud_phase.hpp"
 #include "narrow.hpp"
 
 namespace proximity {
@@ -76,6 +77,7 @@ class Tracker {
   double apart(Watched& pairs, std::size_t entry, int sample, int place);
   double step(int mover, int sample, int place);
   Nearest measure(int pair, int sample);
+  Nearest measure_cloud(int pair, int sample);
   void add_row(int pair, int sample, const Nearest& found);
 
   int mover(int body) const { return cell_.mover_of[body] < 0 ? movers_ : cell_.mover_of[body]; }
@@ -88,6 +90,7 @@ class Tracker {
   const Cell& cell_;
   Kinematics kinematics_;
   NarrowPhase narrow_;
+  CloudPhase clouds_{narrow_};
   const int movers_;
   std::vector<Both> both_;  // by pair
 

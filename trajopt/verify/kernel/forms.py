@@ -6,6 +6,8 @@ import numpy as np
 
 from trajopt.errors import ShapeError
 from trajopt.model.cached import cached_per_value
+from trajopt.model.clouds.points import Points
+from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.meshes.closed_surface import closed_surface, part_points
 from trajopt.model.shapes import Box, Capsule, Cone, Convex, Cylinder, Mesh, Plane, Shape, Sphere, convex
 from trajopt.native import proof
@@ -58,6 +60,16 @@ def _(shape: Plane) -> proof.Form:
 @_make.register
 def _(shape: Convex) -> proof.Form:
     return proof.hull(np.ascontiguousarray(shape.vertices), np.ascontiguousarray(shape.faces, dtype=np.int64))
+
+
+@_make.register
+def _(shape: Points) -> proof.Form:
+    return proof.balls(np.ascontiguousarray(shape.points), shape.radius)
+
+
+@_make.register
+def _(shape: Voxels) -> proof.Form:
+    return proof.cubes(np.ascontiguousarray(shape.centres), shape.size)
 
 
 @_make.register
