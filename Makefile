@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-driving bench-servo bench-threads bench-cold clean
+.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-driving bench-servo bench-threads bench-cold bench-bundles clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -113,6 +113,10 @@ bench-loading: $(STAMP)
 # Side by side with an older version: OLD is the interpreter of an environment in which it is installed.
 bench-versions: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.versions $(DATA) --old $(OLD) --page benchmarks/README.md $(OPTIONS)
+
+# Bundles: replayed to the last digit, hostile ones refused and at what cost, and what reports take.
+bench-bundles: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.bundles --page benchmarks/README.md
 
 # A process from its beginning; OLD, where given, is the interpreter of an environment with an older version.
 bench-cold: $(STAMP)

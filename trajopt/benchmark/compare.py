@@ -12,6 +12,7 @@ from trajopt.errors import MissingExtra
 from trajopt.errors.arguments import checked
 from trajopt.methods import Method, method_named
 from trajopt.planning.budget import Budget
+from trajopt.planning.result import Result
 from trajopt.problem import Problem
 
 
@@ -69,6 +70,7 @@ def compared(
     allowance: Allowance,
     *,
     skipped: Callable[[Method, MissingExtra], None] | None = None,
+    seen: Callable[[Result], None] | None = None,
 ) -> Iterator[Outcome]:
     """Yield every outcome, problem by problem.
 
@@ -77,6 +79,8 @@ def compared(
         methods: The methods.
         allowance: What each may use on each.
         skipped: Told of methods whose packages are missing, which are then left out; None to raise.
+        seen: Called with each result, of which an outcome keeps the numbers only, before the outcome is
+            yielded.
 
     Raises:
         MissingExtra: If what a method runs on is not installed, and nobody is to be told.
@@ -86,7 +90,7 @@ def compared(
         if ready is None:
             ready = [method for method in methods if _works(instance, method, skipped)]
         for method in ready:
-            yield run(instance, method, budget=allowance.budget, follow=True)
+            yield run(instance, method, budget=allowance.budget, follow=True, seen=seen)
 
 
 def _works(

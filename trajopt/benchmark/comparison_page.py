@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from html import escape
+from math import inf
 
 from trajopt.benchmark.comparison_table import LEGEND, RUN_HEAD, SUMMARY_HEAD, run_cells, summary_cells
-from trajopt.benchmark.html import document, table, words
+from trajopt.benchmark.html import document, image, table, words
 from trajopt.benchmark.outcome import Outcome
 from trajopt.benchmark.summary import summaries
 
@@ -13,6 +14,10 @@ STYLE = """
 .grid td:first-child { width: 40%; } .grid th { font-weight: 600; writing-mode: vertical-rl; text-align: left;
   padding: .4rem .5rem; } .grid th:first-child { writing-mode: horizontal-tb; }
 tbody tr:nth-child(even) { background: var(--soft); }
+.motions { display: grid; grid-template-columns: repeat(auto-fill, minmax(11rem, 1fr)); gap: .8rem;
+  margin: .6rem 0 1rem; } .motions figure { margin: 0; } .motions img { width: 100%; border-radius: 4px; }
+summary { display: flex; gap: .8rem; align-items: center; } summary img { width: 6rem; height: auto;
+  border-radius: 4px; }
 figure { margin: 0 0 1.5rem; } figure img { max-width: 100%; height: auto; background: white;
   border: 1px solid var(--line); border-radius: 6px; } figcaption { opacity: .8; font-size: .9rem; }
 """
@@ -20,12 +25,19 @@ TEXTS = {"problem", "solver", "outcome", "broken"}
 """Columns that hold words; all others hold numbers."""
 
 
-def page(outcomes: Sequence[Outcome], figures: Mapping[str, str]) -> str:
+def page(
+    outcomes: Sequence[Outcome],
+    figures: Mapping[str, str],
+    pictures: Mapping[tuple[str, str], bytes] | None = None,
+    remark: str = "",
+) -> str:
     """Return the page: methods side by side, figures, every problem by every method.
 
     Args:
         outcomes: The outcomes.
         figures: Caption -> the figure as a data URI.
+        pictures: A thumbnail of each motion, by problem and method; none when None.
+        remark: A sentence that is added to the head of the page.
     """
     found = summaries(outcomes)
     problems = list(dict.fromkeys(run.problem for run in outcomes))
@@ -38,12 +50,13 @@ def page(outcomes: Sequence[Outcome], figures: Mapping[str, str]) -> str:
         "trajopt compare",
         STYLE,
         f"<p>{len(found)} methods on {len(problems)} problems: the same first guesses, the same budget, and "
-        "the same judge, who shares no code with what it judges.</p>"
+        "the same judge, who shares no code with what it judges. "
+        f"{escape(remark)}</p>"
         f"{_table(SUMMARY_HEAD, [summary_cells(item) for item in found])}"
         f'<p class="faint">{escape(LEGEND)}</p>{drawn}<h2>Every problem</h2>'
         f'<p class="faint">Milliseconds of CPU; ✗ where planning did not end as it should.</p>'
         f"{_grid(outcomes, problems)}<h2>Every run</h2>"
-        f"{''.join(_runs(outcomes, name) for name in problems)}",
+        f"{''.join(_runs(outcomes, name, pictures or {}) for name in problems)}",
     )
 
 
@@ -67,13 +80,22 @@ def _cell(run: Outcome | None) -> str:
     return f'<span class="{kind}" title="{escape(told)}">{1000 * run.cpu_seconds:.0f}{mark}</span>'
 
 
-def _runs(outcomes: Sequence[Outcome], problem: str) -> str:
+def _runs(outcomes: Sequence[Outcome], problem: str, pictures: Mapping[tuple[str, str], bytes]) -> str:
     mine = [run for run in outcomes if run.problem == problem]
     good = sum(run.good for run in mine)
     kind = "good" if good == len(mine) else "bad"
     rows = [run_cells(run)[1:] for run in mine]
+    drawn = {
+        run.solver: (run, pictures[problem, run.solver]) for run in mine if (problem, run.solver) in pictures
+    }
+    best = min(drawn.values(), key=lambda item: (not item[0].good, item[0].duration or inf), default=None)
+    motions = "".join(
+        f"<figure>{image(picture, f'{problem}, {solver}')}<figcaption>{escape(solver)}"
+        f"{'' if run.duration is None else f', {run.duration:.2f} s'}</figcaption></figure>"
+        for solver, (run, picture) in drawn.items()
+    )
     return (
-        f"<details><summary><b>{escape(problem)}</b> "
+        f"<details><summary>{'' if best is None else image(best[1])}<b>{escape(problem)}</b> "
         f'<span class="{kind}">{good} of {len(mine)}</span></summary>{_table(RUN_HEAD[1:], rows, "runs")}'
-        "</details>"
+        f"{f'<div class=motions>{motions}</div>' if motions else ''}</details>"
     )

@@ -1,9 +1,11 @@
 """What the pages share: a document that needs nothing beside itself, tables, words for an outcome."""
 
+from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
 
 from trajopt.planning.status import Status
+from trajopt.simulate.thumbnail import HEIGHT, TYPE, WIDTH
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8884; --good: #1a7f37; --bad: #cf222e; --soft: #8881; }
@@ -55,6 +57,22 @@ def table(
     return (
         f'<div class="wide"><table class="{kind}"><thead><tr>{titles}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def image(picture: bytes | None, words: str = "") -> str:
+    """Return a thumbnail that is in the page itself; nothing where there is none.
+
+    Args:
+        picture: What `trajopt.simulate.thumbnail` returned.
+        words: What it shows, for whoever does not see it.
+    """
+    if picture is None:
+        return ""
+    data = b64encode(picture).decode()
+    return (
+        f'<img src="data:{TYPE};base64,{data}" width="{WIDTH}" height="{HEIGHT}" alt="{escape(words)}" '
+        'loading="lazy">'
     )
 
 

@@ -1,13 +1,11 @@
 """The suite as one HTML page that needs nothing beside itself."""
 
-from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from trajopt.benchmark.html import document, table, words
+from trajopt.benchmark.html import document, image, table, words
 from trajopt.benchmark.outcome import Outcome
 from trajopt.benchmark.suite_table import number, summary
-from trajopt.simulate.thumbnail import HEIGHT, TYPE, WIDTH
 from trajopt.verify import Check, CheckKind
 
 STYLE = """
@@ -60,20 +58,13 @@ def _one(outcome: Outcome, picture: bytes | None) -> str:
     if outcome.status is not outcome.expected:
         told += f", expected {words(outcome.expected)}"
     return (
-        f"<details{'' if good else ' open'}><summary>{_picture(picture)}"
+        f"<details{'' if good else ' open'}><summary>{image(picture)}"
         f'<span class="{"good" if good else "bad"}">'
         f"{'✓' if good else '✗'}</span><b>{escape(outcome.problem)}</b><span>{outcome.instance}</span>"
         f'<span class="told">{escape(told)}</span><span class="faint">{_motion(outcome)}</span>'
         f'<span class="seconds">{1000 * outcome.cpu_seconds:.0f} ms</span></summary>{_inside(outcome)}'
         "</details>"
     )
-
-
-def _picture(picture: bytes | None) -> str:
-    if picture is None:
-        return ""
-    data = b64encode(picture).decode()
-    return f'<img src="data:{TYPE};base64,{data}" width="{WIDTH}" height="{HEIGHT}" alt="" loading="lazy">'
 
 
 def _motion(outcome: Outcome) -> str:

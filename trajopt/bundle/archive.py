@@ -13,12 +13,14 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from trajopt.bundle.members import LARGEST, Members
+from trajopt.bundle.members import LARGEST, LARGEST_ARRAY, Members
 from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import is_file
 
 MOST_MEMBERS = 20_000
 """Members of a bundle: objects of a large scene have some arrays each."""
+ARRAYS = "arrays/"
+"""Where arrays are."""
 _NAME = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99}(/[A-Za-z0-9_-][A-Za-z0-9_.-]{0,99})?")
 _PACKED = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _ENCRYPTED = 0x1
@@ -86,6 +88,8 @@ class Archive(Members):
                 raise self.error(f"has two members named {shown(item.filename)}")
             if item.compress_type not in _PACKED or item.flag_bits & _ENCRYPTED:
                 raise self.error(f"{item.filename} is packed in a way that no bundle is")
+            if item.filename.startswith(ARRAYS) and item.file_size > LARGEST_ARRAY:
+                raise self.error(f"{item.filename} holds more than {LARGEST_ARRAY >> 20} MB")
             seen.add(item.filename)
             yield item
 

@@ -1,6 +1,7 @@
 """Values made again of a bundle's documents (`trajopt/bundle/to_document.py` says how they are written)."""
 
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +9,12 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from trajopt.bundle.kinds import bundle_kinds
-from trajopt.bundle.kinematics import model_from
+from trajopt.bundle.kinematics import MOST_JOINTS, model_from
 from trajopt.errors import ShapeError
 from trajopt.io import read_values
 from trajopt.io.document import Node
 from trajopt.io.read_values import is_mapping
-from trajopt.model.read_checks import check_value
+from trajopt.model.read_checks import check_fields, check_value
 
 ArrayOf = Callable[[str], NDArray[np.generic]]
 """Returns an array by the name of its member."""
@@ -27,8 +28,8 @@ class Reader(read_values.Reader):
     def __init__(self, array_of: ArrayOf, file_of: FileOf) -> None:
         """Note where arrays and files are."""
         forms = {"file": self._file, "kinematics": self._kinematics}
-        super().__init__(bundle_kinds(), check_value, forms)
-        self._array_of, self._file_of = array_of, file_of
+        super().__init__(bundle_kinds(), check_fields, check_value, forms)
+        self._array_of, self._file_of = cache(array_of), file_of  # named a thousand times, it is read once
 
     def array(self, node: Node) -> NDArray[np.generic]:
         """Return an array, of the document or of a member of its own.
@@ -44,9 +45,10 @@ class Reader(read_values.Reader):
         return self._file_of(node.only(("file",))["file"].text())
 
     def _kinematics(self, node: Node) -> pin.Model:
-        tree = Node(
-            self._tree(node.only(("kinematics",))["kinematics"]), node.path, f"{node.place}.kinematics"
-        )
+        stated = node.only(("kinematics",))["kinematics"]
+        if len(stated["joints"].elements()) > MOST_JOINTS:
+            raise stated["joints"].error(f"are more than {MOST_JOINTS}")
+        tree = Node(self._tree(stated), node.path, f"{node.place}.kinematics")
         try:
             return model_from(tree)
         except ShapeError as error:

@@ -13,6 +13,8 @@ from trajopt.arrays import Floats, floats
 from trajopt.io.document import Node
 from trajopt.model.placement import as_placement
 
+MOST_JOINTS = 1_000
+"""Joints of a robot: ten times those of a humanoid with hands. What a chain takes grows with its square."""
 _JOINTS: Mapping[str, Callable[[], Any]] = {
     kind().shortname(): kind
     for kind in (
@@ -146,13 +148,14 @@ def model_from(node: Node) -> pin.Model:
     model = pin.Model()
     model.name = node["name"].text()
     model.gravity = pin.Motion(_array(node["gravity"], (6,)))
-    for joint in node["joints"].elements():
+    joints = node["joints"].elements()
+    for joint in joints:
         parent = _index(joint["parent"], model.njoints)
         model.addJoint(parent, _kind(joint), _placement(joint["placement"]), joint["name"].text())
     frames = node["frames"].elements()
     for _ in range(1, _index(node["bodies"], len(frames) + 2)):
         model.appendBodyToJoint(0, pin.Inertia.Zero(), pin.SE3.Identity())
-    inertias = [node["base_inertia"], *(joint["inertia"] for joint in node["joints"].elements())]
+    inertias = [node["base_inertia"], *(joint["inertia"] for joint in joints)]
     for place, inertia in enumerate(inertias):
         model.inertias[place] = _inertia_of(inertia)
     for place, frame in enumerate(frames):

@@ -13,6 +13,8 @@ from trajopt.errors import FileFormatError
 
 LARGEST = 2**28
 """Bytes of all members together when unpacked: as many as of one file elsewhere."""
+LARGEST_ARRAY = 2**26
+"""Bytes of an array: eight million numbers. Code makes copies of what it checks."""
 LARGEST_DOCUMENT = 2**24
 """Bytes of a JSON document, which takes up to thirty times as much memory once it is parsed; arrays and
 meshes have members of their own."""
@@ -57,7 +59,7 @@ class Members(ABC):
         Raises:
             FileFormatError: If the member is no array of numbers, or not of the size that it states.
         """
-        data = self.read(name)
+        data = self.read(name, most=LARGEST_ARRAY)
         stream, layout = io.BytesIO(data), cast("Any", np.lib.format)
         try:
             version = layout.read_magic(stream)

@@ -29,11 +29,13 @@ from trajopt.benchmark.folders import find_instances
 from trajopt.benchmark.summary import summaries
 from trajopt.cli.options import RobotSource
 from trajopt.cli.progress import quiet_bar
+from trajopt.cli.thumbnails import PicturesOption, Thumbnails
 from trajopt.errors import FileFormatError, MissingExtra
 from trajopt.io.document import write_text
 from trajopt.io.files import read_json
 from trajopt.io.json_files import write_json
 from trajopt.methods import Method, method_named, method_names
+from trajopt.planning.result import Result
 from trajopt.view.comparison_plots import comparison_figures
 
 ProblemOption = Annotated[
@@ -75,6 +77,7 @@ def compare(
     json_file: JsonFileOption = None,
     html_file: HtmlFileOption = None,
     markdown_file: MarkdownOption = None,
+    pictures: PicturesOption = True,
 ) -> None:
     """Plan the same problems with several methods, and show how they did side by side.
 
@@ -84,11 +87,12 @@ def compare(
     found = [run for path in results or () for run in read_runs(path)]
     methods = [method_named(name) for name in solver or method_names()]
     instances = [] if results and not (problem or data) else _instances(problem, data, robot, limit)
-    found.extend(_planned(instances, methods, Allowance(attempts, cpu_seconds)))
+    drawn = Thumbnails[tuple[str, str]](enabled=html_file is not None and pictures)
+    found.extend(_planned(instances, methods, Allowance(attempts, cpu_seconds), drawn))
     if json_file is not None:
         write_json(json_file, {"results": [run.as_dict() for run in found]})
     if html_file is not None:
-        write_text(html_file, page(found, comparison_figures(found)))
+        write_text(html_file, page(found, comparison_figures(found), drawn.pictures, drawn.remark))
     if markdown_file is not None:
         write_text(markdown_file, markdown(found))
     console = Console()
@@ -122,16 +126,23 @@ def _instances(
     return found
 
 
-def _planned(instances: Sequence[Instance], methods: Sequence[Method], allowance: Allowance) -> list[Outcome]:
+def _planned(
+    instances: Sequence[Instance],
+    methods: Sequence[Method],
+    allowance: Allowance,
+    drawn: Thumbnails[tuple[str, str]],
+) -> list[Outcome]:
     found: list[Outcome] = []
+    results: list[Result] = []
     with quiet_bar() as bar:
 
         def skipped(method: Method, error: MissingExtra) -> None:
             bar.console.print(f"left out {method.name}: {error}", style="yellow")
 
         task = bar.add_task("planning", total=len(instances) * len(methods))
-        for run in compared(instances, methods, allowance, skipped=skipped):
+        for run in compared(instances, methods, allowance, skipped=skipped, seen=results.append):
             found.append(run)
+            drawn.draw((run.problem, run.solver), results.pop())
             bar.update(task, advance=1, description=f"{run.problem}, {run.solver}")
     return found
 

@@ -6,15 +6,13 @@ from typing import Annotated
 
 import typer
 
-from trajopt.benchmark import Instance, Outcome, installed_definitions, run
+from trajopt.benchmark import Outcome, installed_definitions, run
 from trajopt.benchmark.suite_page import page
 from trajopt.benchmark.suite_table import row, summary, table
 from trajopt.cli.progress import quiet_bar
-from trajopt.errors import RenderingUnavailable
+from trajopt.cli.thumbnails import PicturesOption, Thumbnails
 from trajopt.io.document import write_text
 from trajopt.io.json_files import write_json
-from trajopt.planning.result import Result
-from trajopt.simulate.thumbnail import thumbnail
 
 JsonFileOption = Annotated[Path | None, typer.Option("--json", help="Write every outcome here.")]
 HtmlFileOption = Annotated[Path | None, typer.Option("--html", help="Write a page with figures here.")]
@@ -24,30 +22,6 @@ RandomOption = Annotated[
 ProblemsOption = Annotated[
     str, typer.Option("--problems", help="Names of problems, separated by commas; all if left out.")
 ]
-PicturesOption = Annotated[
-    bool, typer.Option("--pictures/--no-pictures", help="Whether the page has a picture of each problem.")
-]
-
-
-class Thumbnails:
-    """Pictures by problem and number of the instance; without OpenGL none, and a remark that says so."""
-
-    def __init__(self, *, enabled: bool) -> None:
-        """Have none yet."""
-        self.pictures: dict[tuple[str, int], bytes] = {}
-        self.remark = ""
-        self._enabled = enabled
-
-    def draw(self, instance: Instance, result: Result) -> None:
-        """Add the picture of a result: of its motion, or of the start where it has none."""
-        if not self._enabled:
-            return
-        motion = result.trajectory if result.verified else None
-        try:
-            self.pictures[instance.name, instance.draw] = thumbnail(result.problem.reduced, motion)
-        except RenderingUnavailable as missing:
-            self.remark = f"It has no pictures: {missing}"
-            self._enabled = False
 
 
 def suite(
@@ -61,11 +35,11 @@ def suite(
     chosen = installed_definitions([name for name in problems.split(",") if name])
     asked = [item.instance(draw) for item in chosen for draw in range(1 + random * item.randomised)]
     outcomes: list[Outcome] = []
-    drawn = Thumbnails(enabled=html_file is not None and pictures)
+    drawn = Thumbnails[tuple[str, int]](enabled=html_file is not None and pictures)
     with quiet_bar() as bar:
         task = bar.add_task("planning", total=len(asked))
         for instance in asked:
-            outcomes.append(run(instance, seen=partial(drawn.draw, instance)))
+            outcomes.append(run(instance, seen=partial(drawn.draw, (instance.name, instance.draw))))
             good = sum(outcome.good for outcome in outcomes)
             bar.update(task, advance=1, description=f"{good} of {len(outcomes)} as expected")
     if json_file is not None:

@@ -31,7 +31,7 @@ from trajopt.io.json_files import write_json
 from trajopt.io.read_values import Reader
 from trajopt.io.values import Kinds, Writer
 from trajopt.model.kinds import model_kinds
-from trajopt.model.read_checks import check_value
+from trajopt.model.read_checks import check_fields, check_value
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 
@@ -104,7 +104,7 @@ class RecordingFile(Value):
             raise document["robot"].error(
                 f"is of {shown(self.robot_name)}, whose joints are not those of {shown(robot.name)}"
             )
-        reader = Reader(recording_kinds(), check_value)
+        reader = Reader(recording_kinds(), check_fields, check_value)
         parts = {name: reader.value(document[name]) for name in PARTS}
         sightings = [_sighting(reader, each, robot) for each in document["sightings"].elements()]
         try:

@@ -22,16 +22,21 @@ class Reader:
     """Makes values of documents, and nothing else: only of known kinds, checked again."""
 
     def __init__(
-        self, kinds: Kinds, check: Callable[[object], None], forms: Mapping[str, Form] | None = None
+        self,
+        kinds: Kinds,
+        check_fields: Callable[[type[Any], Mapping[str, Any]], None],
+        check: Callable[[object], None],
+        forms: Mapping[str, Form] | None = None,
     ) -> None:
         """Note what there may be.
 
         Args:
             kinds: What may be read.
+            check_fields: Refuses, by a typed error, what the constructor of a kind would take long for.
             check: Refuses, by a typed error, a value that code would follow out of bounds.
             forms: What a mapping with a certain key stands for, beside what `trajopt/io/values.py` names.
         """
-        self._kinds, self._check = kinds, check
+        self._kinds, self._check_fields, self._check = kinds, check_fields, check
         self._forms: Mapping[str, Form] = {
             "kind": self._kind,
             "map": self._map,
@@ -77,6 +82,7 @@ class Reader:
         try:
             check_arguments(kind, given)
             _check_members(kind, given)
+            self._check_fields(kind, given)
             made = kind(**given)
             self._check(made)
         except TrajoptError as error:

@@ -35,6 +35,16 @@ def check_value(value: object) -> None:
         check(value)
 
 
+def check_fields(kind: type[object], given: Mapping[str, Any]) -> None:
+    """Refuse what a constructor would take long for, before it is called.
+
+    Raises:
+        ShapeError: If a mesh has more faces than there is any need for.
+    """
+    if kind in (Mesh, Convex) and len(np.atleast_1d(given["faces"])) > MOST_FACES:
+        raise ShapeError("faces", f"must be 1 to {MOST_FACES}, are {len(given['faces'])}")
+
+
 def _placement(value: Placement) -> None:
     as_placement("placement", value)
 

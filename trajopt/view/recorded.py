@@ -36,8 +36,9 @@ BRIDGE = """<script>
   const show = (wanted) => {
     const [field, slider] = [document.querySelector("input"), shown()];
     if (!field || !slider) return;
-    const end = Number(slider.getAttribute("aria-valuemax"));
-    const time = Math.min(Math.max(wanted, 0), end - AFTER);  // at its very end it begins anew
+    const end = Number(slider.getAttribute("aria-valuemax")) - AFTER;  // at its very end it begins anew
+    if (end <= 0) return;  // nothing moves
+    const time = Math.max(0, Math.min(wanted, end));
     Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(field, time.toFixed(6));
     field.dispatchEvent(new Event("input", { bubbles: true }));
   };

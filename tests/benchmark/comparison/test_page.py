@@ -1,5 +1,6 @@
 """The page: complete in itself, and readable in a real browser."""
 
+from base64 import b64encode
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,17 @@ def test_needs_nothing_beside_itself() -> None:
         assert outside not in text
     assert text.count('src="data:image/png;base64,') == 3
     assert "stuck &lt;here&gt;" in text
+
+
+def test_pictures_of_the_motions_are_in_the_page_itself() -> None:
+    first = ALL[0]
+    drawn = {(first.problem, first.solver): b"a picture"}
+    text = page(ALL, {}, drawn, remark="One <picture>.")
+    encoded = b64encode(b"a picture").decode()
+    assert text.count("src=") == 2, "beside the problem's name, and with the method's"
+    assert text.count(f'src="data:image/jpeg;base64,{encoded}"') == 2
+    assert "One &lt;picture&gt;." in text and f"<figcaption>{first.solver}" in text
+    assert "<img" not in page(ALL, {})
 
 
 @pytest.mark.parametrize("width", [420, 1250])
