@@ -47,8 +47,9 @@ RETURNED = frozenset(
     PairDistance Specification Unproven Verdict Contact PoseError Rollout SequenceLog TrackingError Viewer
     Change Explanation NearestFree Price Remedy Moment Outcome Finding PairEvidence ProposedGroup SrdfProposal
     Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime Event RobotState Rule
-    Run StopTaken Moment Recording Sighting TimedMotion LiveView RunViewer ServoPage Entry Cloud Cluster
-    FlatPart Mount Perceived Radius CampaignFolder Progress Source Dataset Extracted Summary Comparison
+    Run StopTaken Moment Recording Sighting TimedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud
+    Cluster FlatPart Mount Perceived Radius CampaignFolder Progress Source Dataset Extracted Summary
+    Comparison
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""

@@ -44,7 +44,7 @@ from trajopt.terms.symbolic import SymbolicKinematics
 WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
     "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
-    "MoveGroupCommander",
+    "MirrorView", "MoveGroupCommander", "Publisher",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",
     "Search", "Service", "Servo", "ServoPage", "Session", "SimulatedExecutor", "Supervisor",
     "SymbolicKinematics", "Timeline", "Value", "Viewer", "Warehouse", "Watch", "Workspace", "World",

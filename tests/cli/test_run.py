@@ -49,3 +49,11 @@ def test_a_recording_that_names_no_robot_needs_one(folder: Path, tmp_path: Path)
     record.write_text(json.dumps({**json.loads(record.read_text()), "robot": {"name": "planar2"}}))
     seen = trajopt("view", record, "--seconds", "0.1")
     assert seen.returncode == 2 and "give --robot" in seen.stderr
+
+
+def test_a_run_tells_mirrors_where_to_look(folder: Path, tmp_path: Path) -> None:
+    pytest.importorskip("viser", reason="the extra `view` is not installed")
+    record, port = tmp_path / "run.json", free_port()
+    done = trajopt("run", *common(folder), "--publish", port, "--record", record)
+    assert done.returncode == 0, done.stderr
+    assert f"trajopt view --mirror http://127.0.0.1:{port}" in done.stdout and record.is_file()

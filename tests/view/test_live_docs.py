@@ -14,5 +14,6 @@ def test_the_page_runs(tmp_path: Path) -> None:
     page = Page("live-view.md", tmp_path)
     page.sections["Beginning"] = (DOCS / "live-view.md").read_text().partition("\n## ")[0]
     page.names.update(port=free_port(), seconds=0.1)
-    page.run("Beginning", *page.with_blocks[:-1])
+    page.run("Beginning")
     page.names["page"].close()  # pyright: ignore
+    page.run("A robot elsewhere")

@@ -52,6 +52,12 @@ RecordOption = Annotated[
 ViewOption = Annotated[
     bool, typer.Option("--view", help="Show the run in the browser while it goes on, in real time.")
 ]
+PublishOption = Annotated[
+    int | None,
+    typer.Option(
+        "--publish", help="Tell mirrors on this port, in real time: trajopt view --mirror http://HOST:PORT."
+    ),
+]
 PictureOption = Annotated[
     list[Path] | None,
     typer.Option("--picture", help="Draw what happened here: .png, .gif or .mp4 (repeatable)."),
@@ -74,6 +80,7 @@ def run(
     picture: PictureOption = None,
     record: RecordOption = None,
     view: ViewOption = False,
+    publish: PublishOption = None,
     port: PortOption = 8080,
     host: HostOption = "127.0.0.1",
     seconds: SecondsOption = None,
@@ -86,7 +93,7 @@ def run(
     source = RobotSource(robot, srdf, limits, folders, exact_meshes, torque_scaling)
     problem = read_files(source.load(), scene, request, motions)[1].problem()
     happening = _surprises(problem, surprises)
-    with watched(problem, view=view, port=port, host=host, as_json=as_json) as page:
+    with watched(problem, view=view, port=port, host=host, as_json=as_json, publish=publish) as page:
         driven = drive(problem, surprises=happening, longest=longest, watch=page.look)
         if record is not None:
             write_recording(record, page.recording, source.as_dict())

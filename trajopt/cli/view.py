@@ -28,13 +28,27 @@ from trajopt.execution.recording_file import RecordingFile
 from trajopt.model.scene import Scene
 from trajopt.moveit import read_scene
 from trajopt.moveit.trajectory_files import FORMATS
-from trajopt.view import LiveView, RunViewer, live_view, view_run
+from trajopt.view import LiveView, RunViewer, live_view, mirror_view, view_run
 from trajopt.view import view as open_viewer
 from trajopt.view.served import Served
 
 OptionalFile = Annotated[
     Path | None,
     typer.Argument(help=f"A bundle, a plan's JSON or a recorded run; with --robot ...: {FORMATS}."),
+]
+
+
+MirrorOption = Annotated[
+    str | None,
+    typer.Option(
+        "--mirror",
+        metavar="URL",
+        help="Show a robot elsewhere as it is: a session of trajopt serve (http://HOST:PORT/sessions/ID), "
+        "or a run with --publish.",
+    ),
+]
+TokenOption = Annotated[
+    str, typer.Option("--token", envvar="TRAJOPT_TOKEN", help="With --mirror: what the server lets in with.")
 ]
 
 
@@ -49,19 +63,25 @@ def view(
     motions: MotionsOption = None,
     group: GroupOption = "",
     state: StateOption = None,
+    mirror: MirrorOption = None,
+    token: TokenOption = "",
     port: PortOption = 8080,
     host: HostOption = "127.0.0.1",
     seconds: SecondsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show a plan or a recorded run in the browser; with --robot and no file, plan there by hand.
+    """Show a plan, a recorded run or a robot elsewhere in the browser; with --robot alone, plan by hand.
 
     Without a file the page has the robot, arrows at its hand to drag, sliders for its joints, what is around
     it, and buttons to plan and execute: trajopt view --robot panda.
     """
     source = None if robot is None else RobotSource(robot, srdf, limits, tuple(package_dir or ()))
     viewer: Served
-    if file is None:
+    if mirror is not None:
+        if file is not None or source is not None:
+            raise ProblemError("view: --mirror shows what is at its address: leave out the file and --robot")
+        viewer = mirror_view(mirror, token=token, port=port, host=host)
+    elif file is None:
         if source is None:
             raise ProblemError("view: name a file to show, or with --robot a robot to plan for by hand")
         if request is not None or motions is not None:

@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Annotated
 
 import typer
@@ -11,6 +11,7 @@ import typer
 from trajopt.execution.logbook import Logbook, Watched
 from trajopt.execution.recording import Recording
 from trajopt.problem import Problem
+from trajopt.view.mirror import Publisher
 from trajopt.view.run_viewer import RunViewer, watch_run
 
 PortOption = Annotated[int, typer.Option("--port", help="Port of the page.")]
@@ -23,17 +24,18 @@ SecondsOption = Annotated[
 class Watching:
     """Whoever looks after each cycle."""
 
-    def __init__(self, viewer: RunViewer | None) -> None:
-        """Look, with a page or without."""
-        self._viewer, self._logbook = viewer, Logbook()
+    def __init__(self, viewer: RunViewer | None, publisher: Publisher | None = None) -> None:
+        """Look, with a page or without, and tell mirrors or not."""
+        self._viewer, self._publisher, self._logbook = viewer, publisher, Logbook()
         self._begun: tuple[float, float] | None = None
 
     def look(self, watched: Watched) -> None:
-        """Write down what is new; with a page, wait until it is time for it too."""
-        if self._viewer is None:
-            self._logbook.look(watched)
+        """Write down what is new; where somebody looks on, wait until it is time for it too."""
+        looks = [each.look for each in (self._viewer, self._publisher) if each is not None]
+        for look in looks if self._viewer is not None else [*looks, self._logbook.look]:
+            look(watched)
+        if not looks:
             return
-        self._viewer.look(watched)
         now = watched.executor.now()
         self._begun = self._begun or (time.monotonic(), now)
         time.sleep(max(self._begun[0] + now - self._begun[1] - time.monotonic(), 0.0))
@@ -49,20 +51,24 @@ class Watching:
             self._viewer.wait(seconds)
 
 
-def say_where(url: str, *, as_json: bool) -> None:
+def say_where(url: str, *, as_json: bool, how: str = "open") -> None:
     """Say where a page is; with JSON on standard output only to a person, on standard error."""
     if not as_json or sys.stderr.isatty():
-        typer.echo(f"open {url} (Ctrl-C ends)", err=as_json)
+        typer.echo(f"{how} {url} (Ctrl-C ends)", err=as_json)
 
 
 @contextmanager
-def watched(problem: Problem, *, view: bool, port: int, host: str, as_json: bool) -> Generator[Watching]:
-    """Open the page of a run if one is asked for, and close it at the end."""
-    viewer = watch_run(problem, port=port, host=host) if view else None
-    if viewer is not None:
-        say_where(viewer.url, as_json=as_json)
-    try:
-        yield Watching(viewer)
-    finally:
-        if viewer is not None:
-            viewer.close()
+def watched(
+    problem: Problem, *, view: bool, port: int, host: str, as_json: bool, publish: int | None = None
+) -> Generator[Watching]:
+    """Open the page of a run if one is asked for, tell mirrors on a port if there is one."""
+    with ExitStack() as opened:
+        viewer = publisher = None
+        if publish is not None:
+            publisher = opened.enter_context(Publisher(problem, port=publish, host=host))
+            say_where(f"trajopt view --mirror {publisher.url}", as_json=as_json, how="mirror with:")
+        if view:
+            viewer = watch_run(problem, port=port, host=host)
+            opened.callback(viewer.close)
+            say_where(viewer.url, as_json=as_json)
+        yield Watching(viewer, publisher)

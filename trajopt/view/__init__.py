@@ -1,7 +1,8 @@
 """Views of motions: in the browser, and as plots over time.
 
 `view` serves a page with the robot, its surroundings and a time slider (optional extra `view`), `watch_run`
-one of a run while it goes on, `view_run` one of its recording;
+one of a run while it goes on, `view_run` one of its recording, `live_view` one to set goals in by hand,
+`mirror_view` one of a robot elsewhere, as a `Publisher` or a server tells of it;
 `plot_motion` writes an image, `plot_path_time` one of what is in the way when, `plot_reach` one of a reach
 map, `draw_explanation` one of what is in the way for good.
 Nothing else in trajopt depends on them.
@@ -10,6 +11,9 @@ Nothing else in trajopt depends on them.
 from trajopt.view.explained import draw_explanation as draw_explanation
 from trajopt.view.live import LiveView as LiveView
 from trajopt.view.live import live_view as live_view
+from trajopt.view.mirror import MirrorView as MirrorView
+from trajopt.view.mirror import Publisher as Publisher
+from trajopt.view.mirror import mirror_view as mirror_view
 from trajopt.view.path_time import plot_path_time as plot_path_time
 from trajopt.view.plots import plot_motion as plot_motion
 from trajopt.view.reach import plot_reach as plot_reach

@@ -67,6 +67,7 @@ class Face:
         self._add("/robots", self._robots, "GET", "The robots: joints, limits, groups, states, frames.")
         self._add("/sessions", self._create, "POST", "Begin a session: `{robot}`, the first one if left out.")
         self._add("/sessions/{session}", self._read, "GET", "What is in the scene, where the robot is.")
+        self._add("/sessions/{session}/state", self._state, "GET", "Where the robot is; what changes.")
         self._add("/sessions/{session}", self._close, "DELETE", "End a session.")
         self._add("/sessions/{session}/fork", self._fork, "POST", "Begin another with what this one holds.")
         self._add("/sessions/{session}/stop", self._stop, "POST", "Stop the robot that is being driven.")
@@ -164,6 +165,11 @@ class Face:
     async def _read(self, request: Request, session: str) -> Response:
         held = self._service.sessions.get(session)
         return await answered(request, lambda told: self._service.ask(held, READ, listener=told))
+
+    async def _state(self, session: str) -> Response:
+        held = self._service.sessions.get(session)
+        driven = held.run is not None
+        return json_response({"revision": held.revision, "positions": held.positions, "driven": driven})
 
     async def _fork(self, session: str) -> Response:
         return self._session(self._service.fork(self._service.sessions.get(session)).id, 201)

@@ -8,7 +8,7 @@ from trajopt.server.operations.following import follow_curve
 from trajopt.server.operations.kinematics import forward_kinematics, inverse_kinematics, validity
 from trajopt.server.operations.planning import check, explain, plan
 from trajopt.server.operations.scenes import edit, planning_scene, read, set_motions
-from trajopt.server.operations.worlds import call, drive, hold, robot
+from trajopt.server.operations.worlds import call, drive, hold, robot, scene
 
 OPERATIONS: Mapping[str, Operation] = {
     "plan": Operation(plan),
@@ -24,6 +24,7 @@ OPERATIONS: Mapping[str, Operation] = {
     "planning_scene": Operation(planning_scene, Lane.QUICK, edits=True),
     "execute": Operation(execute, Lane.DRIVING),
     "robot": Operation(robot, Lane.QUICK),
+    "scene": Operation(scene, Lane.QUICK),
     "hold": Operation(hold, Lane.QUICK, edits=True),
     "call": Operation(call),
     "drive": Operation(drive, Lane.DRIVING),

@@ -39,6 +39,12 @@ def robot(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     return Answer(message_of(state.scene.robot, {}))
 
 
+def scene(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Return what is around the robot of the session, whole, without the robot: what a mirror draws."""
+    arguments.only(())
+    return Answer(message_of(state.scene, {"robot": state.scene.robot}))
+
+
 def hold(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Have the session hold a scene, whole; where the robot stands does not change."""
     return Answer({}, replace(state, scene=_scene(arguments.only(("scene",))["scene"], state, watch)))

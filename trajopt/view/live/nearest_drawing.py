@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from trajopt.model.printed import in_length
 from trajopt.view import palette
 from trajopt.view.clearance import Nearest
 
@@ -49,7 +48,7 @@ class NearestDrawing:
                 line.points = near.points[None].astype(np.float32)
                 line.colors = np.array(colour_of(near), dtype=np.uint8)
                 label.position = near.points.mean(axis=0)
-                label.text = in_length(near.distance) if near.distance > 0.0 else "contact"
+                label.text = f"{1000.0 * near.distance:.3g} mm" if near.distance > 0.0 else "contact"
 
 
 def colour_of(near: Nearest) -> palette.Rgb:
