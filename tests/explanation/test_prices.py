@@ -32,6 +32,21 @@ def test_multiplier_of_a_parabola_against_a_wall() -> None:
     assert bound.bounds == {0: pytest.approx(4.0)} and not bound.rows
 
 
+def test_multipliers_that_are_not_found_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Among many rows that are nearly the same the search for them may not end."""
+
+    def endless(*arguments: object) -> None:
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr("scipy.optimize.nnls", endless)
+    rows, x = one_variable(1.0)
+    cost = CostRows("c", rows, np.ones(1), Loss.SQUARED)
+    wall = ConstraintRows("wall", rows, np.array([-np.inf]), np.array([1.0]), 1e-6)
+    at = Linearisation(x, (cost,), (wall,), np.zeros(0, dtype=np.int64))
+    found = multipliers(at, np.array([[-9.0]]), np.array([[9.0]]))
+    assert found.unbalanced == 1.0 and not found.rows and not found.bounds
+
+
 def test_what_nothing_balances_is_said() -> None:
     rows, x = one_variable(1.0)
     cost = CostRows("c", rows, np.ones(1), Loss.SQUARED)

@@ -218,3 +218,25 @@ KIND = Kind(
         "point_on_plane": {"frame": "panda_hand_tcp", "through": POINT, "normal": AXIS, "tolerance": 0.01},
     },
 )
+
+
+@pytest.mark.parametrize(
+    "endless",
+    [
+        point_on_plane("cup", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), tolerance=0.01),
+        point_on_line("cup", (0.0, 0.0, 0.1), (0.0, 0.0, 1.0), tolerance=0.01),
+    ],
+)
+def test_what_has_no_end_grows_where_it_has_one(endless: PositionInRegion) -> None:
+    """A slab and a tube stand for a plane and a line: their length is the largest that there is."""
+    grown = endless.relaxations[0].apply(0.002)
+    assert isinstance(grown, PositionInRegion)
+    match endless.members[0][0], grown.members[0][0]:
+        case (Box() as before, Box() as after):
+            assert (after.x, after.y) == (before.x, before.y)
+            assert after.z == pytest.approx(before.z + 0.004)
+        case (Cylinder() as before, Cylinder() as after):
+            assert after.length == before.length
+            assert after.radius == pytest.approx(before.radius + 0.002)
+        case shapes:
+            pytest.fail(f"{shapes} are neither slabs nor tubes")

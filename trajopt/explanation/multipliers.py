@@ -79,7 +79,10 @@ def multipliers(at: Linearisation, lower: Floats, upper: Floats) -> Multipliers:
         return Multipliers({}, {}, 1.0 if scale > 0.0 else 0.0)
     from scipy.optimize import nnls
 
-    push, missing = nnls(np.array(columns).T[free], -gradient[free])
+    try:
+        push, missing = nnls(np.array(columns).T[free], -gradient[free])
+    except RuntimeError:  # it did not end: columns that are nearly the same let it go round in circles
+        return Multipliers({}, {}, 1.0)
     return Multipliers(
         _summed(owners, push[:count]),
         _summed(places, push[count:]),

@@ -48,7 +48,7 @@ def proven(certificate: Certificate) -> str:
         for pair in certificate.pairs[:PAIRS]
     ]
     near = table(
-        ("", "", "proven", "measured", "required", "at"),
+        ("of", "from", "proven", "measured", "required", "at"),
         pairs,
         numbers=("proven", "measured", "required", "at"),
     )

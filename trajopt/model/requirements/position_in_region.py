@@ -169,13 +169,18 @@ def point_on_plane(
 
 
 def _grown(shape: Region, where: Placement, amount: float) -> Member:
+    """Return a shape grown on every side; what is as large as a shape may be stands for what has no end."""
+
+    def larger(size: float, by: float) -> float:
+        return min(size + by, LARGEST_SIZE)
+
     match shape:
         case Box():
-            return Box(*(edge + 2.0 * amount for edge in (shape.x, shape.y, shape.z))), where
+            return Box(*(larger(edge, 2.0 * amount) for edge in (shape.x, shape.y, shape.z))), where
         case Sphere():
-            return Sphere(shape.radius + amount), where
+            return Sphere(larger(shape.radius, amount)), where
         case Cylinder():
-            return Cylinder(shape.radius + amount, shape.length + 2.0 * amount), where
+            return Cylinder(larger(shape.radius, amount), larger(shape.length, 2.0 * amount)), where
         case Plane():
             return shape, where * Placement(np.eye(3), np.array((0.0, 0.0, amount)))
 
