@@ -91,11 +91,11 @@ def test_a_lost_pixel_is_like_its_neighbours_and_a_hole_is_not() -> None:
     spots[5::8, 5::8] = np.nan
     hole[55:65, 75:85] = np.nan
 
-    def solid(depth: np.ndarray, *, bridged: bool = True) -> int:
+    def solid(depth: np.ndarray, *, bridged: int = 2) -> int:
         scene_then = with_unseen(
             scene, DepthImage(camera, depth, AT), Sensing(workspace=shelf, bridged=bridged)
         )
         return sum(len(shape.keys) for shape, _ in scene_then.objects["unseen"].parts)
 
-    assert solid(spots) <= solid(exact) + 5 < solid(spots, bridged=False)
+    assert solid(spots) <= solid(exact) + 5 < solid(spots, bridged=0)
     assert solid(hole) > solid(exact)

@@ -50,8 +50,9 @@ class Sensing(Value):
             distributed errors 99.7 in 100 are.
         tilt: Between neighbouring pixels nothing slips through a surface that is tilted away from facing
             the camera by no more than this [rad]. Beyond 60 degrees cameras measure badly anyway.
-        bridged: Whether a single pixel that measured nothing, where most of its eight neighbours did, is
-            taken to have seen as far as the nearest of them: what is thinner than a pixel is missed anyway.
+        bridged: Depth cameras lose single pixels, and lines of them along edges. A pixel that measured
+            nothing is taken to have seen as far as the nearest of those up to so many pixels around it, if
+            most of these measured; 0 for none. What is thinner than that may be missed anyway.
         known: Objects of the scene that are measured too, and stay what they are: what is measured as near
             to them as `padding` is left out.
     """
@@ -61,13 +62,13 @@ class Sensing(Value):
     padding: float = 0.02
     sigmas: float = 3.0
     tilt: float = float(np.deg2rad(60.0))
-    bridged: bool = True
+    bridged: int = 2
     known: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the numbers."""
         above_zero(self, "cell")
-        at_least(self, 0.0, "padding", "sigmas", "tilt")
+        at_least(self, 0.0, "padding", "sigmas", "tilt", "bridged")
         for name in ("cell", "padding", "sigmas"):
             number(f"Sensing.{name}", getattr(self, name))
         if self.tilt > np.deg2rad(89.0):

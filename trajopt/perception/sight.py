@@ -11,11 +11,9 @@ from trajopt.model.scene import Scene
 from trajopt.perception.depth_image import DepthImage
 from trajopt.perception.sensing import Sensing
 
-MOST = 5
-"""Of the eight neighbours of a pixel, so many are most."""
 ENOUGH = 0.5
-"""To forget what was seen before, this share of the pixels on it must have measured something behind it:
-fewer are at an edge, or at a hole in the picture."""
+"""Of pixels that measured nothing among others that did, this share decides: a hole is bridged, and what was
+seen before is forgotten, where more of the pixels around, or on it, measured something."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +52,7 @@ class Sight:
             seen = far - camera.noise.sigmas(far) * np.float32(sensing.sigmas) - np.float32(image.rounding)
         seen = np.where(hole, np.float32(np.inf if holes_are_clear else 0.0), seen).astype(np.float32)
         if sensing.bridged and not holes_are_clear:
-            seen = _bridged(seen)
+            seen = _bridged(seen, sensing.bridged)
         levels = [seen]
         while min(levels[-1].shape) > (step := 1 << (len(levels) - 1)):
             last = levels[-1]
@@ -120,20 +118,12 @@ class Sight:
         return many / ((right - left) * (bottom - top))
 
 
-def _bridged(seen: Singles) -> Singles:
-    """Let a pixel that measured nothing see as far as the nearest of its neighbours, if most measured."""
-    height, width = seen.shape
-    padded = np.pad(seen, 1)
-    around = [
-        padded[down : down + height, across : across + width]
-        for down in range(3)
-        for across in range(3)
-        if (down, across) != (1, 1)
-    ]
-    least = np.full_like(seen, np.inf)
-    many = np.zeros(seen.shape, dtype=np.int8)
-    for each in around:
-        measured = each > 0.0
-        many += measured
-        np.minimum(least, each, out=least, where=measured)
-    return np.where((seen == 0.0) & (many >= MOST), least, seen)
+def _bridged(seen: Singles, pixels: int) -> Singles:
+    """Let a pixel that measured nothing see as far as the nearest around it, if most of those measured."""
+    from scipy.ndimage import minimum_filter, uniform_filter  # slow to import
+
+    side = 2 * pixels + 1
+    measured = seen > 0.0
+    least = minimum_filter(np.where(measured, seen, np.float32(np.inf)), side, mode="nearest")
+    share = uniform_filter(measured.astype(np.float32), side, mode="constant")
+    return np.where(measured | (share <= ENOUGH), seen, least).astype(np.float32)
