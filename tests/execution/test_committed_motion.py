@@ -53,6 +53,31 @@ def test_what_is_ahead_is_what_will_be(at: float, later: float) -> None:
             assert np.abs(ahead(times, order) - wanted).max() < near
 
 
+def test_what_is_spliced_in_is_kept_as_it_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In each cycle one is: no motion of all joints is made of it, and polynomials are found once for all."""
+    committed = CommittedMotion((*NAMES, "c"), np.array((0.0, 0.0, 3.0)))
+    made: list[to.Trajectory] = []
+    first, second = move([0.0, 0.0], [1.0, -1.0]), move([1.0, -1.0], [2.0, 0.0])
+    check = to.Trajectory.__post_init__
+
+    def counted(trajectory: to.Trajectory) -> None:
+        made.append(trajectory)
+        check(trajectory)
+
+    monkeypatch.setattr(to.Trajectory, "__post_init__", counted)
+    for at, motion in ((1.0, first), (2.5, second)):
+        assert committed.refusal(motion, at, earliest=0.0) == ""
+        committed.splice(motion, at, now=0.0)
+    assert not made
+    assert committed(1.25)[:, 2].tolist() == [3.0, 0.0, 0.0]
+    assert committed(1.25)[1, :2].tolist() == pytest.approx(first(0.25, 1).tolist())
+    for (begin, whole), part in zip(committed.pieces, (first, second), strict=True):
+        assert whole.joint_names == (*NAMES, "c")
+        for time in (0.0, 0.3, 1.0):
+            assert whole(time)[:2].tolist() == pytest.approx(part(time).tolist())
+            assert whole(time).tolist() == pytest.approx(committed(begin + time)[0].tolist())
+
+
 def test_what_is_late_or_jumps_or_does_not_end_at_rest_is_refused() -> None:
     committed = CommittedMotion(NAMES, np.zeros(2))
     assert "5.0 ms late" in committed.refusal(move([0.0, 0.0], [1.0, 1.0]), 1.0, earliest=1.005)

@@ -1,6 +1,7 @@
 """Committed motion: what a robot has to do, one motion after the other on one clock; then it stands still."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 
 import numpy as np
@@ -21,14 +22,46 @@ ORDERS = ("position", "velocity", "acceleration")
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """A motion of all joints, and when it begins."""
+    """A motion of some of the robot's joints, and when it begins; the others stand.
+
+    It is the motion as it was given: what is known of its polynomials need not be found again.
+    """
 
     begin: float
     trajectory: Trajectory
+    joint_names: tuple[str, ...]
+    standing: Floats
 
     @property
     def end(self) -> float:
         return self.begin + self.trajectory.duration
+
+    @cached_property
+    def columns(self) -> list[int]:
+        return [self.joint_names.index(name) for name in self.trajectory.joint_names]
+
+    def state(self, time: float) -> Floats:
+        """Return positions, velocities and accelerations of all joints at a time, shape (3, n)."""
+        since = time - self.begin
+        rows = np.zeros((3, len(self.joint_names)))
+        rows[0] = self.standing
+        rows[:, self.columns] = state_of(self.trajectory, since)
+        if since >= self.trajectory.duration:
+            rows[1:] = 0.0
+        return rows
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The motion as one of all joints."""
+        motion, count = self.trajectory, len(self.joint_names)
+        if motion.joint_names == self.joint_names:
+            return motion
+        positions = np.tile(self.standing, (len(motion.times), 1))
+        positions[:, self.columns] = motion.positions
+        rates = [np.zeros((len(motion.times), count)) for _ in _rates(motion)]
+        for whole, part in zip(rates, _rates(motion), strict=True):
+            whole[:, self.columns] = part
+        return Trajectory(self.joint_names, motion.times, positions, *rates)
 
 
 class CommittedMotion:
@@ -61,7 +94,7 @@ class CommittedMotion:
     @property
     def pieces(self) -> tuple[tuple[float, Trajectory], ...]:
         """The motions that it keeps, of all joints, with when each begins [s]; it ends with the next."""
-        return tuple((piece.begin, piece.trajectory) for piece in self._pieces)
+        return tuple((piece.begin, piece.whole) for piece in self._pieces)
 
     @property
     def end(self) -> float:
@@ -78,13 +111,9 @@ class CommittedMotion:
         pieces = self._pieces
         now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
         if now is None:
-            first = self._standing if not pieces else pieces[0].trajectory.positions[0]
+            first = self._standing if not pieces else pieces[0].state(pieces[0].begin)[0]
             return np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
-        since = time - now.begin
-        rows = state_of(now.trajectory, since)
-        if since >= now.trajectory.duration:
-            rows[1:] = 0.0
-        return rows
+        return now.state(time)
 
     @checked
     def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
@@ -100,7 +129,8 @@ class CommittedMotion:
         unknown = [name for name in trajectory.joint_names if name not in self.joint_names]
         if unknown:
             return f"it moves {', '.join(unknown)}, which is not driven here"
-        here, columns = self(at), self._columns(trajectory)
+        here = self(at)
+        columns = [self.joint_names.index(name) for name in trajectory.joint_names]
         left = np.abs(here[1]) > REST
         left[columns] = False
         if left.any():
@@ -129,19 +159,8 @@ class CommittedMotion:
         """
         kept = [piece for piece in self._pieces if piece.begin < at]
         current = [number for number, piece in enumerate(kept) if piece.begin <= now]
-        motion = trajectory if trajectory.joint_names == self.joint_names else self._whole(trajectory, at)
-        self._pieces = (*kept[current[-1] if current else 0 :], _Piece(at, motion))
-
-    def _whole(self, trajectory: Trajectory, at: float) -> Trajectory:
-        """Return a motion of some joints that begins at a time as one of all; the others stand."""
-        standing = self(at)[0]
-        positions = np.tile(standing, (len(trajectory.times), 1))
-        velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
-        columns = self._columns(trajectory)
-        for whole, order in ((positions, 0), (velocities, 1), (accelerations, 2)):
-            whole[:, columns] = trajectory(trajectory.times, order)
-        rows = (velocities, accelerations)[: len(_rates(trajectory))]
-        return Trajectory(self.joint_names, trajectory.times, positions, *rows)
+        piece = _Piece(at, trajectory, self.joint_names, self(at)[0])
+        self._pieces = (*kept[current[-1] if current else 0 :], piece)
 
     @checked
     def ahead(self, time: float, joint_names: tuple[str, ...]) -> Trajectory | None:
@@ -164,18 +183,13 @@ class CommittedMotion:
             begin, end = max(piece.begin, time), min(piece.end, next_begin)
             if end - begin <= INSTANT:
                 continue
-            part = piece.trajectory.between(
-                begin - piece.begin, min(end - piece.begin, piece.trajectory.duration)
-            )
+            part = piece.whole.between(begin - piece.begin, min(end - piece.begin, piece.whole.duration))
             if rest is None:
                 rest = part if begin - time <= INSTANT else begun_later(part, begin - time)
             else:
                 gap = begin - time - rest.duration
                 rest = rest.followed_by(part) if gap <= INSTANT else _one_after_the_other(rest, gap, part)
         return None if rest is None else of_joints(rest, joint_names)
-
-    def _columns(self, trajectory: Trajectory) -> list[int]:
-        return [self.joint_names.index(name) for name in trajectory.joint_names]
 
 
 def _one_after_the_other(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:

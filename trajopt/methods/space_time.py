@@ -36,8 +36,8 @@ SHRINK = 0.8
 PRECISION = 0.97
 """A motion is within so much of the shortest of its kind: about what pieces of equal length cost."""
 GAIN = 0.02
-"""A step has to be predicted to reduce what is violated by so much: with less for each of its steps a descent
-ends far from a motion."""
+"""A step has to be predicted to reduce what is violated by so much, where whoever asks proves motions and has
+other ways to try: with less for each of its steps a descent mostly ends far from a motion."""
 UNHURRIED = 1.25
 """A seed without time takes so many times the least that its joints' limits allow: room for bends."""
 
@@ -47,7 +47,7 @@ Proves = Callable[[Trajectory], bool]
 
 def _solver() -> Sqp:
     # What is sought is a motion that is possible: violations weigh much at once.
-    return Sqp(penalty=50.0, penalty_rounds=1, max_iterations=20, relative_gain=GAIN)
+    return Sqp(penalty=50.0, penalty_rounds=1, max_iterations=20)
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,8 @@ class SpaceTimeProgram(Printed):
                 not be looked at on many. When None all are.
             progress: Called after every step.
         """
-        run = _Run(self.solver, proves, progress)
+        solver = self.solver if proves is None else replace(self.solver, relative_gain=GAIN)
+        run = _Run(solver, proves, progress)
         family = self.family(motion)
         # Schoenberg's approximation: its velocities are slopes of chords, no larger than the motion's.
         positions = motion(family.basis.averages * motion.duration)
@@ -208,13 +209,16 @@ class _Run:
     log: list[Iteration] = field(default_factory=list[Iteration])
 
     def solved(self, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
-        """Solve one program from control points."""
-        if self.proves is not None and self.solver.until_feasible:
+        """Solve one program from control points; a motion is proven, if anybody proves any."""
+        if self.proves is None:
+            return self._solved(self.solver, nlp, begin)
+        if self.solver.until_feasible:
             found = self._solved(replace(self.solver, refines=False), nlp, begin)
             if found.motion is None or self.proves(found.motion):
                 return found
             begin = found.solved.x
-        return self._solved(self.solver, nlp, begin)
+        found = self._solved(self.solver, nlp, begin)
+        return found if found.motion is None or self.proves(found.motion) else replace(found, motion=None)
 
     def _solved(self, solver: Sqp, nlp: SpaceTimeNlp, begin: Floats) -> _Found:
         solved = solver.solve(nlp, begin, progress=self.progress)

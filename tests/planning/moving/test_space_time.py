@@ -8,7 +8,7 @@ import pytest
 import trajopt as to
 from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
-from trajopt.methods.space_time import SpaceTime
+from trajopt.methods.space_time import PRECISION, SpaceTime
 from trajopt.planning.budget import WORK
 from trajopt.solvers.descent import Descent
 from trajopt.terms import rest_posture
@@ -89,7 +89,22 @@ def test_what_is_proven_is_not_looked_at_on_finer_samples(
         return found.decoded.trajectory
 
     assert solved(proves=True) is not None and not refined
-    assert solved(proves=False) is not None and refined, "what is refused is"
+    assert solved(proves=False) is None and refined, "what is refused is, and is asked about again"
+
+
+def test_the_shortest_that_is_proven_is_the_answer_not_the_shortest_that_seems_to_hold(
+    table: to.Scene,
+) -> None:
+    crosses = to.Track.through([0.0, 2.0], [to.placement((0.5, y, 0.45)) for y in (0.9, -0.9)])
+    asked = problem(table.add("box", to.Box(0.2, 0.2, 0.2), motion=crosses))
+    motion = to.plan(problem(table)).require().trajectory
+    program = SpaceTime().program(asked, np.linspace(motion(0.0), motion(motion.duration), asked.knots))
+    longest, refused = 1.6 * motion.duration, 1.3 * motion.duration
+    found = program.solve_from(motion, enough=longest, proves=lambda each: each.duration > refused)
+    assert found.decoded.trajectory is not None, "the longest is"
+    found = program.solve_from(motion, proves=lambda each: each.duration > refused)
+    assert found.decoded.trajectory is not None
+    assert refused < found.decoded.trajectory.duration < refused / PRECISION
 
 
 def test_costs_that_ask_for_more_than_short_and_smooth_are_reduced(table: to.Scene) -> None:

@@ -151,8 +151,7 @@ class InSpaceTime:
                 seed, longest=longest, enough=enough, too_short=too_short, proves=self._proves, progress=step
             )
         tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
-        motion = solved.decoded.trajectory
-        if motion is not None and (motion is self.best.trajectory or self._proves(motion)):
+        if solved.decoded.trajectory is not None:
             self.best = replace(self.best, path=solved.decoded.path, solve=solved)
 
     def _proves(self, motion: Trajectory) -> bool:
