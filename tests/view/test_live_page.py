@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -127,13 +128,15 @@ def drag_upwards(page: "Page", live: LiveView, size: tuple[int, int], pixels: fl
     """Pull the arrow of the gizmo that is vertical up on the screen, until the goal has moved."""
     gizmo = live._picture._goal.gizmo
     until(lambda: len(live._server.get_clients()) == 1, "no browser")
-    where = live.goal.placement
-    vertical = max(range(3), key=lambda axis: abs(where.rotation[2, axis]))
     begin = live.goal.placement.translation[2]
     deadline = time.monotonic() + PATIENCE
+    grips = cycle((0.85, 0.7, 0.95))  # a ring may be before the arrow, or the arrow before something else
     while live.goal.placement.translation[2] == begin:
         assert time.monotonic() < deadline, "the gizmo never moved"
-        x, y = on_screen(live, where.translation + 0.7 * gizmo.length * where.rotation[:, vertical], size)
+        where = live.goal.placement
+        vertical = max(range(3), key=lambda axis: abs(where.rotation[2, axis]))
+        grip = next(grips) * gizmo.length * where.rotation[:, vertical]
+        x, y = on_screen(live, where.translation + grip, size)
         page.mouse.move(x, y)
         page.wait_for_timeout(500)  # it is lit up when it is drawn next
         page.mouse.down()

@@ -16,6 +16,7 @@ from trajopt.errors import FileFormatError, ProblemError, ShapeError
 from trajopt.execution import IdealExecutor, Supervisor
 from trajopt.io.document import Node
 from trajopt.view import MirrorView, Publisher, mirror_view
+from trajopt.view.mirror.source import Source
 from trajopt.view.mirror.state import State, state_of
 from trajopt.view.mirror.still import still
 
@@ -156,6 +157,15 @@ def test_a_publisher_answers_nobody_who_calls_it_by_another_name(publisher: Publ
         caught.value.close()
     with urllib.request.urlopen(publisher.url + "/state", timeout=PATIENCE) as answer:
         assert json.load(answer)["driven"] is False
+
+
+def test_a_robot_with_meshes_and_what_is_around_it_come_whole() -> None:
+    scene = to.Scene(to.load("panda")).add("cup", to.Cylinder(0.03, 0.1), to.placement((0.5, 0.0, 0.05)))
+    problem = to.Problem(scene=scene, group="panda_arm", start="ready", goal="extended")
+    with Publisher(problem, port=0) as publisher:
+        source = Source(publisher.url)
+        assert source.robot.joint_names == scene.robot.joint_names and set(source.scene().objects) == {"cup"}
+        source.close()
 
 
 def test_a_port_that_is_taken_is_refused(problem: to.Problem, publisher: Publisher) -> None:

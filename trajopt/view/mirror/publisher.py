@@ -27,6 +27,10 @@ AHEAD = 25
 """Configurations that stand for what is left of a motion: a line of the hand looks smooth through so many."""
 EVENTS = 12
 """So many events are told, the latest ones."""
+PATIENCE = 10.0
+"""A connection that says nothing for so long is closed [s]."""
+LARGEST = 4096
+"""Of what comes with a request so much is read [bytes]: nothing needs any."""
 LOCAL = ("127.0.0.1", "localhost", "[::1]")
 
 
@@ -139,6 +143,8 @@ def _handler_of(publisher: Publisher, host: str) -> type[BaseHTTPRequestHandler]
     """
 
     class Handler(BaseHTTPRequestHandler):
+        timeout = PATIENCE
+
         def do_GET(self) -> None:
             self._answer({"/state": lambda: publisher.state().as_dict()})
 
@@ -149,6 +155,9 @@ def _handler_of(publisher: Publisher, host: str) -> type[BaseHTTPRequestHandler]
             """Say nothing on standard error."""
 
         def _answer(self, known: dict[str, Any]) -> None:
+            # What comes with a request says nothing here; unread, it would have the connection reset.
+            length = self.headers.get("content-length", "0")
+            self.rfile.read(min(int(length), LARGEST) if length.isdigit() else 0)
             called = self.headers.get("host", "").rpartition(":")[0].lower()
             if host in LOCAL and called not in LOCAL:
                 self._send(421, {"error": {"kind": "malformed", "reason": "not known by that name"}})
