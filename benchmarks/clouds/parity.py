@@ -1,6 +1,8 @@
 """One motion judged twice: beside a cloud, and beside the same balls as shapes of their own."""
 
+from math import exp, log
 from time import process_time
+from typing import Any
 
 import numpy as np
 
@@ -17,14 +19,15 @@ FEWEST, MOST = 5, 400
 def parity(number: int) -> Row:
     """Judge a random motion of a Panda in a random room both ways."""
     random = np.random.default_rng(number)
-    count = int(np.exp(random.uniform(np.log(FEWEST), np.log(MOST))))
+    count = int(exp(float(random.uniform(log(FEWEST), log(MOST)))))
     room = random.uniform((-0.8, -0.8, 0.0), (0.8, 0.8, 1.1), (count, 3))
     room = room[np.linalg.norm(room[:, :2], axis=1) > 0.25]
     cloud = to.Points(np.concatenate((room, [(0.0, 0.0, 1.6)])), float(random.uniform(0.005, 0.04)))
     single = [(to.Sphere(cloud.radius), to.placement(point)) for point in cloud.points]
     robot = to.load("panda")
     row: Row = {"points": len(cloud)}
-    for name, shape in (("cloud", cloud), ("balls", single)):
+    shapes: dict[str, Any] = {"cloud": cloud, "balls": single}
+    for name, shape in shapes.items():
         scene = to.Scene(robot).add("room", shape)
         problem = to.Problem(scene=scene, group="panda_arm", start="ready", goal=_goal(number, robot))
         motion = _motion(problem)

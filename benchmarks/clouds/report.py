@@ -9,12 +9,16 @@ from benchmarks.clouds.sampling import CELL, COVERING, EACH, RADIUS, RAW, THIN
 from benchmarks.page import table
 from benchmarks.workers import Row
 
+OUTSIDE = ("GOAL_OUT_OF_LIMITS", "START_OUT_OF_LIMITS")
+"""How problems end that no scene makes easier."""
+
 
 def section(rows: Sequence[Row]) -> str:
     """Return tables and sentences for the page."""
-    asked = [cast("dict[str, Any]", row) for row in rows if "primitives" in row]
+    known = [cast("dict[str, Any]", row) for row in rows if "primitives" in row]
+    asked = [row for row in known if row["primitives"]["status"] not in OUTSIDE]
     lost = [row for row in rows if row["outcome"] in ("crash", "hang")]
-    names = {"primitives": "as it is", RAW: f"{EACH} points an object, balls of {1e3 * RADIUS:g} mm"}
+    names = {"primitives": "as it is", RAW: f"{EACH:,} points an object, balls of {1e3 * RADIUS:g} mm"}
     names[THIN] = f"one point in {1e3 * CELL:g} mm cells, balls of {1e3 * COVERING:.1f} mm"
     plain = _median(row["primitives"] for row in asked if row["primitives"]["judged"])
     lines = list[list[str]]()
@@ -38,7 +42,9 @@ def section(rows: Sequence[Row]) -> str:
     texts = [
         f"{len(asked)} Panda problems of MotionBenchMaker. Free: start and goal touch nothing by Pinocchio "
         "and Coal on the same balls. CPU of `plan()` with all trees of the scene; planned: proven by a judge "
-        "made anew." + f" {len(lost)} lost (a crash, or out of time)." * bool(lost),
+        "made anew."
+        + f" {len(known) - len(asked)} more end outside the joint limits." * (len(known) > len(asked))
+        + f" {len(lost)} lost (a crash, or out of time)." * bool(lost),
         table(head, lines),
         *_beside_ompl(asked),
         *_parity([cast("dict[str, Any]", row) for row in rows if "balls" in row]),
@@ -59,9 +65,12 @@ def _beside_ompl(asked: Sequence[dict[str, Any]]) -> list[str]:
             _cpu(theirs),
         ],
     ]
+    lost = [each["cpu"] for each in theirs if not each["found"]]
+    words = f" It found no path in 30 s of wall-clock time on {len(lost)}" * bool(lost)
+    words += f", after {min(lost):.0f} to {max(lost):.0f} s of CPU: the machine was shared." if lost else ""
     return [
         f"On {len(both)} of the thinned scenes beside OMPL with Coal on the same balls, checked every 0.02 "
-        "rad; its polyline is judged for clearance only, and is not timed:",
+        "rad; its polyline is judged for clearance only, and is not timed." + words,
         table(["", "proven clear", "CPU: median / p90"], lines),
     ]
 

@@ -1,6 +1,7 @@
 """OMPL's RRT-Connect and its simplifier, with Coal on the same balls behind a Python callback."""
 
 from time import process_time
+from typing import Any
 
 import numpy as np
 from ompl import base, geometric, util
@@ -40,10 +41,15 @@ def _path(problem: to.Problem, checker: Checker, goal: np.ndarray) -> np.ndarray
         bounds.setHigh(joint, float(limits.upper[joint]))
     space.setBounds(bounds)
     setup = geometric.SimpleSetup(space)
-    setup.setStateValidityChecker(lambda state: checker.free(np.array([state[i] for i in range(count)])))
+
+    def free(state: Any) -> bool:
+        return checker.free(np.array([state[i] for i in range(count)]))
+
+    setup.setStateValidityChecker(free)
     information = setup.getSpaceInformation()
     information.setStateValidityCheckingResolution(STEP / space.getMaximumExtent())
-    start, end = space.allocState(), space.allocState()
+    start: Any = space.allocState()
+    end: Any = space.allocState()
     for joint in range(count):
         start[joint], end[joint] = float(problem.reduced.start_positions[joint]), float(goal[joint])
     setup.setStartAndGoalStates(start, end)
@@ -52,7 +58,7 @@ def _path(problem: to.Problem, checker: Checker, goal: np.ndarray) -> np.ndarray
     if not setup.haveExactSolutionPath():
         return None
     setup.simplifySolution()
-    states = setup.getSolutionPath().getStates()
+    states: Any = setup.getSolutionPath().getStates()
     return np.array([[state[i] for i in range(count)] for state in states])
 
 

@@ -137,7 +137,7 @@ def test_octrees_are_read(tmp_path: Path) -> None:
     for name in ("map.bt", "map.ot"):
         cells = to.Voxels.from_file(tmp_path / name)
         assert cells.size == pytest.approx(0.05)
-        assert set(map(tuple, cells.keys.tolist())) == keys
+        assert {(i, j, k) for i, j, k in cells.keys.tolist()} == keys
         cut = (tmp_path / name).read_bytes()[:-9]
         (tmp_path / f"cut{name}").write_bytes(cut)
         with pytest.raises(FileFormatError, match="damaged"):
