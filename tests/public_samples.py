@@ -11,6 +11,7 @@ import numpy as np
 import trajopt as to
 from tests.campaign.samples import campaign_samples
 from tests.perception.scenes import cameras
+from tests.server.samples import served
 from tests.warehouse.samples import samples_of_the_warehouse
 from trajopt.cartesian import follows_curve, line
 from trajopt.execution import (
@@ -49,22 +50,23 @@ RETURNED = frozenset(
     Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime Event RobotState Rule
     Run StopTaken Moment Recording Sighting TimedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud
     Cluster FlatPart Mount Perceived Radius CampaignFolder Progress Source Dataset Extracted Summary
-    Comparison
+    Comparison Session AsyncSession SessionCalls Reply Watch
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""
 INNER = frozenset(
     """
     KnotsNlp BudgetTracker Workspace TrustRegion Judge.certify Judge.decide Judge.check check_requirement
-    constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of DepthNoise.sigma
-    DepthNoise.sigmas DepthImage.taken PointCloud.taken Options.plan Campaign.tasks CampaignFolder.write
-    Local.pool Ray.pool
+    constrain Lens.bent Lens.straightened Lens.stretch Intrinsics.pixels_of DepthNoise.sigma DepthNoise.sigmas
+    DepthImage.taken PointCloud.taken Options.plan Campaign.tasks CampaignFolder.write Local.pool Ray.pool
+    Session.move Session.replace Cancellation.of Watch.progress Watch.incumbent
     """.split()
 )
 """What only planning, or perception, itself calls, many times; other packages add to the last two."""
 CALLED_BY_SOLVERS = frozenset({"linearise", "expression", "bounds", "excess", "objection", "by_pair"})
 """Methods of terms and methods that the program calls, with a motion of its own."""
 OPEN: Mapping[str, str] = {
+    "Answer.document": "JSON holds any kind of plain data, and says where it holds something else",
     "during.required": "a problem checks it: a term of one's own is not known where it is stated",
 }
 """Arguments that take more than their annotation says, each with the reason."""
@@ -282,13 +284,7 @@ def pool() -> tuple[Any, ...]:
 
 
 def sample(call: str, parameter: inspect.Parameter, fits: Callable[[Any], bool]) -> Any:
-    """Return an argument that is right.
-
-    Args:
-        call: Name of the function.
-        parameter: The parameter.
-        fits: Says whether a value is of its kind.
-    """
+    """Return an argument that is right for a parameter of a call; `fits` says what is of its kind."""
     calls = by_call() | campaign_samples(problem())
     for known, name in ((calls, f"{call}.{parameter.name}"), (by_argument(), parameter.name)):
         if name in known:
@@ -330,6 +326,7 @@ def instances() -> Mapping[str, Any]:
         "Recorder": Recorder(played()),
         **cameras(asked.scene, "arm"),
         "Stream": Stream((said(),)),
+        **served(asked.scene.robot),
     }
 
 

@@ -21,6 +21,7 @@ ROOMS = (
     "trajopt.transcription", "trajopt.terms", "trajopt.retime", "trajopt.verify", "trajopt.simulate",
     "trajopt.view", "trajopt.explanation", "trajopt.benchmark", "trajopt.srdf_assistant", "trajopt.planning",
     "trajopt.execution", "trajopt.perception", "trajopt.warehouse", "trajopt.campaign",
+    "trajopt.client", "trajopt.client.calls", "trajopt.server",
     "trajopt.report",
 )  # fmt: skip
 """Rooms whose names are for callers."""

@@ -31,7 +31,8 @@ from trajopt.problem import Problem
 from trajopt.verify import Judge
 
 Kind = TypeVar("Kind")
-_PLACES = {
+_ASKED = {"trajopt.grasping.grasp": "Straight Grasp Place", "trajopt.grasping.gripper": "Gripper"}
+_ANSWERED = {
     "trajopt.planning.budget": "Stop",
     "trajopt.planning.status": "Status Certainty",
     "trajopt.planning.attempt_record": "Attempt",
@@ -40,14 +41,26 @@ _PLACES = {
     "trajopt.infeasibility.reasons": "Block BlockKind",
     "trajopt.solvers.solver": "SolverStatus",
     "trajopt.cartesian.result": "Followed StopReason",
-    "trajopt.grasping.grasp": "Straight Grasp Place",
-    "trajopt.grasping.gripper": "Gripper",
     "trajopt.grasping.result": "Stage Segment Refusal PickPlaceResult",
 }
-"""What is sent beside all that a bundle may hold: results, which a bundle states in its own way."""
+_OF_ROBOTS = {"Robot", "CollisionBody", "JointLimits", "LinkGeometry", "MeshReference"}
+"""What only a robot holds: whoever asks for something names a robot, and sends none."""
 SHARED = (Scene, SceneObject, Problem)
 """What is sent once, however often it occurs."""
 _NOWHERE = Path("/nonexistent")  # files of another machine are in no folder of this one
+
+
+@cache
+def request_kinds() -> Kinds:
+    """Return the kinds that a request may hold: what a bundle holds but for robots, and grasps and places."""
+    there = {name: kind for name, kind in bundle_kinds().items() if name not in _OF_ROBOTS}
+    return {**there, **kinds_in(_ASKED)}
+
+
+@cache
+def all_kinds() -> Kinds:
+    """Return the kinds that an answer may hold: robots, and results of all kinds."""
+    return {**bundle_kinds(), **kinds_in({**_ASKED, **_ANSWERED})}
 
 
 def message_of(value: object, known: Mapping[str, object]) -> dict[str, object]:
@@ -67,7 +80,13 @@ def message_of(value: object, known: Mapping[str, object]) -> dict[str, object]:
 
 
 def value_of_message(
-    node: Node, known: Mapping[str, object], kind: type[Kind], *, triangles: float = inf, rows: float = inf
+    node: Node,
+    known: Mapping[str, object],
+    kind: type[Kind],
+    *,
+    kinds: Kinds | None = None,
+    triangles: float = inf,
+    rows: float = inf,
 ) -> Kind:
     """Return the value of a message, whoever sent it; motions in it are judged here.
 
@@ -75,6 +94,7 @@ def value_of_message(
         node: The message.
         known: What is here already, by the name that both sides use.
         kind: What it must be.
+        kinds: What may be in it; `all_kinds()` when None.
         triangles: That its arrays may hold in all.
         rows: That each other array may have.
 
@@ -82,21 +102,17 @@ def value_of_message(
         FileFormatError: If it says no such value, or holds too much.
     """
     node.only(("value", "shared", "arrays"))
-    value = _Reader(node, known, triangles, rows).value(node["value"])
+    reader = _Reader(node, known, all_kinds() if kinds is None else kinds, triangles, rows)
+    value = reader.value(node["value"])
     if not isinstance(value, kind):
         raise node["value"].error(f"must be a {kind.__name__}, is {shown(value)}")
     return value
 
 
-@cache
-def _kinds() -> Kinds:
-    return {**bundle_kinds(), **kinds_in(_PLACES)}
-
-
 class _Writer(Writer):
     def __init__(self, known: Mapping[str, object]) -> None:
         super().__init__()
-        self._kinds = _kinds()
+        self._kinds = all_kinds()
         self._known = {id(value): name for name, value in known.items()}
         self.shared: list[object] = []
         self._written: dict[int, tuple[object, int]] = {}  # the values are kept: their ids stay theirs
@@ -142,9 +158,11 @@ class _Arrays(Members):
 
 
 class _Reader(Reader):
-    def __init__(self, message: Node, known: Mapping[str, object], triangles: float, rows: float) -> None:
+    def __init__(
+        self, message: Node, known: Mapping[str, object], kinds: Kinds, triangles: float, rows: float
+    ) -> None:
         super().__init__(self._array_named, lambda name: _NOWHERE / Path(name).name)
-        self._kinds = _kinds()
+        self._kinds = kinds
         self._forms = {**self._forms, "known": self._known_value, "shared": self._shared_value}
         self._node, self._arrays, self._known = message["arrays"], _Arrays(message["arrays"]), known
         self._triangles, self._rows = triangles, rows

@@ -59,11 +59,13 @@ class AsyncClient:
         """Return the robots: joints, limits, groups, states, frames."""
         return await self.send(Call("GET", "/robots"))
 
+    @checked
     async def session(self, robot: str = "") -> "AsyncSession":
         """Begin a session with a robot, the server's first one where none is named."""
         begun = await self.send(Call("POST", "/sessions", {"robot": robot}))
         return AsyncSession(self, begun["session"], begun["robot"])
 
+    @checked
     async def send(self, call: Call) -> Any:
         """Send a request, again and again while the server is full, and return the answer.
 

@@ -53,6 +53,7 @@ class Client:
         begun = self.send(Call("POST", "/sessions", {"robot": robot}))
         return Session(self, begun["session"], begun["robot"])
 
+    @checked
     def send(self, call: Call) -> Any:
         """Send a request, again and again while the server is full, and return the answer.
 

@@ -3,13 +3,16 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
+from urllib.parse import quote
 
 from trajopt.arrays import Value
 from trajopt.client.answers import Listener
+from trajopt.errors.arguments import checked
 
 Reply = TypeVar("Reply")
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Call(Value):
     """A request as it goes out.
@@ -60,6 +63,7 @@ class SessionCalls(Generic[Reply]):
         """Send a request."""
         raise NotImplementedError
 
+    @checked
     def ask(
         self,
         operation: str,
@@ -81,25 +85,29 @@ class SessionCalls(Generic[Reply]):
         Raises:
             ServerError: If the server refuses it, or cannot be reached.
         """
-        path = f"/sessions/{self.id}/{operation}"
+        path = f"/sessions/{self.id}/{quote(operation, safe='')}"
         return self._send(Call("POST", path, arguments or {}, listener, timeout, name))
 
     def read(self) -> Reply:
         """Return what is in the scene, and where the robot is."""
         return self._send(Call("GET", f"/sessions/{self.id}"))
 
+    @checked
     def edit(self, edits: Sequence[Mapping[str, Any]]) -> Reply:
         """Change the scene: `[{"add": {"name": "post", "shape": {"box": {...}}}}]`; all edits or none."""
         return self.ask("edit", {"edits": list(edits)})
 
+    @checked
     def motions(self, motions: Sequence[Mapping[str, Any]]) -> Reply:
         """Say how objects move: `[{"object": "box", "times": [...], "positions": [...]}]`."""
         return self.ask("motions", {"motions": list(motions)})
 
+    @checked
     def planning_scene(self, message: Mapping[str, Any]) -> Reply:
         """Send a `moveit_msgs/PlanningScene`: the whole scene, or with `is_diff` what changes in it."""
         return self.ask("planning_scene", message)
 
+    @checked
     def plan(
         self,
         problem: Mapping[str, Any],
@@ -121,16 +129,19 @@ class SessionCalls(Generic[Reply]):
         arguments = {"problem": dict(problem), **options}
         return self.ask("plan", arguments, listener=listener, timeout=timeout, name=name)
 
+    @checked
     def plan_request(
         self, request: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
     ) -> Reply:
         """Plan what a `moveit_msgs/MotionPlanRequest` asks; options as of `plan`."""
         return self.ask("plan", {"request": dict(request), **options}, listener=listener)
 
+    @checked
     def check(self, problem: Mapping[str, Any], trajectory: Mapping[str, Any]) -> Reply:
         """Have a trajectory judged by what a problem requires."""
         return self.ask("check", {"problem": dict(problem), "trajectory": dict(trajectory)})
 
+    @checked
     def execute(
         self, problem: Mapping[str, Any], *, listener: Listener | None = None, **options: Any
     ) -> Reply:
@@ -141,9 +152,10 @@ class SessionCalls(Generic[Reply]):
         """Stop the robot that is being driven."""
         return self._send(Call("POST", f"/sessions/{self.id}/stop", {}))
 
+    @checked
     def cancel(self, name: str) -> Reply:
         """End a request of that name: a plan answers with what it has."""
-        return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{name}"))
+        return self._send(Call("DELETE", f"/sessions/{self.id}/requests/{quote(name, safe='')}"))
 
     def close(self) -> Reply:
         """End the session."""

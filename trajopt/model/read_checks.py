@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 
 from trajopt.arrays import Floats, floats
-from trajopt.errors import ModelError, ShapeError
+from trajopt.errors import ModelError, ShapeError, shown
 from trajopt.model.clouds.points import Points
 from trajopt.model.clouds.voxels import Voxels
 from trajopt.model.collisions.bodies import CollisionBody
@@ -16,6 +16,7 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement, as_placement
 from trajopt.model.requirements.joint_positions import JointPositions
 from trajopt.model.robot import Robot
+from trajopt.model.scene import Scene
 from trajopt.model.shapes import Convex
 from trajopt.model.trajectory import Path
 
@@ -101,6 +102,12 @@ def _robot(value: Robot) -> None:
         raise ModelError(f"the groups of the robot name joints that it does not have: {sorted(unknown)}")
 
 
+def _scene(value: Scene) -> None:
+    for name, item in value.objects.items():
+        if item.name != name:
+            raise ModelError(f"object {shown(name)} of the scene is named {shown(item.name)}")
+
+
 _CHECKS: Mapping[type[object], Callable[[Any], None]] = {
     Placement: _placement,
     Convex: _faces,
@@ -113,4 +120,5 @@ _CHECKS: Mapping[type[object], Callable[[Any], None]] = {
     Path: _path,
     JointPositions: _joints,
     Robot: _robot,
+    Scene: _scene,
 }

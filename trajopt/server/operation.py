@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TypeAlias, cast
 
 from trajopt.arrays import Value
+from trajopt.errors.arguments import checked
 from trajopt.io.document import Node
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
@@ -20,6 +21,7 @@ class Lane(Enum):
     DRIVING = auto()
 
 
+@checked
 @dataclass(frozen=True)
 class Answer(Value):
     """What an operation returns.
@@ -40,6 +42,7 @@ It raises a `TrajoptError` where the arguments are wrong: the client is told wha
 """
 
 
+@checked
 @dataclass(frozen=True)
 class Operation(Value):
     """A thing that clients can ask for.

@@ -13,6 +13,7 @@ import msgspec
 
 from trajopt.arrays import Value
 from trajopt.errors import ProblemError, RobotNotFound, listed, shown
+from trajopt.errors.arguments import checked
 from trajopt.model.initial_positions import initial_positions
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
@@ -104,6 +105,7 @@ class Service:
         pools: The workers of each lane.
     """
 
+    @checked
     def __init__(
         self,
         robots: Mapping[str, Robot],
@@ -153,6 +155,7 @@ class Service:
         """End the workers, those at work after a moment."""
         await self.close(drain=self.limits.grace)
 
+    @checked
     async def close(self, *, drain: float) -> None:
         """Take no more requests, and end the workers.
 
@@ -169,6 +172,7 @@ class Service:
         """Whether no more requests are taken."""
         return self._closing
 
+    @checked
     def create(self, robot: str = "", *, kept: bool = False) -> Session:
         """Begin a session: a robot in an empty world, each group in its first named state.
 
@@ -190,6 +194,7 @@ class Service:
         scene, positions = self._empty[name]
         return self.sessions.add(scene, positions, kept=kept)
 
+    @checked
     def fork(self, session: Session) -> Session:
         """Begin a session with what another one holds now; from then on they are apart.
 
@@ -198,6 +203,7 @@ class Service:
         """
         return self.sessions.add(session.scene, session.positions)
 
+    @checked
     async def ask(
         self,
         session: Session,

@@ -11,10 +11,12 @@ from io import BytesIO
 from typing import Any, cast
 
 from trajopt.arrays import Floats, Value
+from trajopt.errors.arguments import checked
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class SessionState(Value):
     """A robot among objects, and where its joints are.

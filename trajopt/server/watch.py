@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from threading import Event, Lock
 
+from trajopt.errors.arguments import checked
 from trajopt.model.scene import Scene
 from trajopt.planning.result import Result
 from trajopt.solvers import Iteration
@@ -55,6 +56,7 @@ class Watch:
         """Time until the answer must be there [s]."""
         return self._until - time.monotonic()
 
+    @checked
     def tell(self, document: Mapping[str, object], positions: list[float] | None = None) -> None:
         """Tell whoever listens.
 
@@ -81,6 +83,7 @@ class Watch:
         self._best = result.cost
         self.tell({"stage": self._stage, "attempt": self._attempt, "best": self._best})
 
+    @checked
     def change(self, scene: Scene) -> None:
         """Take note of a new scene; any thread may call it."""
         with self._lock:

@@ -87,7 +87,7 @@ class Face:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
-        operation, session = asked_of_worker(scope)
+        operation, session = worker_request(scope)
         if operation not in self._described:
             await self.app(scope, receive, send)
             return
@@ -226,7 +226,7 @@ def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics 
     return Guard(Face(service, options, metrics), options)
 
 
-def asked_of_worker(scope: Scope) -> tuple[str, str]:
+def worker_request(scope: Scope) -> tuple[str, str]:
     """Return the operation and the session of `POST /sessions/{session}/{operation}`; neither of all else."""
     if scope["type"] != "http" or scope["method"] != "POST":
         return "", ""

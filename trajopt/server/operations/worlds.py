@@ -6,16 +6,16 @@ it is read.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from inspect import signature
 from typing import Any, TypeVar, cast
 
-from trajopt.bundle.message import message_of, value_of_message
+from trajopt.bundle.message import message_of, request_kinds, value_of_message
 from trajopt.commander.driving import Drive
 from trajopt.commander.execution import Execution
 from trajopt.commander.functions import FUNCTIONS
 from trajopt.commander.settings import Settings
-from trajopt.errors import ProblemError, TrajoptError
+from trajopt.errors import ProblemError, TrajoptError, listed
 from trajopt.errors.arguments import check_arguments
 from trajopt.execution import SimulatedExecutor
 from trajopt.io.document import Node
@@ -23,6 +23,7 @@ from trajopt.model.reduced import reduce_model
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.budget import Budget
+from trajopt.problem import Problem
 from trajopt.server.operation import Answer
 from trajopt.server.operations.along_trajectory import drive_along
 from trajopt.server.state import SessionState
@@ -59,8 +60,14 @@ def call(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     known = _known(state)
     stated = cast("dict[str, Any]", _read(arguments["arguments"], known, Mapping, watch))
     settings = cast("dict[str, Any]", _read(arguments["settings"], {}, Mapping, watch))
+    unknown = settings.keys() - {item.name for item in fields(Settings)}
+    if unknown:
+        raise arguments["settings"].error(f"unknown: {listed(sorted(map(str, unknown)))}")
     check_arguments(Settings, settings)
     stated["settings"] = Settings(**settings)
+    for value in stated.values():
+        if isinstance(value, Problem | Scene):
+            _fitting(arguments["arguments"], value if isinstance(value, Scene) else value.scene, state)
     stated |= {"budget": Budget(max(watch.seconds_left - ANSWERING, 0.0)), "cancel": watch.cancel}
     check_arguments(FUNCTIONS[name], stated)
     try:
@@ -109,20 +116,26 @@ def _known(state: SessionState) -> dict[str, object]:
 
 
 def _read(node: Node, known: Mapping[str, object], kind: type[Kind], watch: Watch) -> Kind:
-    return value_of_message(node, known, kind, triangles=watch.triangles, rows=watch.points)
+    most = {"triangles": watch.triangles, "rows": watch.points}
+    return value_of_message(node, known, kind, kinds=request_kinds(), **most)
 
 
 def _scene(node: Node, state: SessionState, watch: Watch) -> Scene:
+    """Return a scene of the session's robot."""
+    return _fitting(node, _read(node, _known(state), Scene, watch), state)
+
+
+def _fitting(node: Node, scene: Scene, state: SessionState) -> Scene:
     """Return a scene, after making sure that it is one of the session's robot.
 
     Raises:
         FileFormatError: If it is another's, or robot and scene do not fit together.
     """
-    scene = _read(node, _known(state), Scene, watch)
     if scene.robot is not state.scene.robot:
         raise node.error("is of another robot than the session's")
     try:
-        reduce_model(scene, next(iter(scene.robot.groups)), state.positions)
+        for group in scene.robot.groups:
+            reduce_model(scene, group, state.positions)
     except TrajoptError:
         raise
     except (ValueError, TypeError, LookupError, AttributeError, ArithmeticError) as error:
