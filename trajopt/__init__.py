@@ -56,6 +56,8 @@ from trajopt.terms import Cost as Cost
 from trajopt.verify import examine as examine
 
 if _TYPE_CHECKING:
+    from trajopt import benchmark as benchmark
+    from trajopt import verify as verify
     from trajopt.benchmark import compare as compare
     from trajopt.cartesian import follow as follow
     from trajopt.explanation import explain as explain

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Value
 from trajopt.campaign.columns import Row
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.campaign.statistics import Estimate, quantile, share
@@ -49,7 +49,7 @@ class Group:
 
 
 @dataclass(frozen=True)
-class PlaceMap:
+class PlaceMap(Value):
     """How well each place of a base does, over all turns and tasks.
 
     Attributes:
@@ -68,7 +68,7 @@ class PlaceMap:
 
 
 @dataclass(frozen=True)
-class Summary:
+class Summary(Value):
     """What came of a campaign.
 
     Attributes:

@@ -109,7 +109,7 @@ class World:
         """
         with self._lock:
             scene = change(self._scene)
-            if scene.robot is not self.robot:
+            if scene.robot.joint_names != self.robot.joint_names:  # its links may have another size
                 raise ModelError(f"the scene is of another robot than this world's {shown(self.robot.name)}")
             if scene is not self._scene:
                 self._backend.take(scene)
