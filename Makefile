@@ -7,7 +7,7 @@ STAMP := $(VENV)/.installed
 STAMP_DEV := $(VENV)/.installed-dev
 WORKERS ?= 2
 
-.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-driving bench-servo bench-threads bench-cold bench-bundles clean
+.PHONY: demo test test-all sanitize wheel wheel-test fuzz check docs bench askable bench-scaling bench-micro bench-loading bench-poses bench-peers bench-solvers bench-versions bench-moving bench-clouds bench-execution bench-driving bench-perception bench-servo bench-threads bench-cold bench-bundles clean
 
 demo: $(STAMP)
 	$(BIN)/trajopt demo --out out/demo
@@ -94,6 +94,10 @@ bench-warehouse: $(STAMP_DEV)
 
 bench-server: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
+
+# Depth images to scenes, the camera in MuJoCo, and shelves that nobody knows. OPTIONS: --shelves N, --cell 0.01.
+bench-perception: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.perception $(DATA) --page benchmarks/README.md $(OPTIONS)
 
 # The servo beside mink on the same streams of commands. OPTIONS: --seeds N, of each of two robots.
 bench-servo: $(STAMP_DEV)

@@ -36,7 +36,11 @@ def unpacked(keys: Ints) -> Ints:
 
 def centres(keys: Ints, edge: float) -> Floats:
     """Return the centres of cells, shape (n, 3) [m]."""
-    return (unpacked(keys).astype(np.float64) + 0.5) * edge
+    found = np.empty((len(keys), 3))
+    found[:, 0], found[:, 1], found[:, 2] = keys >> 2 * BITS, (keys >> BITS) & LOW, keys & LOW
+    found += 0.5 - MOST_CELLS_ACROSS
+    found *= edge
+    return found
 
 
 def once(keys: NDArray[np.signedinteger]) -> NDArray[np.signedinteger]:
@@ -107,11 +111,13 @@ class Grid(Value):
 
     def keys(self, numbers: NDArray[np.signedinteger]) -> Ints:
         """Return the numbers that cells have in every grid of this edge, each once, in rising order."""
-        x, rest = np.divmod(once(numbers).astype(np.int64), self.count[1] * self.count[2])
-        y, z = np.divmod(rest, self.count[2])
+        across, deep = (numbers.dtype.type(many) for many in self.count[1:].tolist())
+        columns, z = np.divmod(once(numbers), deep)
+        x, y = np.divmod(columns, across)
         # Both number cells in the order of x, then y, then z: they stay sorted.
         x, y, z = (
-            each + low + MOST_CELLS_ACROSS for each, low in zip((x, y, z), self.first.tolist(), strict=True)
+            each.astype(np.int64) + (low + MOST_CELLS_ACROSS)
+            for each, low in zip((x, y, z), self.first.tolist(), strict=True)
         )
         return (x << 2 * BITS) | (y << BITS) | z
 

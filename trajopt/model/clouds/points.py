@@ -112,14 +112,14 @@ def _points_of(name: str, value: ArrayLike) -> Floats:
         raise ShapeError(name, f"needs shape (any, 3), has {points.shape}")
     if not len(points):
         raise ShapeError(name, "holds no point: where nothing was seen, leave the object out")
-    finite = np.isfinite(points).all(axis=1)
-    if not finite.all():
+    if not np.isfinite(points).all():
+        finite = np.isfinite(points).all(axis=1)
         first, many = int(np.argmin(finite)), int((~finite).sum())
         others = f", and {many - 1} more" * (many > 1)
         raise ShapeError(
             name, f"is not finite at [{first}]: {points[first].tolist()}{others}; leave such points out"
         )
-    wide = float(np.ptp(points, axis=0).max())
+    wide = max(float(np.ptp(column)) for column in points.T)  # along the rows numpy is ten times slower
     if wide > LARGEST_SIZE:
         raise SizeError(
             name,
