@@ -92,6 +92,12 @@ bench-execution: $(STAMP)
 bench-warehouse: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.warehouse --page benchmarks/README.md $(OPTIONS)
 
+# Campaigns ten times as large each, and faults in their midst, on this machine and on a Ray cluster of two nodes of one
+# core. Mounts a small disk, so as root. OPTIONS: --counts 1000,10000; --tables writes the tables of what was measured.
+.PHONY: bench-campaign
+bench-campaign: $(STAMP_DEV)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.campaign --page benchmarks/README.md $(OPTIONS)
+
 bench-server: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
 

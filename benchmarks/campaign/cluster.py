@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 RAY = (sys.executable, "-m", "ray.scripts.scripts")
-PORT = 6397
+PORT, STARTS = 6397, 4
 
 
 @dataclass(frozen=True)
@@ -46,23 +46,33 @@ def cluster(folder: Path, nodes: int = 2) -> Generator[Cluster]:
     head = ("--head", "--num-cpus=0", f"--port={PORT}", "--include-dashboard=false")
     head = (*head, f"--temp-dir={folder.resolve()}")
     try:
-        start(*head, *common)
+        start(*head, *common, ended=folder.resolve())
         for _ in range(nodes):
             start(f"--address=127.0.0.1:{PORT}", "--num-cpus=1", *common)
         yield Cluster(f"127.0.0.1:{PORT}", folder.resolve())
     finally:
-        for pid in Cluster("", folder.resolve()).mine():
-            try:
-                os.kill(pid, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
+        end(folder.resolve())
 
 
-def start(*words: str) -> None:
-    """Start a head or a node."""
-    done = subprocess.run((*RAY, "start", *words), capture_output=True, text=True, timeout=300, check=False)
-    if done.returncode:
-        raise SystemExit(f"ray start failed: {done.stdout}{done.stderr}")
+def end(folder: Path) -> None:
+    """Kill all processes of the cluster that keeps its files in a folder."""
+    for pid in Cluster("", folder).mine():
+        try:
+            os.kill(pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+
+
+def start(*words: str, ended: Path | None = None) -> None:
+    """Start a head or a node: Ray gives up after half a minute, which a busy machine may take."""
+    for _ in range(STARTS):
+        command = (*RAY, "start", *words)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+        if done.returncode == 0:
+            return
+        if ended is not None:
+            end(ended)  # what is left of the head would answer for the next
+    raise SystemExit(f"ray start failed: {done.stdout}{done.stderr}")
 
 
 def processes() -> list[tuple[int, str]]:
