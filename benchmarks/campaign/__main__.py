@@ -50,14 +50,15 @@ def scale_table() -> str:
     """Return what each run took."""
     head = (
         *("engine", "rows", "verified", "wall s", "load", "planning CPU s", "other CPU s", "waiting s"),
-        *("planning of all", "driver MB", "worker MB", "KB a row"),
+        *("planning of CPU", "planning of all", "driver MB", "worker MB", "KB a row"),
     )
     rows = [
         (
             *(run["engine"], f"{run['rows']:,}", f"{run['verified']:,}", f"{run['seconds']:.0f}"),
             *(f"{run['load']:.0f}", f"{run['planning']:.0f}", f"{run['others']:.1f}"),
-            "not measured" if run["waited"] is None else f"{run['waited']:.1f}",
-            f"{run['planning'] / (run['planning'] + run['others'] + (run['waited'] or 0.0)):.0%}",
+            f"{run['waited']:.1f}",
+            f"{run['planning'] / (run['planning'] + run['others']):.0%}",
+            f"{run['planning'] / (run['planning'] + run['others'] + run['waited']):.0%}",
             " / ".join(f"{driver:.0f}" for driver, _ in run["megabytes"]),
             " / ".join(f"{worker:.0f}" for _, worker in run["megabytes"]),
             f"{run['bytes'] / run['rows'] / 1e3:.1f}",
