@@ -34,7 +34,7 @@ class Cluster:
     def mine(self) -> list[int]:
         """Return the ids of all of its processes, and of the workers that its actors watch."""
         own = {pid for pid, line in processes() if str(self.folder) in line or line.startswith("ray::")}
-        return [*own, *(pid for pid, line in processes() if parent(pid) in own and pid not in own)]
+        return [*own, *(pid for pid, _ in processes() if parent(pid) in own and pid not in own)]
 
 
 @contextmanager
@@ -65,14 +65,16 @@ def end(folder: Path) -> None:
 
 def start(*words: str, ended: Path | None = None) -> None:
     """Start a head or a node: Ray gives up after half a minute, which a busy machine may take."""
+    said = ""
     for _ in range(STARTS):
         command = (*RAY, "start", *words)
         done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
         if done.returncode == 0:
             return
+        said = f"{done.stdout}{done.stderr}"
         if ended is not None:
             end(ended)  # what is left of the head would answer for the next
-    raise SystemExit(f"ray start failed: {done.stdout}{done.stderr}")
+    raise SystemExit(f"ray start failed: {said}")
 
 
 def processes() -> list[tuple[int, str]]:
