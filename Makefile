@@ -98,6 +98,12 @@ bench-warehouse: $(STAMP_DEV)
 bench-campaign: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.campaign --page benchmarks/README.md $(OPTIONS)
 
+# MotionBenchMaker planned again after every object was moved a little, with and without experience.
+.PHONY: bench-experience
+bench-experience: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.experience $(DATA) --results benchmarks/results/experience.jsonl \
+	  --page benchmarks/README.md $(OPTIONS)
+
 bench-server: $(STAMP_DEV)
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks.server --page benchmarks/README.md $(OPTIONS)
 

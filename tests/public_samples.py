@@ -50,7 +50,7 @@ RETURNED = frozenset(
     Attempt BudgetTracker Workspace Phase Instance Definition Track Prediction PathTime Event RobotState Rule
     Run StopTaken Moment Recording Sighting TimedMotion LiveView MirrorView RunViewer ServoPage Entry Cloud
     Cluster FlatPart Mount Perceived Radius CampaignFolder Progress Source Dataset Extracted Summary
-    Comparison Session AsyncSession SessionCalls Reply Watch
+    Comparison Memory Session AsyncSession SessionCalls Reply Watch
     """.split()
 )
 """Classes that a function returns, and that no caller makes: their constructors are not tried."""

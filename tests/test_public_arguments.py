@@ -22,7 +22,7 @@ ROOMS = (
     "trajopt.view", "trajopt.explanation", "trajopt.benchmark", "trajopt.srdf_assistant", "trajopt.planning",
     "trajopt.execution", "trajopt.perception", "trajopt.warehouse", "trajopt.campaign",
     "trajopt.client", "trajopt.client.calls", "trajopt.server",
-    "trajopt.report",
+    "trajopt.report", "trajopt.experience",
 )  # fmt: skip
 """Rooms whose names are for callers."""
 CLASSES: dict[str, type[object]] = {}

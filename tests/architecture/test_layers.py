@@ -18,7 +18,7 @@ ORDER = (
     ("transcription", "kinematics", "moveit"),
     ("methods", "infeasibility", "srdf_assistant", "export", "perception"),
     ("planning",),
-    ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution"),
+    ("explanation", "cartesian", "grasping", "benchmark", "seeds", "execution", "experience"),
     ("client", "bundle"),
     ("view", "commander", "warehouse"),
     ("server", "campaign", "report"),

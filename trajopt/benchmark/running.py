@@ -13,6 +13,7 @@ from trajopt.benchmark.outcome import Moment, Outcome
 from trajopt.errors.arguments import checked
 from trajopt.methods import Knots, Method
 from trajopt.planning.budget import Budget
+from trajopt.planning.experience import Remembers
 from trajopt.planning.judgement import judge
 from trajopt.planning.plan import NO_BOUNDS, plan
 from trajopt.planning.result import Result
@@ -32,6 +33,7 @@ def run(
     budget: Budget = NO_BOUNDS,
     follow: bool = False,
     seen: Callable[[Result], None] | None = None,
+    experience: Remembers | None = None,
 ) -> Outcome:
     """Make and plan one problem, and have a fresh judge look at the motion.
 
@@ -41,6 +43,7 @@ def run(
         budget: What it may use.
         follow: Whether every step of the solver is kept, and where the last joint goes.
         seen: Called with the result, of which an outcome keeps the numbers only.
+        experience: Remembers motions; see `plan`.
     """
     chosen = Knots() if method is None else method
     history: list[Moment] = []
@@ -57,7 +60,9 @@ def run(
     begin = time.process_time()
     problem = instance.make()
     made = time.process_time()
-    result = plan(problem, method=chosen, budget=budget, progress=note if follow else None)
+    result = plan(
+        problem, method=chosen, experience=experience, budget=budget, progress=note if follow else None
+    )
     planned = time.process_time()
     if seen is not None:
         seen(result)

@@ -29,10 +29,15 @@ from trajopt.io.files import refuse_deep_nesting
 from trajopt.model.trajectory import Path as PlannedPath
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.budget import Budget
+from trajopt.planning.experience import Recalled
 from trajopt.planning.plan_arguments import PlanArguments
 from trajopt.problem import Problem
 
 Kind = TypeVar("Kind")
+_ARGUMENTS = (
+    *("method", "improve", "every_goal", "seeds", "experience", "budget", "random", "planned_by"),
+    "custom_method",
+)
 MOST_VALUES = 500_000
 """Values of a document, about: ten thousand boxes in a scene have 350,000."""
 _NO_FOLDER = Path("/nonexistent")  # meshes that were not unpacked are in no folder
@@ -183,7 +188,7 @@ def _arguments(archive: Members, reader: Reader) -> PlanArguments | None:
     if ARGUMENTS not in archive.names:
         return None
     node = document_in(archive, ARGUMENTS)
-    node.only(("method", "improve", "every_goal", "seeds", "budget", "random", "planned_by", "custom_method"))
+    node.only(_ARGUMENTS)
     random: object = node["random"].value
     if random is not None and not isinstance(random, dict):
         raise node["random"].error("must be a mapping")
@@ -193,8 +198,24 @@ def _arguments(archive: Members, reader: Reader) -> PlanArguments | None:
         node["every_goal"].flag(),
         _of_kind(reader, node["budget"], Budget),
         cast("dict[str, object] | None", random),
-        tuple(_knots(reader, seed) for seed in node["seeds"].elements()),
+        seeds := tuple(_knots(reader, seed) for seed in node["seeds"].elements()),
+        _recalled(node["experience"], seeds),
     )
+
+
+def _recalled(node: Node, seeds: tuple[Floats, ...]) -> Recalled | None:
+    """Return what was remembered; its paths are the last of the seeds."""
+    if node.missing:
+        return None
+    node.only(("version", "memories"))
+    numbers = [node["version"], *node["memories"].elements()]
+    for each in numbers:
+        if type(each.value) is not int or each.value < 0:
+            raise each.error("must be a whole number that is not negative")
+    version, *memories = (int(cast("int", each.value)) for each in numbers)
+    if len(memories) > len(seeds):
+        raise node["memories"].error(f"are {len(memories)}, of {len(seeds)} paths")
+    return Recalled(version, tuple(memories), seeds[len(seeds) - len(memories) :])
 
 
 def _knots(reader: Reader, node: Node) -> Floats:

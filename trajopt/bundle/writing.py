@@ -141,6 +141,8 @@ def _arguments(writer: Writer, result: Result) -> dict[str, bytes]:
         ),
     }
     document = {name: writer.document(each, f"arguments.{name}") for name, each in stated.items()}
+    recalled = arguments.recalled
+    document["experience"] = None if recalled is None else recalled.as_dict()
     document["random"] = (
         None if arguments.random is None else json.loads(json.dumps(arguments.random, default=_plain))
     )

@@ -14,6 +14,7 @@ from trajopt.cli.options import (
     DwellOption,
     Ending,
     ExactOption,
+    ExperienceOption,
     FinishByOption,
     LimitsOption,
     PackageOption,
@@ -26,6 +27,7 @@ from trajopt.cli.options import (
 )
 from trajopt.cli.progress import quiet_bar
 from trajopt.io.json_files import write_json
+from trajopt.warehouse import Warehouse
 
 DataOption = Annotated[
     Path,
@@ -57,6 +59,7 @@ def bench(
     finish_by: FinishByOption = None,
     portfolio: PortfolioOption = True,
     time_budget: TimeBudgetOption = None,
+    experience: ExperienceOption = None,
 ) -> None:
     """Plan every problem below a folder. Exit status 0 if all that can be asked are solved, else 1.
 
@@ -67,10 +70,11 @@ def bench(
     ending, machine = Ending(dwell, finish_by), source.load()
     instances = find_instances(data, machine, [name for name in sets.split(",") if name], limit=limit)
     outcomes: list[Outcome] = []
+    remembered = None if experience is None else Warehouse(experience).experience()
     with quiet_bar() as bar:
         task = bar.add_task("planning", total=len(instances))
         for instance in instances:
-            outcomes.append(run(_ending(instance, ending), budget=budget))
+            outcomes.append(run(_ending(instance, ending), budget=budget, experience=remembered))
             solved = sum(item.verified for item in outcomes)
             bar.update(task, advance=1, description=f"{solved} of {len(outcomes)} solved")
     total = summary(outcomes)

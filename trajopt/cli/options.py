@@ -65,6 +65,13 @@ FinishByOption = Annotated[
     float | None,
     typer.Option("--finish-by", help=r"Be at the goal so long after the start, or sooner \[s]."),
 ]
+ExperienceOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--experience",
+        help="Begin from similar motions in this warehouse, and remember new ones.",
+    ),
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON in place of text.")]
 
 

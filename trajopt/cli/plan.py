@@ -11,6 +11,7 @@ from trajopt.cli.options import (
     DwellOption,
     Ending,
     ExactOption,
+    ExperienceOption,
     FinishByOption,
     JerkOption,
     JsonOption,
@@ -36,6 +37,7 @@ from trajopt.planning.comparison import table
 from trajopt.planning.plan import plan as plan_problem
 from trajopt.planning.result import Result, improvement
 from trajopt.problem import Problem
+from trajopt.warehouse import Warehouse
 
 ExplainOption = Annotated[
     bool,
@@ -88,6 +90,7 @@ def plan(
     free_duration: FreeOption = False,
     every_goal: EveryOption = False,
     workers: WorkersOption = 1,
+    experience: ExperienceOption = None,
 ) -> None:
     """Plan a motion and have it judged. Exit status 0 verified, 1 no plan, 2 bad input."""
     folders = tuple(package_dir or ())
@@ -100,6 +103,7 @@ def plan(
             ending.of(asked.problem()),
             improve=free_duration,
             every_goal=every_goal,
+            experience=None if experience is None else Warehouse(experience).experience(),
             budget=budget,
             progress=line.show,
             on_incumbent=line.have,

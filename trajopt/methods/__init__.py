@@ -8,6 +8,7 @@ from trajopt.methods.method import Method as Method
 from trajopt.methods.method import Program as Program
 from trajopt.methods.method import SupportsEarlyStop as SupportsEarlyStop
 from trajopt.methods.method import SupportsImprovement as SupportsImprovement
+from trajopt.methods.method import SupportsNearSeeds as SupportsNearSeeds
 from trajopt.methods.registry import METHODS as METHODS
 from trajopt.methods.registry import method_named as method_named
 from trajopt.methods.registry import method_names as method_names

@@ -7,7 +7,7 @@ from trajopt.arrays import Floats
 from trajopt.errors.arguments import checked
 from trajopt.methods.method import Decoded, NlpProgram, Progress, moving_start
 from trajopt.problem import Problem
-from trajopt.solvers import HasBriefForm, Solver, SolveResult, Sqp
+from trajopt.solvers import HasBriefForm, HasNearForm, Solver, SolveResult, Sqp
 from trajopt.transcription import KnotsNlp, transcribe
 
 SHARES = (0.4, 0.16, 0.064)
@@ -70,6 +70,11 @@ class KnotsProgram(NlpProgram[KnotsNlp]):
         if solved.feasible:
             return NarrowResult(solved.status, solved.x, solved.at, tuple(log))
         return replace(wide, log=tuple(log))
+
+    def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed that is nearly a solution; see `SupportsNearSeeds`."""
+        solver = self.solver.near() if isinstance(self.solver, HasNearForm) else self.solver
+        return replace(self, solver=solver).solve(seed, progress=progress)
 
     def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Take a few steps, where the solver has a brief form, else all; see `SupportsEarlyStop`."""

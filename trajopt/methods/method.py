@@ -96,6 +96,15 @@ class SupportsEarlyStop(Protocol):
 
 
 @runtime_checkable
+class SupportsNearSeeds(Protocol):
+    """A program whose solver does less where a seed is nearly a solution."""
+
+    def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
+        """Solve from a seed that solved a problem much like this one; see `Program.solve`."""
+        ...
+
+
+@runtime_checkable
 class SupportsImprovement(Program, Protocol):
     """A program that can make a motion shorter than its path alone allows, once there is one."""
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from trajopt.arrays import Floats, floats, several
 from trajopt.errors.arguments import check_arguments
 from trajopt.infeasibility import reasons
-from trajopt.methods import Method, Program, SupportsEarlyStop, SupportsImprovement, choose
+from trajopt.methods import Method, Program, SupportsEarlyStop, SupportsImprovement, SupportsNearSeeds, choose
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.budget import Budget, BudgetTracker, Stopped
 from trajopt.planning.result import Result
@@ -26,6 +26,7 @@ def plan_once(
     program: Program | None = None,
     workspace: Workspace | None = None,
     brief: bool = False,
+    near: bool = False,
 ) -> Result:
     """Plan from one seed: transcribe, solve, retime, verify.
 
@@ -38,6 +39,8 @@ def plan_once(
         program: The problem as the method transcribed it for an earlier seed; transcribed when None.
         workspace: What attempts at this problem share; a new one without bounds when None.
         brief: Whether a few steps are enough, where the method can stop early.
+        near: Whether the seed solved a problem much like this one, so that it need not be polished for long,
+            where the method tells those apart.
 
     Returns:
         The motion with its certificate, or why this seed led to none.
@@ -58,6 +61,8 @@ def plan_once(
     with work.tracker.optimising(program.counts) as step:
         if brief and isinstance(program, SupportsEarlyStop):
             solved = program.solve_briefly(seed, progress=step)
+        elif near and isinstance(program, SupportsNearSeeds):
+            solved = program.solve_near(seed, progress=step)
         else:
             solved = program.solve(seed, progress=step)
     work.tracker.count(attempts=1, qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)

@@ -85,7 +85,8 @@ def attempt(candidate: Candidate) -> Result:
     finally:
         work.tracker.count_work(counts)
     program = candidate.branch_of(seed).program
-    result = plan_once(work.problem, seed, program=program, workspace=work, brief=candidate.brief)
+    near = candidate.kind is SeedKind.GIVEN
+    result = plan_once(work.problem, seed, program=program, workspace=work, brief=candidate.brief, near=near)
     if work.tracker.budget.improve and not work.problem.starts_moving:
         plain = work.judged_as_it_is(seed)
         if plain is not None and plain.cost < result.cost:

@@ -9,10 +9,11 @@ from threading import Event
 import numpy as np
 
 from trajopt.arrays import function, one_of, unless_none
-from trajopt.errors import ProblemError
+from trajopt.errors import ProblemError, shown
 from trajopt.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.every_goal import EveryGoal
+from trajopt.planning.experience import Recalled, Remembers
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.moving.in_time import in_time
 from trajopt.planning.plan_arguments import PlanArguments
@@ -23,6 +24,8 @@ from trajopt.planning.status import Certainty, Status
 from trajopt.planning.workers import attempted_in_threads
 from trajopt.problem import Problem
 
+Run = Callable[[Search], Result]
+"""Runs a search to its end."""
 NO_BOUNDS = Budget()
 """The default budget: the seeds of the schedule, one after the other."""
 
@@ -34,6 +37,7 @@ def plan(
     improve: bool = False,
     every_goal: bool = False,
     seeds: Sequence[SeedLike] = (),
+    experience: Remembers | None = None,
     seconds: float | None = None,
     rng: np.random.Generator | None = None,
     budget: Budget = NO_BOUNDS,
@@ -55,13 +59,14 @@ def plan(
             optimised together as well ("free-duration"), which takes a few times as long to plan. The result
             says how long either motion takes.
         every_goal: Whether the goals of a set are all planned to, each by itself, and the results kept for
-            comparison: `result.of_each_goal`, and a table in the printed result. The plan is the shortest
-            of them in time. A budget's seconds and work are shared out among the goals.
+            comparison (`result.of_each_goal`). The plan is the shortest of them in time. A budget's seconds
+            and work are shared out among the goals.
         seeds: Paths to begin with, the best first, of motions that solved problems much like this one: each
             is moved so that it leads from the start to the goal, and attempted before all others.
+        experience: Remembers motions (`trajopt.experience.Experience`): the most similar is tried after
+            `seeds`, and what comes of it is learnt.
         seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
-        rng: Draws the starts of inverse kinematics and the bends of seeds; a fixed seed when None, so that
-            the answer is the same every time.
+        rng: Draws what is random; a fixed seed when None, so that the answer is the same every time.
         budget: How much work, time and how many cores it may use, and whether to go on improving.
         cancel: Set it from another thread to stop: the best motion so far is returned, if there is one.
         progress: Called at every stage and step of the solver.
@@ -72,9 +77,8 @@ def plan(
 
     Raises:
         SolverNotFound: If there is no method of that name.
-        ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, or nothing
-            improves what the method plans, or every goal is asked for and there is one, or seeds are given
-            for a problem with waypoints.
+        ProblemError: If a requirement does not fit this robot, an argument is of the wrong kind, nothing
+            improves what the method plans, every goal is asked for of one, or seeds with waypoints.
         ShapeError: If a seed is not of the group's joints (`JointNotFound` if it does not name one).
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
@@ -82,21 +86,52 @@ def plan(
     function("on_incumbent", on_incumbent)
     given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
-    paths = stated_seeds(problem, seeds)
-    arguments = PlanArguments.of(method, improve, every_goal, tracker.budget, given, paths)
+    stated = stated_seeds(problem, seeds)
+    recalled = _recalled(problem, experience, tracker)
+    paths = stated if recalled is None else (*stated, *recalled.seeds)
+    arguments = PlanArguments.of(method, improve, every_goal, tracker.budget, given, paths, recalled)
+    search = Search(problem, choice, given or np.random.default_rng(0), tracker, on_incumbent, given=paths)
     run = _attempted_in_time if problem.scene.changing else _attempted
     if one_of("every_goal", every_goal, bool):
-        each = EveryGoal(problem, choice, given, tracker, on_incumbent)
-        return replace(each.planned(lambda one: run(replace(one, given=paths))), arguments=arguments)
-    rng = given or np.random.default_rng(0)
-    result = run(Search(problem, choice, rng, tracker, on_incumbent, given=paths))
-    missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
-    decided = method is not None or improve or problem.starts_moving
-    if missed and result.stopped is None and not decided:
-        choice = choose(problem, None, improve=True)
-        shorter = run(Search(problem, choice, rng, tracker, on_incumbent, given=paths))
-        result = shorter if shorter.verified else result
+        result = _every_goal(search, given, run)
+    else:
+        result = _in_time(run(search), problem, search, run, decided=method is not None or improve)
+    if experience is not None and recalled is not None:
+        experience.learn(problem, result, recalled, len(stated))
     return replace(result, arguments=arguments)
+
+
+def _recalled(problem: Problem, experience: Remembers | None, tracker: BudgetTracker) -> Recalled | None:
+    """Return what is remembered for a problem; None where nothing was asked.
+
+    Raises:
+        ProblemError: If what was given remembers nothing.
+    """
+    if experience is None:
+        return None
+    if not isinstance(experience, Remembers):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise ProblemError(
+            "experience must be what remembers motions, a trajopt.experience.Experience, "
+            f"is {shown(experience)}"
+        )
+    with tracker.stage("seed"):
+        return experience.recall(problem)
+
+
+def _every_goal(search: Search, given: np.random.Generator | None, run: Run) -> Result:
+    """Plan to every goal of a set, each with a generator of its own."""
+    each = EveryGoal(search.problem, search.choice, given, search.tracker, search.on_incumbent)
+    return each.planned(lambda one: run(replace(one, given=search.given)))
+
+
+def _in_time(result: Result, problem: Problem, search: Search, run: Run, *, decided: bool) -> Result:
+    """Return a motion in time, where the first came too late and shape and time together can help."""
+    missed = result.status is Status.TOO_LATE and result.certainty is Certainty.EVIDENCE
+    if not missed or result.stopped is not None or decided or problem.starts_moving:
+        return result
+    choice, told = choose(problem, None, improve=True), search.on_incumbent
+    shorter = run(Search(problem, choice, search.rng, search.tracker, told, given=search.given))
+    return shorter if shorter.verified else result
 
 
 def _attempted_in_time(search: Search) -> Result:

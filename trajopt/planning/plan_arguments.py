@@ -10,6 +10,7 @@ from trajopt.arrays import Floats, Value
 from trajopt.errors import ProblemError, shown
 from trajopt.methods import Method
 from trajopt.planning.budget import Budget
+from trajopt.planning.experience import Recalled
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +23,9 @@ class PlanArguments(Value):
         every_goal: Whether all goals of a set were planned to.
         budget: What planning was allowed to use.
         random: The state of the generator that was given, before planning; None where none was.
-        seeds: Knots of the paths that were given, shape (k, n) each [rad | m].
+        seeds: Knots of the paths that were given or remembered, shape (k, n) each [rad | m].
+        recalled: What was remembered, and by which version of the memory; None where nothing was asked. Its
+            paths are the last of `seeds`, so that planning again needs no memory.
     """
 
     method: Method | str | None = None
@@ -31,6 +34,7 @@ class PlanArguments(Value):
     budget: Budget = field(default_factory=Budget)
     random: Mapping[str, Any] | None = None
     seeds: tuple[Floats, ...] = ()
+    recalled: Recalled | None = None
 
     @staticmethod
     def of(
@@ -40,10 +44,11 @@ class PlanArguments(Value):
         budget: Budget,
         rng: np.random.Generator | None,
         seeds: tuple[Floats, ...],
+        recalled: Recalled | None = None,
     ) -> "PlanArguments":
         """Keep the arguments of a call that has not yet drawn from its generator."""
         state = None if rng is None else rng.bit_generator.state
-        return PlanArguments(method, improve, every_goal, budget, state, seeds)
+        return PlanArguments(method, improve, every_goal, budget, state, seeds, recalled)
 
     @property
     def generator(self) -> np.random.Generator | None:

@@ -248,6 +248,7 @@ class Result:
     def as_dict(self) -> dict[str, object]:
         """Return plain data that JSON can hold; the points are those of the motion, if any."""
         trajectory = self.trajectory
+        recalled = None if self.arguments is None else self.arguments.recalled
         motion: dict[str, object] = {"joint_names": list(self.problem.reduced.joint_names), "points": []}
         if trajectory is not None:
             motion = trajectory.as_dict()
@@ -274,6 +275,7 @@ class Result:
             "duration": None if trajectory is None else trajectory.duration,
             "along_path": self.along_path,
             "method": {"name": self.method, "because": self.because},
+            "experience": None if recalled is None else recalled.as_dict(),
             "goals": [goal.as_dict() for goal in self.compared],
         }
 

@@ -2,6 +2,7 @@
 
 from trajopt.solvers.chomp import Chomp as Chomp
 from trajopt.solvers.solver import HasBriefForm as HasBriefForm
+from trajopt.solvers.solver import HasNearForm as HasNearForm
 from trajopt.solvers.solver import Iteration as Iteration
 from trajopt.solvers.solver import Solver as Solver
 from trajopt.solvers.solver import SolveResult as SolveResult

@@ -157,6 +157,15 @@ class Solver(Protocol):
 
 
 @runtime_checkable
+class HasNearForm(Protocol):
+    """A solver with a form for seeds that solved a problem much like the one at hand."""
+
+    def near(self) -> Solver:
+        """Return the solver for seeds that are nearly solutions."""
+        ...
+
+
+@runtime_checkable
 class HasBriefForm(Protocol):
     """A solver with a form that takes few steps."""
 

@@ -21,6 +21,9 @@ from trajopt.solvers.trust_region import TrustRegion
 
 WIDENED = 0.1
 """After a round, or on finer samples, the trust region is at least this wide."""
+NEAR_GAIN = 0.03
+"""The relative gain below which a seed that is nearly a solution is left as it is. Costs are squares of what
+is travelled: so much of them is half as much, one or two hundredths, of the way."""
 FINAL = {SolverStatus.MAX_ITERATIONS, SolverStatus.QP_FAILED, SolverStatus.NON_FINITE}
 """After these no other penalty weight is tried."""
 
@@ -42,6 +45,8 @@ class Sqp:
         until_feasible: Whether any point that holds all constraints will do, whatever it costs.
         refines: Whether a point that holds all constraints on few samples has to hold them on many as well;
             if not, what is between the few is for the caller to look at.
+        fine_first: Whether the first samples are those that are needed in the end: from a seed that is nearly
+            a solution, working on coarse ones before only costs time.
         trust_region: First trust region, and its rule.
     """
 
@@ -54,6 +59,7 @@ class Sqp:
     absolute_gain: float = 1e-5
     until_feasible: bool = False
     refines: bool = True
+    fine_first: bool = False
     trust_region: TrustRegion = field(default_factory=TrustRegion)
 
     def __post_init__(self) -> None:
@@ -70,6 +76,10 @@ class Sqp:
     def brief(self) -> "Sqp":
         """Return the solver with a quarter of the steps: by then promising seeds stand out."""
         return replace(self, max_iterations=ceil(self.max_iterations / 4))
+
+    def near(self) -> "Sqp":
+        """Return the solver for seeds that are nearly solutions: they are not polished for long."""
+        return replace(self, fine_first=True, relative_gain=max(self.relative_gain, NEAR_GAIN))
 
     def solve(self, nlp: Nlp, x0: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Minimise from a seed.
@@ -89,7 +99,8 @@ class Sqp:
         """
         check_arguments(Sqp.solve, locals())
         x = np.clip(x0, nlp.lower, nlp.upper)
-        run = self._begun(nlp, x, nlp.sampling(x, fine=False), progress)
+        run = self._begun(nlp, x, nlp.sampling(x, fine=self.fine_first), progress)
+        run.fine = self.fine_first and not self.until_feasible
         rounds = 0
         while True:
             status = run.descend()

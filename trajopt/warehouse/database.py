@@ -38,9 +38,12 @@ CREATE TABLE tags (
   entry INTEGER NOT NULL REFERENCES entries ON DELETE CASCADE, tag TEXT NOT NULL, PRIMARY KEY (entry, tag));
 CREATE TABLE numbers (
   kind TEXT NOT NULL, name TEXT NOT NULL, last INTEGER NOT NULL, PRIMARY KEY (kind, name));
+CREATE TABLE memories (
+  number INTEGER PRIMARY KEY AUTOINCREMENT, key TEXT NOT NULL, arrays TEXT NOT NULL, wins INTEGER NOT NULL,
+  failures INTEGER NOT NULL, used INTEGER NOT NULL);
 """
 """Names and what is said of entries; members by the digest of their content, so that equal ones are kept
-once; the last number that was given to a version."""
+once; the last number that was given to a version; what experience remembers."""
 Tables = dict[str, tuple[str, str]]
 
 

@@ -12,6 +12,7 @@ from trajopt.bundle.archive import Archive, write_archive
 from trajopt.bundle.reading import bundle_of
 from trajopt.errors import ModelError, shown
 from trajopt.errors.arguments import checked
+from trajopt.experience import Experience
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.problem import Problem
@@ -21,6 +22,7 @@ from trajopt.warehouse.described import Keepable, described
 from trajopt.warehouse.finding import Conditions, the_one
 from trajopt.warehouse.keeping import BUNDLED, checked_tags, keep, kept_in, members_of
 from trajopt.warehouse.kept import Constraints, Entry, Kind, State
+from trajopt.warehouse.memories import StoredMemories
 
 
 class Warehouse:
@@ -322,6 +324,19 @@ class Warehouse:
                 )
             )  # fmt: skip
         return tuple(copied)
+
+    @checked
+    def experience(self, *, most: int = 1000, learning: bool = True) -> Experience:
+        """Return the experience that this file keeps: `plan(problem, experience=kept.experience())`.
+
+        Args:
+            most: Memories at most; then what has not won for longest is forgotten.
+            learning: Whether it changes; without, equal calls have equal answers.
+
+        Raises:
+            ProblemError: If nothing could be remembered.
+        """
+        return Experience(StoredMemories(self._database), most, learning)
 
     def _members(self, entry: Entry) -> StoredMembers:
         with self._database.reading() as connection:

@@ -11,5 +11,5 @@ class SeedKind(Enum):
     FREE_END = "the straight line, with the goal configuration free to change"
     AROUND = "the line bent around what blocked an earlier attempt"
     BUMP = "the line bent to a random side"
-    GIVEN = "a path that was given"
+    GIVEN = "a path that was given or remembered"
     SAMPLED = "the path of a sampling planner, shortened"
