@@ -43,6 +43,7 @@ from trajopt.terms.symbolic import SymbolicKinematics
 
 WORKSPACES = {
     "AsyncClient", "AsyncSession", "BudgetTracker", "Cancellation", "Client", "CommittedMotion", "Counts",
+    "Experience",
     "DepthCamera", "Gamepad", "GoalSearch", "IdealExecutor", "Judge", "KnotsNlp", "LiveView", "Logbook",
     "MirrorView", "MoveGroupCommander", "Publisher",
     "PlanningSceneInterface", "Played", "Printed", "Query", "Recorder", "RobotCommander", "RunViewer",

@@ -223,8 +223,11 @@ def test_a_damaged_memory_is_named(tmp_path: Path) -> None:
 
 
 def test_threads_share_one(learnt: Experience) -> None:
+    def planned(turn: int) -> Result:
+        return to.plan(problem(start=0.01 * turn), experience=learnt)
+
     with ThreadPoolExecutor(4) as pool:
-        results = list(pool.map(lambda k: to.plan(problem(start=0.01 * k), experience=learnt), range(8)))
+        results = list(pool.map(planned, range(8)))
     assert all(result.verified for result in results)
     assert learnt.storage.all()[1].wins == 8
 

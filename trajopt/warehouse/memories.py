@@ -43,8 +43,11 @@ class StoredMemories:
         for number, key, arrays, wins, failures, used in rows:
             try:
                 parts = _arrays(json.loads(arrays))
-                counts = {"wins": int(wins), "failures": int(failures), "used": int(used)}
-                found[int(number)] = Memory(number=int(number), key=str(key), **parts, **counts)
+                found[int(number)] = Memory(
+                    number=int(number), key=str(key), start=parts["start"], goal=parts["goal"],
+                    scene=parts["scene"], knots=parts["knots"], wins=int(wins), failures=int(failures),
+                    used=int(used),
+                )  # fmt: skip
             except (TypeError, ValueError, KeyError, TrajoptError) as error:
                 raise self._database.error(f"memory {number} is damaged: {error}") from error
         return found
