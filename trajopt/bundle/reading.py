@@ -29,8 +29,8 @@ from trajopt.io.files import refuse_deep_nesting
 from trajopt.model.trajectory import Path as PlannedPath
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.budget import Budget
-from trajopt.planning.experience import Recalled
 from trajopt.planning.plan_arguments import PlanArguments
+from trajopt.planning.recalled import Recalled
 from trajopt.problem import Problem
 
 Kind = TypeVar("Kind")

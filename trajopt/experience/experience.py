@@ -12,7 +12,7 @@ from trajopt.errors.arguments import checked
 from trajopt.experience.likeness import Likeness, likeness, scenes_apart
 from trajopt.experience.memory import Memory
 from trajopt.experience.storage import InProcess, Storage
-from trajopt.planning.experience import Recalled
+from trajopt.planning.recalled import Recalled
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import SeedKind
 from trajopt.problem import Problem

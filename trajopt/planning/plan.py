@@ -13,10 +13,11 @@ from trajopt.errors import ProblemError, shown
 from trajopt.methods import Choice, Method, choose
 from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stop, Stopped
 from trajopt.planning.every_goal import EveryGoal
-from trajopt.planning.experience import Recalled, Remembers
+from trajopt.planning.experience import Remembers
 from trajopt.planning.goal_search import attempt
 from trajopt.planning.moving.in_time import in_time
 from trajopt.planning.plan_arguments import PlanArguments
+from trajopt.planning.recalled import Recalled
 from trajopt.planning.result import Result
 from trajopt.planning.search import Search
 from trajopt.planning.seeds import SeedLike, stated_seeds

@@ -10,7 +10,7 @@ from trajopt.arrays import Floats, Value
 from trajopt.errors import ProblemError, shown
 from trajopt.methods import Method
 from trajopt.planning.budget import Budget
-from trajopt.planning.experience import Recalled
+from trajopt.planning.recalled import Recalled
 
 
 @dataclass(frozen=True, eq=False)
