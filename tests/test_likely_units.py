@@ -114,7 +114,7 @@ def test_a_clearance_of_metres_is_warned_of(planar_arm: to.Robot, kind: str) -> 
     assert said[0].filename == __file__, "the line of the caller"
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        to.Scene(planar_arm).with_clearance(**{kind: 0.3})
+        to.Scene(planar_arm).with_clearance(**{kind: 1.5})
 
 
 @pytest.mark.parametrize(

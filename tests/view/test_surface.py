@@ -18,6 +18,8 @@ VOLUMES: list[tuple[Shape, float, float]] = [
     (Cone(0.1, 0.5), np.pi * 0.01 * 0.5 / 3 * FLATTENED, 1e-12),
     (Sphere(0.1), np.pi * 4 / 3 * 1e-3, 0.02),
     (Capsule(0.1, 0.5), np.pi * (4 / 3 * 1e-3 + 0.005), 0.02),
+    (to.Points([(0, 0, 0), (1, 0, 0)], radius=0.1), 2 * 4 / 3 * 1e-3, 1e-12),  # octahedra: there may be many
+    (to.Voxels([(0, 0, 0), (2, 0, 0)], size=0.1), 2e-3, 1e-12),
 ]
 
 

@@ -11,7 +11,7 @@ from trajopt.client import Client, ServerError
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.execution import Execution
 from trajopt.commander.settings import Settings
-from trajopt.errors import ModelError, TrajoptError
+from trajopt.errors import ModelError, TrajoptError, shown
 from trajopt.execution import Executor
 from trajopt.execution.soonest_stop import StopTaken
 from trajopt.io.document import Node
@@ -106,12 +106,11 @@ class Served:
         """Tell the server what is around the robot from now on.
 
         Raises:
-            ModelError: If links of the robot have another size.
+            ModelError: If it is of another robot, or of the server's with links of another size.
         """
         if scene.robot is not self.robot:
-            raise ModelError(
-                "links of a server's robot keep their size; scale them in a world of this process"
-            )
+            name = shown(self.robot.name)
+            raise ModelError(f"the scene is of another robot than the server's {name}, which keeps its size")
         self._session.ask("hold", {"scene": message_of(scene, {"robot": self.robot})})
         self.scene = scene
 

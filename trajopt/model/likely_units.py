@@ -22,9 +22,9 @@ of the room. Less of it is seldom meant, and far too many metres or radians are 
 FARTHEST_OBJECT = 50.0
 """As far away as shapes may be large: objects beyond were likely placed in millimetres [m]."""
 
-FAR_APART = 1.0
-"""Distances to keep from this on were likely meant in millimetres, of which nobody gives less than one: no
-arm works a metre from its own table [m]."""
+FAR_APART = 4.0
+"""Distances to keep from this on were likely meant in millimetres: no arm reaches so far, so it would have no
+room [m]."""
 
 
 def stated_angle(

@@ -264,7 +264,7 @@ class Scene(SceneMotions):
             ModelError: If nothing is given, only one name, names without a value, or names with kinds.
 
         Warns:
-            UnitWarning: If it is a metre or more.
+            UnitWarning: If it is farther than any arm reaches.
         """
         pair, kinds = self._asked("with_clearance", value, a, b, (world, carried, robot))
         kept = self.clearances if value is None else self.clearances.having(value, pair)
@@ -296,7 +296,7 @@ class Scene(SceneMotions):
             ModelError: If nothing is given, only one name, names without a margin, or names with kinds.
 
         Warns:
-            UnitWarning: If it is a metre or more.
+            UnitWarning: If it is farther than any arm reaches.
         """
         pair, kinds = self._asked("with_margin", margin, a, b, (world, carried, robot))
         if pair is not None and margin is not None:
