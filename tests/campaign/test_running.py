@@ -3,8 +3,10 @@
 import errno
 import json
 import os
+import time
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
@@ -160,10 +162,13 @@ def test_what_goes_wrong_is_a_row_with_its_reason(faulty: Path, tmp_path: Path) 
     assert said == []  # what crashed is not tried for ever
 
 
+@pytest.mark.parametrize("late", [0.0, 0.5])
 def test_workers_that_cannot_start_are_an_error(
-    small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, late: float
 ) -> None:
     begun = CampaignFolder.begin(small, tmp_path)
+    send = Connection.send
+    monkeypatch.setattr(Connection, "send", lambda *told: (time.sleep(late), send(*told)))
     monkeypatch.setattr("trajopt.campaign.supervisor.sys.executable", "/bin/false")
     with pytest.raises(CampaignError, match="ended before it was ready"):
         resume_campaign(begun.path, Local(1))

@@ -118,15 +118,18 @@ class Supervisor:
             )
         self._pipe: Connection[object, object] = Connection(mine.detach())
         self._ready, self._until = False, time.monotonic() + START
-        self._pipe.send(self._setup)
+        self._say(self._setup)
 
     def _hand_over(self) -> None:
+        if self._waiting:
+            self._say(list(self._waiting))
+        self._begin()
+
+    def _say(self, what: object) -> None:
         try:
-            if self._waiting:
-                self._pipe.send(list(self._waiting))
+            self._pipe.send(what)
         except OSError:
             pass  # it has ended, which the next reading tells
-        self._begin()
 
     def _begin(self) -> None:
         self._begun = time.monotonic()
