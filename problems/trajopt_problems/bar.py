@@ -1,11 +1,13 @@
 """The hand grasps a bar wherever along it that is easiest."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, pointing, ur5, xarm7
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 LENGTH = 0.5
 """Of the part of the bar that may be grasped [m]."""
@@ -22,7 +24,7 @@ def bar_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def bar_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
@@ -35,7 +37,7 @@ def bar_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(xarm7(), rng)
+    return drawn(partial(_problem, xarm7()), rng)
 
 
 def bar_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -48,11 +50,7 @@ def bar_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -1,11 +1,13 @@
 """A narrow passage between two plates."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, pointing, ur5, with_rod, xarm7
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 
 def between_plates_panda(rng: np.random.Generator | None = None) -> to.Problem:
@@ -19,7 +21,7 @@ def between_plates_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def between_plates_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
@@ -32,7 +34,7 @@ def between_plates_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(xarm7(), rng)
+    return drawn(partial(_problem, xarm7()), rng)
 
 
 def between_plates_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -45,11 +47,7 @@ def between_plates_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

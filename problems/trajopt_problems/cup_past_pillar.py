@@ -1,10 +1,12 @@
 """A Panda carries an upright cup past a pillar that stands on a table."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 START = {
     "panda_joint1": -0.6,
@@ -33,7 +35,7 @@ def problem(tilt: float = np.radians(5.0), rng: np.random.Generator | None = Non
 
     Expected outcome: solved from the straight line.
     """
-    return _problem(tilt, None) if rng is None else until_feasible(lambda: _problem(tilt, rng), rng)
+    return drawn(partial(_problem, tilt), rng)
 
 
 def _problem(tilt: float, rng: np.random.Generator | None) -> to.Problem:

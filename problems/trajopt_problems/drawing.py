@@ -10,19 +10,24 @@ DRAWS = 200
 """Instances that are drawn before giving up."""
 
 
-def until_feasible(make: Callable[[], to.Problem], rng: np.random.Generator) -> to.Problem:
-    """Draw instances until the start is clear and a configuration clear of everything holds the goal.
+def drawn(
+    make: Callable[[np.random.Generator | None], to.Problem], rng: np.random.Generator | None
+) -> to.Problem:
+    """Return the fixed instance, or draw until the start is clear and a clear configuration holds the goal.
 
     Args:
-        make: Draws an instance; raises `TrajoptError` where the arm cannot even begin.
-        rng: Draws the starts of the search for goal configurations.
+        make: Makes the fixed instance of None, and draws one with a generator; raises `TrajoptError` where
+            the arm cannot even begin.
+        rng: Draws instances, and the starts of the search for goal configurations; None for the fixed one.
 
     Raises:
-        TrajoptError: If no instance is feasible.
+        TrajoptError: If no instance that is drawn is feasible.
     """
+    if rng is None:
+        return make(None)
     for _ in range(DRAWS):
         try:
-            problem = make()
+            problem = make(rng)
         except to.TrajoptError:
             continue
         reduced = problem.reduced

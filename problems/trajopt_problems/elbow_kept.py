@@ -5,7 +5,7 @@ import numpy as np
 import trajopt as to
 
 from .arms import panda, pointing
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 PLAY = 0.15
 """How far the joint may turn to either side [rad]."""
@@ -22,7 +22,7 @@ def elbow_kept(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _problem(None) if rng is None else until_feasible(lambda: _problem(rng), rng)
+    return drawn(_problem, rng)
 
 
 def _problem(rng: np.random.Generator | None) -> to.Problem:

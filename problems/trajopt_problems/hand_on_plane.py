@@ -1,11 +1,13 @@
 """The hand keeps its height above a plane, as in wiping: at no particular speed, along no particular line."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, ur5
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 HEIGHT = 0.05
 """Of the tool above the table [m]."""
@@ -22,7 +24,7 @@ def hand_on_plane_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def hand_on_plane_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -35,11 +37,7 @@ def hand_on_plane_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -1,11 +1,13 @@
 """A load near what the joints can hold, carried with the arm stretched out."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, ur5
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 
 def heavy_payload_panda(rng: np.random.Generator | None = None) -> to.Problem:
@@ -19,7 +21,7 @@ def heavy_payload_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), 5.5, rng)
+    return drawn(partial(_problem, panda(), 5.5), rng)
 
 
 def heavy_payload_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -32,13 +34,7 @@ def heavy_payload_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), 10.0, rng)
-
-
-def _draw(arm: Arm, load: float, rng: np.random.Generator | None) -> to.Problem:
-    if rng is None:
-        return _problem(arm, load, None)
-    return until_feasible(lambda: _problem(arm, load, rng), rng)
+    return drawn(partial(_problem, ur5(), 10.0), rng)
 
 
 def _problem(arm: Arm, load: float, rng: np.random.Generator | None) -> to.Problem:

@@ -1,11 +1,13 @@
 """A camera at the hand keeps a part in view while the hand moves around it."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, pointing, ur5
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 DISTANCE = 0.3
 """Of the part from the camera [m]."""
@@ -22,7 +24,7 @@ def keep_in_view_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def keep_in_view_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -35,11 +37,7 @@ def keep_in_view_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -1,11 +1,13 @@
 """An arm carries a tray that stays level but is free to spin."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, pointing, ur5, xarm7
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 
 def level_tray_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
@@ -19,7 +21,7 @@ def level_tray_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(xarm7(), rng)
+    return drawn(partial(_problem, xarm7()), rng)
 
 
 def level_tray_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -32,11 +34,7 @@ def level_tray_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

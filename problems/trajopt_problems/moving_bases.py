@@ -1,7 +1,7 @@
 """Robots on wheels drive up to a table and reach for what stands on it, base and arm planned together."""
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +9,7 @@ from trajopt_robots._example_robot_data import share_folder
 
 import trajopt as to
 
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 _TIAGO_SRDF = Path(__file__).parent / "tiago.srdf"
 HALL = ((-1.0, -3.0), (5.0, 3.0))
@@ -29,7 +29,7 @@ def past_column_pr2(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(_pr2(), "right_arm", "r_gripper_tool_frame", PR2_READY, rng)
+    return drawn(partial(_problem, _pr2(), "right_arm", "r_gripper_tool_frame", PR2_READY), rng)
 
 
 def past_column_tiago(rng: np.random.Generator | None = None) -> to.Problem:
@@ -43,7 +43,7 @@ def past_column_tiago(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(_tiago(), "whole_body", "arm_tool_link", TIAGO_READY, rng)
+    return drawn(partial(_problem, _tiago(), "whole_body", "arm_tool_link", TIAGO_READY), rng)
 
 
 PR2_READY: Mapping[str, float] = {
@@ -95,15 +95,6 @@ def _tiago() -> to.Robot:
             *HALL, velocity=(0.8, 1.2), acceleration=(0.8, 1.5), drive=to.bases.Drive.DIFFERENTIAL
         ),
     )
-
-
-def _draw(
-    robot: to.Robot, group: str, tip: str, ready: Mapping[str, float], rng: np.random.Generator | None
-) -> to.Problem:
-    def make() -> to.Problem:
-        return _problem(robot, group, tip, ready, rng)
-
-    return make() if rng is None else until_feasible(make, rng)
 
 
 def _problem(

@@ -1,11 +1,13 @@
 """An arm reaches past a pillar."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, pointing, ur5, xarm7
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 DOWN = (0.0, 0.0, -1.0)
 
@@ -21,7 +23,7 @@ def past_pillar_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def past_pillar_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -34,7 +36,7 @@ def past_pillar_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def past_pillar_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
@@ -47,11 +49,7 @@ def past_pillar_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(xarm7(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, xarm7()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -5,7 +5,7 @@ import numpy as np
 import trajopt as to
 
 from .arms import panda
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 ROLL = np.radians(4.0)
 """Largest roll and yaw of the jug [rad]."""
@@ -23,7 +23,7 @@ def pitch_only(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _problem(None) if rng is None else until_feasible(lambda: _problem(rng), rng)
+    return drawn(_problem, rng)
 
 
 def _problem(rng: np.random.Generator | None) -> to.Problem:

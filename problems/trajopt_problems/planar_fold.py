@@ -4,7 +4,7 @@ import numpy as np
 
 import trajopt as to
 
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 
 def planar_fold(rng: np.random.Generator | None = None) -> to.Problem:
@@ -17,7 +17,7 @@ def planar_fold(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _problem(None) if rng is None else until_feasible(lambda: _problem(rng), rng)
+    return drawn(_problem, rng)
 
 
 def _problem(rng: np.random.Generator | None) -> to.Problem:

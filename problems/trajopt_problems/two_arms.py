@@ -5,7 +5,7 @@ import numpy as np
 import trajopt as to
 
 from .arms import two_pandas
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 LEFT, RIGHT = "left_panda_hand_tcp", "right_panda_hand_tcp"
 SPAN = 0.4
@@ -26,7 +26,7 @@ def two_arms_tray(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _tray(None) if rng is None else until_feasible(lambda: _tray(rng), rng)
+    return drawn(_tray, rng)
 
 
 def two_arms_meet(rng: np.random.Generator | None = None) -> to.Problem:
@@ -40,7 +40,7 @@ def two_arms_meet(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _meet(None) if rng is None else until_feasible(lambda: _meet(rng), rng)
+    return drawn(_meet, rng)
 
 
 def _tray(rng: np.random.Generator | None) -> to.Problem:

@@ -1,11 +1,13 @@
 """An arm reaches under a table."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, pointing, ur5, xarm7
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 from .furniture import table
 
 
@@ -20,7 +22,7 @@ def under_table_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def under_table_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -33,7 +35,7 @@ def under_table_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def under_table_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
@@ -46,11 +48,7 @@ def under_table_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(xarm7(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, xarm7()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -1,11 +1,13 @@
 """An arm reaches for a thing on a shelf that it knows from the depths that two cameras measured, no more."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, pointing, ur5
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 from .furniture import WALL, Parts, shelf
 
 SPACING = 0.34
@@ -32,7 +34,7 @@ def unknown_shelf_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def unknown_shelf_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -45,11 +47,7 @@ def unknown_shelf_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -1,11 +1,13 @@
 """A torch follows a seam: through its points in order, tilted within a cone, free to spin about itself."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, ur5
-from .drawing import until_feasible
+from .drawing import drawn
 from .stroke import stroke
 
 POINTS = 16
@@ -27,7 +29,7 @@ def weld_seam_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def weld_seam_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -40,11 +42,7 @@ def weld_seam_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

@@ -5,7 +5,7 @@ import numpy as np
 import trajopt as to
 
 from .arms import panda, pointing
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 REQUIRED = 0.115
 """Clearance that is required between the person and the wrist with its hand [m]."""
@@ -24,7 +24,7 @@ def wide_berth(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _problem(None) if rng is None else until_feasible(lambda: _problem(rng), rng)
+    return drawn(_problem, rng)
 
 
 def _problem(rng: np.random.Generator | None) -> to.Problem:

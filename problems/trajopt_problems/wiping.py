@@ -1,11 +1,13 @@
 """A plane is wiped in strokes at constant speed, the tool on the plane and upright."""
 
+from functools import partial
+
 import numpy as np
 
 import trajopt as to
 
 from .arms import Arm, panda, ur5
-from .drawing import until_feasible
+from .drawing import drawn
 from .stroke import stroke
 
 POINTS = 6
@@ -29,7 +31,7 @@ def wiping_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), rng)
+    return drawn(partial(_problem, panda()), rng)
 
 
 def wiping_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -42,11 +44,7 @@ def wiping_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), rng)
-
-
-def _draw(arm: Arm, rng: np.random.Generator | None) -> to.Problem:
-    return _problem(arm, None) if rng is None else until_feasible(lambda: _problem(arm, rng), rng)
+    return drawn(partial(_problem, ur5()), rng)
 
 
 def _problem(arm: Arm, rng: np.random.Generator | None) -> to.Problem:

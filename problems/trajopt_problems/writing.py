@@ -1,6 +1,7 @@
 """Figures written with the tool down: circle, figure-eight and a letter, through their points in order."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 import trajopt as to
 
 from .arms import Arm, panda, ur5, xarm7
-from .drawing import near, until_feasible
+from .drawing import drawn, near
 
 Figure = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Shares of the way, shape (s,), to points of a figure of size one, shape (s, 2)."""
@@ -34,7 +35,7 @@ def circle_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), _circle, rng)
+    return drawn(partial(_problem, panda(), _circle), rng)
 
 
 def circle_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -47,7 +48,7 @@ def circle_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), _circle, rng)
+    return drawn(partial(_problem, ur5(), _circle), rng)
 
 
 def figure_eight_panda(rng: np.random.Generator | None = None) -> to.Problem:
@@ -60,7 +61,7 @@ def figure_eight_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), _eight, rng)
+    return drawn(partial(_problem, panda(), _eight), rng)
 
 
 def figure_eight_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
@@ -73,7 +74,7 @@ def figure_eight_xarm7(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(xarm7(), _eight, rng)
+    return drawn(partial(_problem, xarm7(), _eight), rng)
 
 
 def letter_panda(rng: np.random.Generator | None = None) -> to.Problem:
@@ -86,7 +87,7 @@ def letter_panda(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(panda(), _letter, rng)
+    return drawn(partial(_problem, panda(), _letter), rng)
 
 
 def letter_ur5(rng: np.random.Generator | None = None) -> to.Problem:
@@ -99,7 +100,7 @@ def letter_ur5(rng: np.random.Generator | None = None) -> to.Problem:
 
     Expected outcome: solved.
     """
-    return _draw(ur5(), _letter, rng)
+    return drawn(partial(_problem, ur5(), _letter), rng)
 
 
 def _circle(share: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -116,12 +117,6 @@ def _letter(share: NDArray[np.float64]) -> NDArray[np.float64]:
     corners = np.array(((-0.5, -0.5), (-0.5, 0.5), (0.0, 0.0), (0.5, 0.5), (0.5, -0.5)))
     at = np.linspace(0.0, 1.0, len(corners))
     return np.stack([np.interp(share, at, corners[:, axis]) for axis in (0, 1)], axis=1)
-
-
-def _draw(arm: Arm, figure: Figure, rng: np.random.Generator | None) -> to.Problem:
-    if rng is None:
-        return _problem(arm, figure, None)
-    return until_feasible(lambda: _problem(arm, figure, rng), rng)
 
 
 def _problem(arm: Arm, figure: Figure, rng: np.random.Generator | None) -> to.Problem:
