@@ -1,10 +1,26 @@
-"""What the tests of campaigns share."""
+"""What the tests of campaigns share: messages of MoveIt, and problems that do harm."""
 
 from typing import Any
 
 from trajopt.campaign import CampaignFolder
 from trajopt.campaign.columns import TIMES
 
+SCENE = """
+world:
+  collision_objects:
+  - id: ball
+    header: {frame_id: world}
+    primitives: [{type: 2, dimensions: [0.1]}]
+    primitive_poses: [{position: [0.65, 0.65, 0.1], orientation: [0, 0, 0, 1]}]
+"""
+REQUEST = """
+group_name: arm
+start_state: {joint_state: {name: [joint1, joint2], position: [0.0, 0.4]}}
+goal_constraints:
+- joint_constraints:
+  - {joint_name: joint1, position: 1.4}
+  - {joint_name: joint2, position: 0.4}
+"""
 PROBLEMS = ("good", "ends", "ends_once", "hangs", "raises", "malformed", "ends_planning")
 FAULTY = """
 import os, sys, time

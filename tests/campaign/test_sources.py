@@ -9,6 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import trajopt as to
+from tests.campaign.rooms import REQUEST, SCENE
 from trajopt.benchmark.folders import find_instances
 from trajopt.campaign import (
     Campaign,
@@ -26,23 +27,6 @@ from trajopt.campaign.recipes import Workshop, read
 from trajopt.errors import CampaignError, FileFormatError, ModelError, ProblemError, ProblemNotFound
 from trajopt.kinematics import validity
 from trajopt.model.description.pinocchio_model import root_placement
-
-SCENE = """
-world:
-  collision_objects:
-  - id: ball
-    header: {frame_id: world}
-    primitives: [{type: 2, dimensions: [0.1]}]
-    primitive_poses: [{position: [0.65, 0.65, 0.1], orientation: [0, 0, 0, 1]}]
-"""
-REQUEST = """
-group_name: arm
-start_state: {joint_state: {name: [joint1, joint2], position: [0.0, 0.4]}}
-goal_constraints:
-- joint_constraints:
-  - {joint_name: joint1, position: 1.4}
-  - {joint_name: joint2, position: 0.4}
-"""
 
 
 def made(source: Source, folder: Path) -> Sequence[to.Problem]:

@@ -7,25 +7,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from tests.campaign.rooms import REQUEST, SCENE
 from tests.cli.process import trajopt
 
 pytestmark = pytest.mark.timeout(280)
-SCENE = """
-world:
-  collision_objects:
-  - id: ball
-    header: {frame_id: world}
-    primitives: [{type: 2, dimensions: [0.1]}]
-    primitive_poses: [{position: [0.65, 0.65, 0.1], orientation: [0, 0, 0, 1]}]
-"""
-REQUEST = """
-group_name: arm
-start_state: {joint_state: {name: [joint1, joint2], position: [0.0, 0.4]}}
-goal_constraints:
-- joint_constraints:
-  - {joint_name: joint1, position: 0.6}
-  - {joint_name: joint2, position: 0.4}
-"""
 
 
 @pytest.fixture

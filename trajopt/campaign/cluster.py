@@ -17,12 +17,12 @@ from typing import Any
 
 from trajopt.campaign.campaign import Task
 from trajopt.campaign.documents import sent_from
-from trajopt.campaign.engine import Block, Lost, Planned, Pool
+from trajopt.campaign.engine import Block, Lost, Planned, Pool, check_workers
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.campaign.local import cores, planned, setup_of
 from trajopt.campaign.setup import Setup
 from trajopt.campaign.supervisor import Supervisor
-from trajopt.errors import CampaignError, MissingExtra, ProblemError, shown
+from trajopt.errors import CampaignError, MissingExtra
 from trajopt.errors.arguments import checked
 
 LOOK = 2.0
@@ -53,8 +53,7 @@ class Ray:
         Raises:
             ProblemError: If it is negative.
         """
-        if self.workers < 0:
-            raise ProblemError(f"workers must not be negative, is {shown(self.workers)}")
+        check_workers(self.workers)
 
     @contextmanager
     def pool(self, folder: CampaignFolder) -> Generator[Pool]:

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from trajopt.campaign.campaign import Task
 from trajopt.campaign.kept import CampaignFolder
+from trajopt.errors import ProblemError, shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,3 +89,13 @@ class Engine(Protocol):
     def pool(self, folder: CampaignFolder) -> AbstractContextManager[Pool]:
         """Return the workers of a campaign, which end with the context."""
         ...
+
+
+def check_workers(workers: int) -> None:
+    """Refuse a number of workers that is negative; 0 leaves it to the engine.
+
+    Raises:
+        ProblemError: If it is negative.
+    """
+    if workers < 0:
+        raise ProblemError(f"workers must not be negative, is {shown(workers)}")

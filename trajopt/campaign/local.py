@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from multiprocessing.connection import wait
 
 from trajopt.campaign.columns import Row, encoded
-from trajopt.campaign.engine import Block, Lost, Planned, Pool
+from trajopt.campaign.engine import Block, Lost, Planned, Pool, check_workers
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.campaign.setup import Setup
 from trajopt.campaign.supervisor import Supervisor
-from trajopt.errors import ProblemError, shown
 from trajopt.errors.arguments import checked
 
 
@@ -33,8 +32,7 @@ class Local:
         Raises:
             ProblemError: If it is negative.
         """
-        if self.workers < 0:
-            raise ProblemError(f"workers must not be negative, is {shown(self.workers)}")
+        check_workers(self.workers)
 
     @contextmanager
     def pool(self, folder: CampaignFolder) -> Generator[Pool]:
