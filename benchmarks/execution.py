@@ -71,6 +71,11 @@ class Tally:
             f"{np.median([each.duration for each in self.runs]):.2f}",
         ]
 
+    def a_cycle(self, stage: str) -> float:
+        """CPU time of a stage, spread over all cycles [s]."""
+        spent = sum(sum(each.seconds.get(stage, ())) for each in self.runs)
+        return spent / sum(len(each.seconds["cycle"]) for each in self.runs)
+
     def shares(self, stage: str) -> list[str]:
         """Median, 99 and 99.9 percent of a stage's CPU time, beside the median of a plan."""
         driven = [second for each in self.runs for second in each.seconds.get(stage, ())]
@@ -163,7 +168,7 @@ def page(tallies: dict[str, Tally]) -> str:
         ["stage", "times", "median [ms]", "median", "p99", "p99.9"],
         [[stage, *first.shares(stage)] for stage in STAGES],
     )
-    still = 1e3 * float(np.median(first.plans))
+    still, proofs = 1e3 * float(np.median(first.plans)), 1e3 * first.a_cycle("prove")
     names = ", ".join(f"`{name}`" for name in PROBLEMS)
     return "\n".join(
         (
@@ -174,6 +179,8 @@ def page(tallies: dict[str, Tally]) -> str:
             "",
             "CPU time of the thread in each stage; the last three columns are shares of the median of a",
             f"plan, {still:.1f} ms. `prove`: a piece and its stop are found, proven and committed.",
+            "One proof is enough for several cycles; spread over all of them, proofs take",
+            f"{proofs:.2f} ms a cycle, {proofs / still:.3f} of a plan.",
             "`look again`: after a surprise, until what is committed is known to hold, or a stop is",
             "committed. `surprise to splice`: all cycles until the next motion is committed, plans included.",
             f"`servo tick`: among {BOXES} boxes, {' and '.join(LED)}.",

@@ -1,9 +1,11 @@
 """The browser leads a robot: a button held by a mouse, sliders, a gizmo; and what was said is said again."""
 
+import sys
 import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -55,13 +57,18 @@ def said(page: ServoPage) -> Order:
     return order
 
 
-def test_nothing_is_commanded_unless_the_button_is_held(opened: ServoPage) -> None:
+def test_nothing_is_commanded_unless_the_button_is_held(
+    opened: ServoPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    times = [10.0]
+    clock = SimpleNamespace(monotonic=lambda: times[-1])
+    monkeypatch.setattr(sys.modules[ServoPage.__module__], "time", clock)
     opened._twist[1].value = 0.5
     assert said(opened).command is None and said(opened).released == "the button was let go"
     opened._hold(None)
     twist = said(opened).command
     assert isinstance(twist, Twist) and twist.linear.tolist() == [0.0, 0.5, 0.0]
-    time.sleep(0.25)
+    times.append(10.25)
     assert said(opened).released, "the line to the page is gone"
 
 

@@ -43,9 +43,11 @@ class _Piece:
     def state(self, time: float) -> Floats:
         """Return positions, velocities and accelerations of all joints at a time, shape (3, n)."""
         since = time - self.begin
-        rows = np.zeros((3, len(self.joint_names)))
-        rows[0] = self.standing
-        rows[:, self.columns] = state_of(self.trajectory, since)
+        rows = state_of(self.trajectory, since)
+        if self.trajectory.joint_names != self.joint_names:
+            rows, moving = np.zeros((3, len(self.joint_names))), rows
+            rows[0] = self.standing
+            rows[:, self.columns] = moving
         if since >= self.trajectory.duration:
             rows[1:] = 0.0
         return rows

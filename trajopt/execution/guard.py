@@ -105,10 +105,12 @@ class Guard(Value):
             begin: When the motion begins, on the executor's clock [s].
             requirements: Whether the problem's own constraints must hold too, besides limits and clearances.
         """
-        scene = world.scene
-        judge = self._judges.get(scene, lambda: Judge(self._reduced(motion, scene), self.options))
         asked = self._specification(motion, requirements=requirements, clock=world.clock(begin))
-        return judge.decide(motion, asked).verified
+        return self._judge(world.scene).decide(motion, asked).verified
+
+    def prepare(self, world: Seen) -> None:
+        """Make the judge of a world, so that the first motion in it is judged as fast as the others."""
+        self._judge(world.scene)
 
     def certificate(self, motion: Trajectory, world: Seen, begin: float) -> Certificate:
         """Measure by how much a motion is proven, or is not; arguments as of `proven`.
@@ -137,6 +139,14 @@ class Guard(Value):
     @cached_property
     def _judges(self) -> LruCache[Scene, Judge]:
         return LruCache(2)
+
+    def _judge(self, scene: Scene) -> Judge:
+        problem = self.problem
+
+        def make() -> Judge:
+            return Judge(reduce_model(scene, problem.group, problem.start_positions), self.options)
+
+        return self._judges.get(scene, make)
 
     def _reduced(self, motion: Trajectory, scene: Scene) -> ReducedModel:
         problem = self.problem

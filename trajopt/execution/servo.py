@@ -84,6 +84,7 @@ class Servo(Printed):
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
         self._braking = Braking(with_jerk(self.problem.limits), self.options.period)
         self._look(Seen(self.problem.scene, self.executor.now()))
+        self._guard.prepare(self._seen)
 
     @property
     def scene(self) -> Scene:
