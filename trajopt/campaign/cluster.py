@@ -17,7 +17,7 @@ from typing import Any
 
 from trajopt.campaign.campaign import Task
 from trajopt.campaign.documents import sent_from
-from trajopt.campaign.engine import Block, Lost, Planned, Pool, check_workers
+from trajopt.campaign.engine import AHEAD, Block, Lost, Planned, Pool, check_workers
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.campaign.local import cores, planned, setup_of
 from trajopt.campaign.setup import Setup
@@ -27,8 +27,6 @@ from trajopt.errors.arguments import checked
 
 LOOK = 2.0
 """How often it is looked for nodes that came or went [s]: Ray itself notices within some seconds."""
-AHEAD = 2
-"""Blocks that an actor has at once: one that it plans, and the next, for which it need not wait."""
 PATIENCE = 300.0
 """A cluster on which no worker comes up for so long is given up [s]; nodes of a cloud take minutes."""
 
@@ -105,9 +103,7 @@ class Planner:
 
     def plan(self, tasks: Sequence[Task]) -> Planned:
         """Plan a block; what is returned does not hold it."""
-        before = self._supervisor.waited
-        rows = self._supervisor.run(tasks)
-        return planned(Block(()), rows, self._supervisor.waited - before)
+        return planned(Block(()), self._supervisor.run(tasks))
 
 
 class RayPool:

@@ -9,6 +9,9 @@ from trajopt.campaign.campaign import Task
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.errors import ProblemError, shown
 
+AHEAD = 2
+"""Blocks that a worker has at once: one that it plans, and the next, for which it need not wait."""
+
 
 @dataclass(frozen=True, eq=False)
 class Block:
@@ -71,7 +74,7 @@ class Pool(Protocol):
         ...
 
     def submit(self, block: Block) -> None:
-        """Hand a block to a worker that has none."""
+        """Hand a block to a worker: first to one that has none."""
         ...
 
     def wait(self, seconds: float) -> Sequence[Planned | Lost]:

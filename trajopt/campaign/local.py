@@ -2,16 +2,17 @@
 
 import os
 import time
+from collections import deque
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 
-from trajopt.campaign.columns import Row, encoded
-from trajopt.campaign.engine import Block, Lost, Planned, Pool, check_workers
+from trajopt.campaign.columns import encoded
+from trajopt.campaign.engine import AHEAD, Block, Lost, Planned, Pool, check_workers
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.campaign.setup import Setup
-from trajopt.campaign.supervisor import Supervisor
+from trajopt.campaign.supervisor import Supervisor, Worked
 from trajopt.errors.arguments import checked
 
 
@@ -50,24 +51,21 @@ class LocalPool:
     def __init__(self, setup: Setup, workers: int) -> None:
         """Note how many there may be; each is started with its first block."""
         self._setup, self.workers = setup, workers
-        self._free: list[Supervisor] = []
-        self._busy: dict[Supervisor, tuple[Block, float]] = {}
+        self._blocks: dict[Supervisor, deque[Block]] = {}
 
     @property
     def idle(self) -> int:
         """How many blocks can be submitted now."""
-        return self.workers - len(self._busy)
-
-    @property
-    def pids(self) -> tuple[int, ...]:
-        """Ids of the workers' processes."""
-        return tuple(each.pid for each in (*self._busy, *self._free))
+        return AHEAD * self.workers - sum(map(len, self._blocks.values()))
 
     def submit(self, block: Block) -> None:
-        """Hand a block to a worker that has none."""
-        worker = self._free.pop() if self._free else Supervisor(self._setup)
-        self._busy[worker] = block, worker.waited
-        worker.give(block.tasks)
+        """Hand a block to the worker that has least."""
+        least = min(self._blocks, key=lambda each: len(self._blocks[each]), default=None)
+        if least is None or (self._blocks[least] and len(self._blocks) < self.workers):
+            least = Supervisor(self._setup)
+            self._blocks[least] = deque()
+        self._blocks[least].append(block)
+        least.give(block.tasks)
 
     def wait(self, seconds: float) -> Sequence[Planned | Lost]:
         """Return what ended, waiting for it for so long at most [s].
@@ -75,36 +73,35 @@ class LocalPool:
         Raises:
             CampaignError: If workers cannot be started.
         """
-        soonest = min((each.until for each in self._busy), default=0.0) - time.monotonic()
-        pipes = {each.pipe: each for each in self._busy}
+        pipes = {each.pipe: each for each, blocks in self._blocks.items() if blocks}
+        soonest = min((each.until for each in pipes.values()), default=0.0) - time.monotonic()
         ready = wait(list(pipes), timeout=max(0.0, min(seconds, soonest)))
-        overdue = [each for each in self._busy if each.until < time.monotonic()]
+        overdue = [each for each in pipes.values() if each.until < time.monotonic()]
         ended: list[Planned | Lost] = []
         for worker in dict.fromkeys((*(pipes[pipe] for pipe in ready), *overdue)):  # pyright: ignore
-            rows = worker.advance()
-            if rows is not None:
-                self._free.append(worker)
-                block, before = self._busy.pop(worker)
-                ended.append(planned(block, rows, worker.waited - before))
+            worked = worker.advance()
+            if worked is not None:
+                ended.append(planned(self._blocks[worker].popleft(), worked))
         return ended
 
     def close(self) -> None:
         """End all workers."""
-        for worker in (*self._busy, *self._free):
+        for worker in self._blocks:
             worker.close()
 
 
-def planned(block: Block, rows: Sequence[Row], waited: float) -> Planned:
+def planned(block: Block, worked: Worked) -> Planned:
     """Return what is told of a block whose problems all have a row.
 
     Args:
         block: The block.
-        rows: The rows.
-        waited: Wall-clock time that its worker waited for it [s].
+        worked: What came of it.
     """
+    rows = worked.rows
     busy = sum(row["cpu_seconds"]["total"] for row in rows if row.get("cpu_seconds"))
     seconds = sum(row["wall_seconds"] for row in rows)
-    return Planned(block, encoded(rows), seconds, busy, waited, sum(bool(row["verified"]) for row in rows))
+    verified = sum(bool(row["verified"]) for row in rows)
+    return Planned(block, encoded(rows), seconds, busy, worked.waited, verified)
 
 
 def setup_of(folder: CampaignFolder) -> Setup:

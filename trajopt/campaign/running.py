@@ -18,7 +18,7 @@ from trajopt.errors.arguments import checked
 BLOCK_SECONDS = 5.0
 """Work of a block [s]: what a lost machine costs of each of its workers at most. Writing one takes a
 hundredth of a second."""
-FIRST, MOST = 4, 2000
+FIRST, MOST = 2, 2000
 """Problems of a block: as long as nobody knows how long they take; and whatever they take, for a block is
 held in memory."""
 LEAST_SECONDS = 0.25

@@ -8,6 +8,8 @@ import sys
 import time
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
 from multiprocessing.connection import Connection, wait
 from typing import cast
 
@@ -21,31 +23,41 @@ START = 120.0
 """A worker that is not ready after so long is given up [s]: it has to import trajopt from a slow disk."""
 ATTEMPTS = 2
 """Times that a problem may end its process: once may be the machine's fault, such as too little memory."""
+AHEAD, LETTERS = 64, 2**15
+"""Problems that are sent before the first of them has its row, at most, and letters of their recipes beyond
+the first: a worker goes on by itself while whoever watches it is busy. All of them have room in the socket of
+a worker that reads nothing, so that sending never waits for one that hangs."""
+ROOM = 2**18
+"""Bytes that a socket is asked to hold: some systems give eight thousand unasked, Linux 200,000."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """The libraries' own threads would take the cores of the other workers."""
 
 
-class Supervisor:
-    """Keeps one worker, gives it blocks of problems, and answers for those that it does not survive.
+@dataclass(frozen=True, eq=False)
+class Worked:
+    """What came of a block.
 
     Attributes:
-        restarts: Processes that were started in place of one that had ended.
-        waited: Wall-clock time that workers waited for a block after the first [s].
+        rows: A row of each of its problems.
+        waited: Wall-clock time that the worker waited for them [s].
     """
+
+    rows: Sequence[Row]
+    waited: float
+
+
+class Supervisor:
+    """Keeps one worker, gives it blocks of problems, and answers for those that it does not survive."""
 
     def __init__(self, setup: Setup) -> None:
         """Start a worker; it is not yet ready when this returns."""
         self._setup = setup
-        self._waiting: deque[Task] = deque()
-        self._rows: list[Row] = []
+        self._sizes: deque[int] = deque()  # of the blocks that are not yet returned
+        self._unsent: deque[Task] = deque()
+        self._sent: deque[Task] = deque()  # those that the worker has: it is at the first
+        self._rows: list[tuple[Row, float]] = []
         self._deaths: dict[str, int] = {}
-        self.restarts, self.waited, self._served = 0, 0.0, False
         self._start()
-
-    @property
-    def pid(self) -> int:
-        """Id of the worker's process."""
-        return self._process.pid
 
     @property
     def pipe(self) -> "Connection[object, object]":
@@ -58,45 +70,44 @@ class Supervisor:
         return self._until
 
     def give(self, block: Sequence[Task]) -> None:
-        """Hand over problems; there are none from before."""
-        self._waiting, self._rows = deque(block), []
+        """Hand over problems, to be planned after those that it has."""
+        self._sizes.append(len(block))
+        self._unsent += block
         if self._ready:
             self._hand_over()
 
-    def advance(self) -> list[Row] | None:
+    def advance(self) -> Worked | None:
         """Take what the worker says, if it says anything, and look at the clock.
 
         Returns:
-            The rows of the block, once each of its problems has one; None before.
+            What came of its first block, once each of the problems has a row; None before.
 
         Raises:
             CampaignError: If workers cannot be started.
         """
         try:
-            while self._pipe.poll():
+            while not self._whole and self._pipe.poll():
                 self._take(self._pipe.recv())
         except (EOFError, OSError):
             self._died()
-        if time.monotonic() > self._until:
+        if not self._whole and time.monotonic() > self._until:
             self._ran_over()
-        if self._waiting or not self._rows:
+        if not self._whole:
             return None
-        rows, self._rows = self._rows, []
-        self._until = float("inf")
-        return rows
+        size = self._sizes.popleft()
+        rows, self._rows = self._rows[:size], self._rows[size:]
+        return Worked([row for row, _ in rows], sum(waited for _, waited in rows))
 
-    def run(self, block: Sequence[Task]) -> list[Row]:
-        """Plan a block, and return its rows.
+    def run(self, block: Sequence[Task]) -> Worked:
+        """Plan a block, and return what came of it.
 
         Raises:
             CampaignError: If workers cannot be started.
         """
         self.give(block)
-        rows: list[Row] | None = [] if not block else None
-        while rows is None:
+        while (worked := self.advance()) is None:
             wait([self._pipe], timeout=max(0.0, min(self._until - time.monotonic(), 1.0)))
-            rows = self.advance()
-        return rows
+        return worked
 
     def close(self) -> None:
         """End the worker, whatever it does, and wait until it has ended."""
@@ -105,9 +116,17 @@ class Supervisor:
             self._process.kill()
         self._process.wait()
 
+    @property
+    def _whole(self) -> bool:
+        """Whether each problem of the first block has its row."""
+        return bool(self._sizes) and len(self._rows) >= self._sizes[0]
+
     def _start(self) -> None:
         mine, its = socket.socketpair()
         with its:
+            for end in (mine, its):
+                end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, ROOM)
+                end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "trajopt.campaign.worker", str(its.fileno())],
                 pass_fds=(its.fileno(),),
@@ -121,9 +140,17 @@ class Supervisor:
         self._say(self._setup)
 
     def _hand_over(self) -> None:
-        if self._waiting:
-            self._say(list(self._waiting))
-        self._begin()
+        """Send as much as the worker may have; to one that has nothing, whatever comes next."""
+        waits = not self._sent
+        letters = sum(len(task.recipe) for task in islice(self._sent, 1, None))
+        while self._unsent and len(self._sent) < AHEAD:
+            letters += len(self._unsent[0].recipe) if self._sent else 0
+            if letters > LETTERS:
+                break
+            self._sent.append(self._unsent.popleft())
+            self._say(self._sent[-1])
+        if waits:
+            self._begin()
 
     def _say(self, what: object) -> None:
         try:
@@ -133,29 +160,26 @@ class Supervisor:
 
     def _begin(self) -> None:
         self._begun = time.monotonic()
-        self._until = self._begun + self._setup.most_seconds if self._waiting else float("inf")
+        self._until = self._begun + self._setup.most_seconds if self._sent else float("inf")
 
     def _take(self, said: object) -> None:
         if isinstance(said, Ready):
             if said.reason:
                 raise CampaignError(said.reason)
             self._ready = True
-            self._hand_over()
-            return
-        row, waited = cast("tuple[Row, float]", said)
-        self.waited += waited if self._served else 0.0
-        self._served = True
-        self._waiting.popleft()
-        self._rows.append(row)
+        else:
+            self._sent.popleft()
+            self._rows.append(cast("tuple[Row, float]", said))
         self._begin()
+        self._hand_over()
 
     def _died(self) -> None:
         """Note the death of the worker, and go on with another."""
         how = self._ending()
         if not self._ready:
             raise CampaignError(f"a worker ended before it was ready ({how}); what it said is above")
-        if self._waiting:
-            first = self._waiting[0]
+        if self._sent:
+            first = self._sent[0]
             self._deaths[first.id] = self._deaths.get(first.id, 0) + 1
             if self._deaths[first.id] >= ATTEMPTS:
                 self._give_up(Fate.CRASHED, how)
@@ -170,12 +194,13 @@ class Supervisor:
 
     def _give_up(self, fate: Fate, why: str) -> None:
         """Write the row of the problem that the worker was at."""
-        task = self._waiting.popleft()
-        self._rows.append(lost_row(task, fate, why, time.monotonic() - self._begun))
+        row = lost_row(self._sent.popleft(), fate, why, time.monotonic() - self._begun)
+        self._rows.append((row, 0.0))
 
     def _again(self) -> None:
-        """Start another worker, which is given what is left once it is ready."""
-        self.restarts, self._served = self.restarts + 1, False
+        """Start another worker, which is sent what the last one left once it is ready."""
+        self._unsent.extendleft(reversed(self._sent))
+        self._sent.clear()
         self._start()
 
     def _ending(self) -> str:

@@ -34,16 +34,14 @@ def serve(pipe: "Connection[object, object]") -> None:
             return
         pipe.send(Ready())
         shop = Workshop(Library(setup.documents))
+        served = False
         while True:
             before = time.perf_counter()
-            block = pipe.recv()
-            waited = time.perf_counter() - before
-            assert isinstance(block, list)
-            for task in block:  # pyright: ignore[reportUnknownVariableType]
-                assert isinstance(task, Task)
-                row = row_of(task, setup.options[task.options], shop)
-                pipe.send((row, waited))
-                waited = 0.0
+            task = pipe.recv()
+            waited = time.perf_counter() - before if served else 0.0  # the first one had to be started for
+            assert isinstance(task, Task)
+            pipe.send((row_of(task, setup.options[task.options], shop), waited))
+            served = True
     except (EOFError, BrokenPipeError, ConnectionResetError):
         pass  # whoever started this has ended
 

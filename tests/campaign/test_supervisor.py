@@ -1,0 +1,98 @@
+"""A worker has its next block before the first ends; whoever watches it never waits for it to listen."""
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+import trajopt as to
+from trajopt.campaign import Campaign, CampaignFolder, Local, Source, installed, random_motions
+from trajopt.campaign.campaign import Task
+from trajopt.campaign.engine import Block, Planned
+from trajopt.campaign.local import LocalPool, setup_of
+from trajopt.campaign.supervisor import AHEAD, LETTERS, Supervisor, Worked
+
+pytestmark = pytest.mark.timeout(200)
+
+
+@contextmanager
+def watched(
+    sources: list[Source], path: Path, most_seconds: float = 300.0
+) -> Iterator[tuple[Supervisor, list[Task]]]:
+    """Yield a worker, and the problems of a campaign that it does not have yet."""
+    folder = CampaignFolder.begin(Campaign("x", sources, most_seconds=most_seconds), path)
+    supervisor = Supervisor(setup_of(folder))
+    try:
+        yield supervisor, list(folder.tasks())
+    finally:
+        supervisor.close()
+
+
+def next_of(supervisor: Supervisor) -> Worked:
+    """Return what comes of the worker's first block."""
+    while (worked := supervisor.advance()) is None:
+        supervisor.pipe.poll(0.2)
+    return worked
+
+
+def ids(worked: Worked) -> list[str]:
+    return [row["id"] for row in worked.rows]
+
+
+def test_a_worker_goes_on_with_its_next_block_by_itself(scene: to.Scene, tmp_path: Path) -> None:
+    with watched([random_motions(scene, 6)], tmp_path) as (supervisor, tasks):
+        supervisor.give(tasks[:2])
+        supervisor.give(tasks[2:])
+        assert ids(next_of(supervisor)) == [task.id for task in tasks[:2]]
+        assert supervisor.pipe.poll(60.0)  # a row of the next block, for which nobody had to ask
+        assert ids(next_of(supervisor)) == [task.id for task in tasks[2:]]
+        assert supervisor.advance() is None
+
+
+def test_more_problems_than_are_sent_at_once_have_their_rows(scene: to.Scene, tmp_path: Path) -> None:
+    with watched([random_motions(scene, AHEAD + 9)], tmp_path) as (supervisor, tasks):
+        assert ids(supervisor.run(tasks)) == [task.id for task in tasks]
+
+
+def test_a_worker_that_ends_leaves_both_blocks_to_the_next(
+    faulty: Path, scene: to.Scene, tmp_path: Path
+) -> None:
+    with watched([installed("ends"), random_motions(scene, 4)], tmp_path) as (supervisor, tasks):
+        supervisor.give(tasks[:2])
+        supervisor.give(tasks[2:])
+        first, second = next_of(supervisor), next_of(supervisor)
+        assert [row["status"] for row in first.rows] == ["CRASHED", "SOLVED"]
+        assert ids(second) == [task.id for task in tasks[2:]]
+
+
+def test_who_watches_a_worker_that_hangs_is_not_held_up_by_long_recipes(
+    faulty: Path, scene: to.Scene, tmp_path: Path
+) -> None:
+    with watched([installed("hangs"), random_motions(scene, 3)], tmp_path, 6.0) as (supervisor, tasks):
+        long = [replace(each, recipe=each.recipe + " " * 40 * LETTERS) for each in tasks[1:]]
+        supervisor.give(tasks[:1])
+        supervisor.give(long)  # what has no room in the socket is sent when the worker listens
+        assert [row["status"] for row in next_of(supervisor).rows] == ["RAN_OVER"]
+        assert ids(next_of(supervisor)) == [task.id for task in long]
+
+
+def test_each_worker_of_this_machine_takes_two_blocks(scene: to.Scene, tmp_path: Path) -> None:
+    folder = CampaignFolder.begin(Campaign("x", [random_motions(scene, 4)]), tmp_path)
+    with Local(2).pool(folder) as pool:
+        assert isinstance(pool, LocalPool)
+        blocks = [Block([task]) for task in folder.tasks()]
+        for count, block in enumerate(blocks):
+            assert pool.idle == 4 - count
+            pool.submit(block)
+        assert pool.idle == 0
+        ended: list[Planned] = []
+        while len(ended) < 4:
+            ended += [each for each in pool.wait(1.0) if isinstance(each, Planned)]
+        assert {id(each.block) for each in ended} == set(map(id, blocks)) and pool.idle == 4
+        tables = [pq.read_table(BytesIO(each.shard)) for each in ended]
+        assert sorted(Counter(table["process"][0].as_py() for table in tables).values()) == [2, 2]
