@@ -15,7 +15,8 @@ import argparse
 import json
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 
 import trajopt as to
@@ -58,20 +59,16 @@ WAYS = {
 }
 
 
-@dataclass
-class Problems:
-    """Problems, and their motions where nothing happens; each is planned once."""
+@cache
+def problem_of(name: str) -> to.Problem:
+    """Return a problem."""
+    return to.named_problem(name)
 
-    planned: dict[str, tuple[to.Problem, to.Trajectory]] = field(
-        default_factory=dict[str, tuple[to.Problem, to.Trajectory]]
-    )
 
-    def __call__(self, name: str) -> tuple[to.Problem, to.Trajectory]:
-        """Return a problem and its motion."""
-        if name not in self.planned:
-            problem = to.named_problem(name)
-            self.planned[name] = problem, undisturbed(problem)
-        return self.planned[name]
+@cache
+def motion_of(name: str, tolerance: float) -> to.Trajectory:
+    """Return its motion where nothing happens; joints may be so far from where they have to be [rad | m]."""
+    return undisturbed(problem_of(name), tolerance=tolerance)
 
 
 def keys(names: Sequence[str], runs: int, beside: int, beyond: int) -> Iterator[tuple[str, int, Part, str]]:
@@ -110,12 +107,11 @@ def row_of(key: str, part: Part, done: Run, seconds: float) -> dict[str, object]
     return row
 
 
-def driven(problems: Problems, name: str, seed: int, part: Part, way: Way, key: str) -> dict[str, object]:
+def driven(name: str, seed: int, part: Part, way: Way, key: str) -> dict[str, object]:
     """Drive once."""
     begun = time.process_time()
     try:
-        problem, motion = problems(name)
-        found = drawn(problem, motion, part, seed)
+        found = drawn(problem_of(name), partial(motion_of, name), part, seed)
     except TrajoptError as error:
         return {"key": key, "part": part.value, "not_drawn": str(error)}
     done = driven_by(
@@ -139,13 +135,13 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--json", type=Path, help="file for the numbers")
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     asked = parser.parse_args(words)
-    rows, problems = Rows(asked.out / "rows.jsonl"), Problems()
+    rows = Rows(asked.out / "rows.jsonl")
     dropped = {key.strip() for key in asked.anew.split(",")}
     for name, seed, part, way in keys(asked.problems.split(","), asked.runs, asked.beside, asked.beyond):
         key = f"{name} {seed} {part.value} {way}"
         if key in rows.done and key not in dropped:
             continue
-        row = driven(problems, name, seed, part, WAYS[way], key)
+        row = driven(name, seed, part, WAYS[way], key)
         rows.append(row)
         if failed(row):
             print(json.dumps(row), flush=True)

@@ -13,6 +13,7 @@ modulo 5: a joint sticks; a joint drifts by ten times the tolerance; commands ar
 times the tolerance, and nothing was said of it; the cube is off by 60 mm and 100 mm/s more than it may be.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -79,32 +80,35 @@ def part_of(seed: int) -> Part:
     return Part.APPEARS if digit < 5 else Part.LATE if digit < 8 else Part.MOVES
 
 
-def drawn(problem: to.Problem, motion: to.Trajectory, part: Part, seed: int) -> Drawn:
+def drawn(problem: to.Problem, undisturbed: Callable[[float], to.Trajectory], part: Part, seed: int) -> Drawn:
     """Draw a run.
 
     Args:
         problem: The problem.
-        motion: Its motion where nothing happens.
+        undisturbed: Its motion where nothing happens, for how far joints may be from where they have to be
+            [rad | m].
         part: What kind of run.
         seed: The same run every time.
 
     Raises:
         ProblemError: If no box that is drawn leaves the robot a way to rest.
     """
-    if part is Part.MOVES:
-        return _crossing(part, problem, motion, seed, beyond=(0.0, 0.0))
     kind = seed % 5 if part is Part.BEYOND else None
-    if kind == 4:
-        return _crossing(part, problem, motion, seed, beyond=BEYOND)
-    box = random_surprise(problem, motion, seed)
+    if part is Part.MOVES or kind == 4:
+        return _crossing(
+            part, problem, undisturbed(TOLERANCE), seed, beyond=(0.0, 0.0) if kind is None else BEYOND
+        )
     late = {None: 0.1 * TOLERANCE if part is Part.LATE else 0.0, 3: 3.0 * TOLERANCE}.get(kind, 0.0)
     stated = 0.0 if kind == 3 else None
     sensors = Sensors(delay=0.01 if late else 0.0, noise=late, stated=stated, seed=seed)
+    motion = undisturbed(TOLERANCE + sensors.error)
     faults = () if kind is None or kind == 3 else (_fault(problem, motion, kind, seed),)
     return Drawn(
         part=part,
         problem=problem,
-        surprises=Surprises(objects=box.objects, sensors=sensors, faults=faults),
+        surprises=Surprises(
+            objects=random_surprise(problem, motion, seed).objects, sensors=sensors, faults=faults
+        ),
     )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from benchmarks.driving.drawing import Part, drawn
+from benchmarks.driving.drawing import TOLERANCE, Part, drawn
 from trajopt.errors import FileFormatError, ObjectNotFound
 from trajopt.execution import (
     Fault,
@@ -20,6 +20,7 @@ from trajopt.execution import (
     run,
     undisturbed,
 )
+from trajopt.retime.stops import StopsAlong
 
 PROBLEMS = ("cup_past_pillar", "bookshelf_ur5", "past_pillar_xarm7")
 RUNS = 500
@@ -147,9 +148,30 @@ def test_a_random_box_leaves_room_to_what_is_carried(seed: int) -> None:
 @pytest.mark.parametrize("part", Part)
 def test_every_part_of_the_driving_benchmark_is_drawn(part: Part) -> None:
     problem = named("past_pillar_xarm7")
-    motion = undisturbed(problem)
+    motion, asked = undisturbed(problem), list[float]()
+
+    def motion_within(tolerance: float) -> to.Trajectory:
+        asked.append(tolerance)
+        return motion
+
     for seed in range(5):
-        assert drawn(problem, motion, part, seed).part is part
+        run = drawn(problem, motion_within, part, seed)
+        assert run.part is part
+        # What is driven keeps farther away where less is known of where the robot is.
+        assert asked.pop() == pytest.approx(TOLERANCE + run.surprises.sensors.error, abs=1e-12)
+
+
+def test_a_random_box_leaves_the_robot_room_until_it_could_have_come_to_rest() -> None:
+    problem = named("past_pillar_xarm7")
+    motion = undisturbed(problem)
+    for seed in range(8):
+        (box,) = random_surprise(problem, motion, seed).objects
+        alone = to.Scene(problem.scene.robot).add("surprise", box.shape, box.placement)
+        reduced = to.Problem(**{**fields(problem), "scene": alone.with_clearance(world=0.019)}).reduced
+        rest = StopsAlong(motion, problem.limits).earliest(box.at).trajectory
+        for time in np.linspace(0.0, rest.duration, 100):
+            near = to.examine(reduced, rest(time)).collisions
+            assert not any("surprise" in (pair.first, pair.second) for pair in near), f"{seed} {time}"
 
 
 FILE = """

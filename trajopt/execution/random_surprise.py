@@ -40,8 +40,9 @@ EDGES = (0.04, 0.12)
 """Least and largest edge of the box [m]."""
 DRAWS = 200
 """So many boxes are drawn at most."""
-LOOKS = 12
-"""Places on the way to rest at which the box must be clear of the robot."""
+LOOK = 0.02
+"""Time between two places on the way to rest at which the box must be clear of the robot [s]: at 1 m/s as far
+as it has to be away."""
 
 
 @checked
@@ -91,7 +92,7 @@ def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprise
         box = Surprise(
             name="surprise", at=at, placement=placement(centre, rpy=(0.0, 0.0, turn)), shape=Box(*edges)
         )
-        kept = [rest(np.linspace(0.0, rest.duration, LOOKS)), motion(np.array((0.0, motion.duration)))]
+        kept = [rest(np.arange(0.0, rest.duration + LOOK, LOOK)), motion(np.array((0.0, motion.duration)))]
         if _clear(problem, box, np.concatenate(kept)):
             return Surprises(objects=(box,))
     raise ProblemError(
