@@ -127,6 +127,29 @@ def test_the_command_serves_logs_and_ends(tmp_path: Path) -> None:
     assert all(len(line["session"]) == 6 for line in requests)
 
 
+def test_a_server_that_is_killed_has_its_sessions_again_when_it_is_started_anew(tmp_path: Path) -> None:
+    kept = ["--warehouse", str(tmp_path / "cell.warehouse")]
+    command = [sys.executable, "-m", "trajopt", "serve", "--robot", "planar2", "--port", "0", *kept]
+    ball = {"name": "ball", "shape": {"sphere": {"radius": 0.1}}, "placement": {"xyz": [0.75, -0.4, 0.14]}}
+    name = ""
+    for _ in range(2):
+        with subprocess.Popen(
+            [*command, "--workers", "1"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as process:
+            assert process.stdout is not None
+            try:
+                with Client(process.stdout.readline().split()[-1]) as client:
+                    if not name:
+                        session = client.session()
+                        name = session.id
+                        session.edit([{"add": ball}])
+                    else:
+                        session = client.resume(name)
+                        assert list(session.read()["objects"]) == ["ball"]
+            finally:
+                process.kill()
+
+
 def test_the_command_refuses_to_be_open(capfd: pytest.CaptureFixture[str]) -> None:
     command = [sys.executable, "-m", "trajopt", "serve", "--robot", "planar2", "--host", "0.0.0.0"]
     environment = {key: value for key, value in os.environ.items() if key != "TRAJOPT_TOKEN"}

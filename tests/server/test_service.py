@@ -195,7 +195,7 @@ def test_closing_refuses_what_waits() -> None:
 
 def test_sessions_are_bounded_and_the_unused_go() -> None:
     async def test(service: Service) -> None:
-        kept = service.create(kept=True)
+        kept = service.create(face="rosbridge")
         first = service.create()
         with pytest.raises(Refusal, match="in use"):
             service.create()

@@ -64,6 +64,10 @@ SecondsOption = Annotated[
 MemoryOption = Annotated[
     int | None, typer.Option("--memory", metavar="MB", min=1, help="Memory that one request may take.")
 ]
+WarehouseOption = Annotated[
+    Path | None,
+    typer.Option("--warehouse", help="A file that keeps the sessions: they are there again after a restart."),
+]
 
 
 def serve(
@@ -82,6 +86,7 @@ def serve(
     waiting: WaitingOption = None,
     timeout: SecondsOption = None,
     memory: MemoryOption = None,
+    warehouse: WarehouseOption = None,
     rosbridge_port: RosbridgePortOption = None,
     mesh_port: MeshPortOption = 9190,
     rosbridge_host: RosbridgeHostOption = "127.0.0.1",
@@ -98,6 +103,7 @@ def serve(
         from trajopt.server.limits import MEGABYTE
         from trajopt.server.log import log_request, write_log
         from trajopt.server.running import run_faces
+        from trajopt.warehouse import Warehouse
     except ModuleNotFoundError as error:
         raise MissingExtra(str(error.name), "server") from error
 
@@ -120,8 +126,10 @@ def serve(
         faces.append(told.of(sources[0], next(iter(robots.values())), options.names))
         modules.append(ROSBRIDGE_OPERATIONS)
     write_log()
+    kept = None if warehouse is None else Warehouse(warehouse)
+    served = run_faces(robots, faces, limits=most, modules=tuple(modules), observer=observed, warehouse=kept)
     try:
-        asyncio.run(run_faces(robots, faces, limits=most, modules=tuple(modules), observer=observed))
+        asyncio.run(served)
     except OSError as error:
         raise ModelError(f"cannot listen: {error.strerror or error}") from error
 

@@ -5,6 +5,7 @@ import time
 from collections.abc import Awaitable
 from types import TracebackType
 from typing import Any
+from urllib.parse import quote
 
 import httpx
 
@@ -64,6 +65,16 @@ class AsyncClient:
         """Begin a session with a robot, the server's first one where none is named."""
         begun = await self.send(Call("POST", "/sessions", {"robot": robot}))
         return AsyncSession(self, begun["session"], begun["robot"])
+
+    @checked
+    async def resume(self, session: str) -> "AsyncSession":
+        """Return a session that there is already, by its id: one of another client, or of before a restart.
+
+        Raises:
+            ServerError: If the server has none of that id.
+        """
+        held = await self.send(Call("GET", f"/sessions/{quote(session, safe='')}"))
+        return AsyncSession(self, session, held["robot"])
 
     @checked
     async def send(self, call: Call) -> Any:

@@ -3,6 +3,7 @@
 import time
 from types import TracebackType
 from typing import Any
+from urllib.parse import quote
 
 import httpx
 
@@ -52,6 +53,15 @@ class Client:
         """Begin a session with a robot, the server's first one where none is named."""
         begun = self.send(Call("POST", "/sessions", {"robot": robot}))
         return Session(self, begun["session"], begun["robot"])
+
+    @checked
+    def resume(self, session: str) -> "Session":
+        """Return a session that there is already, by its id: one of another client, or of before a restart.
+
+        Raises:
+            ServerError: If the server has none of that id.
+        """
+        return Session(self, session, self.send(Call("GET", f"/sessions/{quote(session, safe='')}"))["robot"])
 
     @checked
     def send(self, call: Call) -> Any:

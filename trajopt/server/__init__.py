@@ -9,8 +9,8 @@ from trajopt.server.operation import Lane as Lane
 from trajopt.server.operation import Operation as Operation
 from trajopt.server.refusals import Refusal as Refusal
 from trajopt.server.refusals import Why as Why
-from trajopt.server.service import Cancellation as Cancellation
-from trajopt.server.service import Reply as Reply
+from trajopt.server.requests import Cancellation as Cancellation
+from trajopt.server.requests import Reply as Reply
 from trajopt.server.service import Service as Service
 from trajopt.server.session import Session as Session
 from trajopt.server.state import SessionState as SessionState

@@ -5,13 +5,12 @@ import logging
 import sys
 import time
 
-from trajopt.server.service import Done
+from trajopt.server.requests import Done
+from trajopt.server.session import SHOWN
 
 _LOG = logging.getLogger("trajopt.server")
 PLAIN = frozenset(vars(logging.makeLogRecord({}))) | {"message", "asctime", "taskName", "color_message"}
 """What every record has; the rest is what happened."""
-SHOWN = 6
-"""Characters of a session's id in the log: enough to tell them apart, too few to use one."""
 
 
 class JsonLines(logging.Formatter):

@@ -14,11 +14,15 @@ from trajopt.server.watch import Watch
 
 
 class Lane(Enum):
-    """Which processes do it: those that plan, the one for what takes milliseconds, or those that drive."""
+    """Which processes do it: those that plan, the one for what takes milliseconds, those that drive.
+
+    Where sessions are kept on disk one process does that, and nothing that clients ask.
+    """
 
     PLANNING = auto()
     QUICK = auto()
     DRIVING = auto()
+    KEEPING = auto()
 
 
 @checked

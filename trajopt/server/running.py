@@ -7,7 +7,9 @@ from typing import TypeAlias
 
 from trajopt.model.robot import Robot
 from trajopt.server.limits import Limits
-from trajopt.server.service import OPERATIONS, Done, Service
+from trajopt.server.requests import Done
+from trajopt.server.service import OPERATIONS, Service
+from trajopt.warehouse import Warehouse
 
 Face: TypeAlias = Callable[[Service, asyncio.Event], Awaitable[None]]
 """Serves a started service until an event is set: one protocol on one port or several."""
@@ -21,6 +23,7 @@ async def run_faces(
     limits: Limits,
     modules: tuple[str, ...] = (OPERATIONS,),
     observer: Callable[[Done], None] | None = None,
+    warehouse: Warehouse | None = None,
 ) -> None:
     """Start a service, serve it by all its faces, and end it when the process is told to, or a face fails.
 
@@ -30,6 +33,7 @@ async def run_faces(
         limits: What clients may take.
         modules: Modules with the operations that the faces need.
         observer: Called with each request that is over.
+        warehouse: Where sessions are kept, and found again.
 
     Raises:
         OSError: If a face cannot listen where it should.
@@ -39,7 +43,8 @@ async def run_faces(
     for each in SIGNALS:
         loop.add_signal_handler(each, stop.set)
     try:
-        async with Service(robots, limits=limits, modules=modules, observer=observer) as service:
+        served = Service(robots, limits=limits, modules=modules, observer=observer, warehouse=warehouse)
+        async with served as service:
             serving = [asyncio.ensure_future(face(service, stop)) for face in faces]
             await asyncio.wait(serving, return_when=asyncio.FIRST_COMPLETED)
             stop.set()

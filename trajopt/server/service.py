@@ -5,93 +5,33 @@ import pickle
 import time
 from collections.abc import AsyncGenerator, Callable, Generator, Mapping
 from contextlib import asynccontextmanager, contextmanager
-from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, cast
 
 import msgspec
 
-from trajopt.arrays import Value
 from trajopt.errors import ProblemError, RobotNotFound, listed, shown
 from trajopt.errors.arguments import checked
 from trajopt.model.initial_positions import initial_positions
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.server.job import Assignment, Job, Listener
+from trajopt.server.keeper import Keeper
 from trajopt.server.limits import Limits
 from trajopt.server.messages import Answered, Hello
 from trajopt.server.operation import Lane, Operation, operations_of
 from trajopt.server.pool import Pool
 from trajopt.server.refusals import Refusal, Why
+from trajopt.server.requests import Cancellation, Done, Reply
 from trajopt.server.session import Session, Sessions
 from trajopt.server.state import PackedScene, SessionState, packed
 from trajopt.server.worker_process import WorkerLost
+from trajopt.warehouse import Warehouse
 
 OPERATIONS = "trajopt.server.operations"
 """The module of the operations that every server has."""
 DEFAULT = Limits()
 _JSON = msgspec.json.Encoder()
-
-
-@dataclass(frozen=True)
-class Reply(Value):
-    """The answer to a request.
-
-    Attributes:
-        body: JSON.
-        cpu: Processor time that it took [s].
-    """
-
-    body: bytes
-    cpu: float
-
-    def document(self) -> Any:
-        """Return it as plain data."""
-        return msgspec.json.decode(self.body)
-
-
-@dataclass(eq=False)
-class Done:
-    """A request that is over.
-
-    Attributes:
-        operation: What was asked.
-        session: Id of the session.
-        why: Why there is no answer; None where there is one.
-        reason: The same in a sentence.
-        waited: Time until a worker began with it, where there is an answer [s].
-        seconds: Time from when it was asked [s].
-        cpu: Processor time of the worker, where there is an answer [s].
-    """
-
-    operation: str
-    session: str
-    why: Why | None = None
-    reason: str = ""
-    waited: float = 0.0
-    seconds: float = 0.0
-    cpu: float = 0.0
-
-
-class Cancellation:
-    """Ends a request from elsewhere: give it to `ask`, and call it."""
-
-    def __init__(self) -> None:
-        """Belong to no request yet."""
-        self._job: Job | None = None
-        self._called = False
-
-    def __call__(self) -> None:
-        """End the request: a plan returns what it has so far; what still waits is refused."""
-        self._called = True
-        if self._job is not None:
-            self._job.cancel()
-
-    def of(self, job: Job) -> None:
-        """Belong to a request."""
-        self._job = job
-        if self._called:
-            job.cancel()
 
 
 class Service:
@@ -113,6 +53,7 @@ class Service:
         limits: Limits = DEFAULT,
         modules: tuple[str, ...] = (OPERATIONS,),
         observer: Callable[[Done], None] | None = None,
+        warehouse: Warehouse | None = None,
     ) -> None:
         """Take what is served.
 
@@ -121,6 +62,7 @@ class Service:
             limits: What clients may take.
             modules: Modules whose `OPERATIONS` can be asked for.
             observer: Called with each request that is over.
+            warehouse: Where sessions are kept, and found again when the service starts; nowhere when None.
 
         Raises:
             ProblemError: If there is no robot.
@@ -136,6 +78,9 @@ class Service:
             Lane.QUICK: Pool("quick", hello, 1, limits),
             Lane.DRIVING: Pool("driving", hello, limits.runs, limits, eager=False),
         }
+        self._keeper = None if warehouse is None else Keeper(warehouse, hello, limits)
+        if self._keeper is not None:
+            self.pools[Lane.KEEPING] = self._keeper.pool
         self._observer, self._closing = observer, False
         self._asking: set[asyncio.Task[Any]] = set()
         self._empty: dict[str, tuple[PackedScene, list[float]]] = {}
@@ -147,6 +92,10 @@ class Service:
         except WorkerLost as error:
             await self.close(drain=0.0)
             raise Refusal(Why.WORKER_LOST, f"a worker did not come up: {error}") from error
+        if self._keeper is not None:
+            empty = {name: self._empty_scene(name) for name in self.robots}
+            for session in await self._keeper.restored(empty, self.limits.sessions):
+                self.sessions.put(session)
         return self
 
     async def __aexit__(
@@ -173,12 +122,13 @@ class Service:
         return self._closing
 
     @checked
-    def create(self, robot: str = "", *, kept: bool = False) -> Session:
+    def create(self, robot: str = "", *, face: str = "") -> Session:
         """Begin a session: a robot in an empty world, each group in its first named state.
 
         Args:
             robot: Its name; the first one where it is empty.
-            kept: Whether the session stays although nobody uses it.
+            face: Name of the face of the server that it is for, if it is for one: it stays although nobody
+                uses it, and the one of before a restart is returned where that was kept.
 
         Raises:
             RobotNotFound: If there is no such robot.
@@ -187,12 +137,16 @@ class Service:
         name = robot or next(iter(self.robots))
         if name not in self.robots:
             raise RobotNotFound("robot", name, self.robots)
+        known = self.sessions.of_face(face, name) if face else None
+        return known or self.sessions.add(*self._empty_scene(name), face=face)
+
+    def _empty_scene(self, name: str) -> tuple[PackedScene, list[float]]:
+        """Return a robot in an empty world, and where it stands [rad | m]."""
         if name not in self._empty:
             loaded = self.robots[name]
             state = SessionState(name, Scene(loaded), initial_positions(loaded))
             self._empty[name] = packed(state, self.robots), state.positions.tolist()
-        scene, positions = self._empty[name]
-        return self.sessions.add(scene, positions, kept=kept)
+        return self._empty[name]
 
     @checked
     def fork(self, session: Session) -> Session:
@@ -202,6 +156,33 @@ class Service:
             Refusal: If there are too many sessions.
         """
         return self.sessions.add(session.scene, session.positions)
+
+    @checked
+    async def keep(self, session: Session) -> None:
+        """Have a session be there after a restart as well, changed or not; without a warehouse it cannot.
+
+        Raises:
+            Refusal: If it could not be kept.
+        """
+        if self._keeper is not None:
+            await self._keeper.keep(session, session.scene, session.positions)
+            await self._forgotten()
+
+    @checked
+    async def remove(self, name: str) -> None:
+        """Forget a session, on the disk too; what it is driving stops.
+
+        Raises:
+            Refusal: If there is none of that id, or it could not be removed from the disk.
+        """
+        self.sessions.remove(name)
+        await self._forgotten()
+
+    async def _forgotten(self) -> None:
+        """Remove from the disk what is no session any more."""
+        for session in self.sessions.taken_gone():
+            if self._keeper is not None:
+                await self._keeper.forget(session)
 
     @checked
     async def ask(
@@ -302,8 +283,34 @@ class Service:
         positions = answered.positions
         if operation.edits and (session.run is not None or positions == list(job.assignment.positions)):
             positions = None  # a robot that is driven has gone on meanwhile: it says itself where it is
-        session.replace(scene if operation.edits else None, positions)
+        driven = operation.lane is Lane.DRIVING
+        await self._settled(session, scene if operation.edits else None, positions, driven=driven)
         return answered
+
+    async def _settled(
+        self, session: Session, scene: PackedScene | None, positions: list[float] | None, *, driven: bool
+    ) -> None:
+        """Have a session hold what was changed, once it is kept; who is cancelled meanwhile waits for that.
+
+        Raises:
+            Refusal: If it could not be kept; then nothing is changed, but where a driven robot has got to.
+        """
+
+        async def settle() -> None:
+            if self._keeper is not None and (scene, positions) != (None, None) and session in self.sessions:
+                try:
+                    await self._keeper.keep(session, scene, positions)
+                except Refusal:
+                    if not driven:
+                        raise
+            session.replace(scene, positions)
+
+        settling = asyncio.ensure_future(settle())
+        try:
+            await asyncio.shield(settling)
+        except asyncio.CancelledError:
+            await asyncio.wait((settling,))
+            raise
 
     @contextmanager
     def _counted(self, session: Session, operation: str) -> Generator[Done]:

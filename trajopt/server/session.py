@@ -1,6 +1,7 @@
 """Sessions: what each client has the server remember."""
 
 import asyncio
+import re
 import secrets
 import time
 from dataclasses import dataclass, field
@@ -12,6 +13,10 @@ from trajopt.server.state import PackedScene
 
 ID_BYTES = 16
 """Length of a session's id: nobody guesses 128 random bits, so who knows it may use the session."""
+ID = re.compile("[A-Za-z0-9_-]{22}")
+"""What ids look like."""
+SHOWN = 6
+"""Characters of an id in the log: enough to tell them apart, too few to use one."""
 
 
 @dataclass(eq=False)
@@ -34,7 +39,7 @@ class Session:
     scene: PackedScene
     positions: list[float]
     revision: int = 0
-    kept: bool = False
+    face: str = ""
     used: float = field(default_factory=time.monotonic)
     editing: asyncio.Lock = field(default_factory=asyncio.Lock)
     editors: int = 0
@@ -65,12 +70,30 @@ class Sessions:
     def __init__(self, limits: Limits) -> None:
         """Have none yet."""
         self._limits, self._all = limits, dict[str, Session]()
+        self._gone: list[Session] = []
 
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self._all)
 
-    def add(self, scene: PackedScene, positions: list[float], *, kept: bool = False) -> Session:
+    def __contains__(self, session: Session) -> bool:
+        """Say whether a session is one of them."""
+        return self._all.get(session.id) is session
+
+    def put(self, session: Session) -> None:
+        """Add a session that there was before."""
+        self._all[session.id] = session
+
+    def of_face(self, face: str, robot: str) -> Session | None:
+        """Return the session of a face with a robot; None where there is none."""
+        return next((each for each in self._all.values() if (each.face, each.robot) == (face, robot)), None)
+
+    def taken_gone(self) -> list[Session]:
+        """Return the sessions that were forgotten since the last call."""
+        gone, self._gone = self._gone, []
+        return gone
+
+    def add(self, scene: PackedScene, positions: list[float], *, face: str = "") -> Session:
         """Add a session; the one that is unused for longest goes where there are too many.
 
         Raises:
@@ -78,7 +101,7 @@ class Sessions:
         """
         if len(self._all) >= self._limits.sessions:
             self._forget_one()
-        session = Session(secrets.token_urlsafe(ID_BYTES), scene, list(positions), kept=kept)
+        session = Session(secrets.token_urlsafe(ID_BYTES), scene, list(positions), face=face)
         self._all[session.id] = session
         return session
 
@@ -103,10 +126,10 @@ class Sessions:
         session = self.get(name)
         if session.run is not None:
             session.run.cancel()
-        del self._all[name]
+        self._forget(session)
 
     def _forget_one(self) -> None:
-        free = [each for each in self._all.values() if not each.kept and each.run is None]
+        free = [each for each in self._all.values() if not each.face and each.run is None]
         oldest = min(free, key=lambda each: each.used, default=None)
         idle = 0.0 if oldest is None else time.monotonic() - oldest.used
         if oldest is None or idle < self._limits.idle:
@@ -115,4 +138,8 @@ class Sessions:
                 f"there are {len(self._all)} sessions, all in use: close one that is not needed",
                 retry_after=max(self._limits.idle - idle, 1.0),
             )
-        del self._all[oldest.id]
+        self._forget(oldest)
+
+    def _forget(self, session: Session) -> None:
+        del self._all[session.id]
+        self._gone.append(session)

@@ -5,7 +5,7 @@ The process that clients talk to never looks into these bytes: only workers make
 
 import pickle
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from hashlib import blake2b
 from io import BytesIO
 from typing import Any, cast
@@ -25,13 +25,11 @@ class SessionState(Value):
         robot: Name by which the server knows the robot.
         scene: What is around it.
         positions: Of all joints, shape (number of joints,) [rad | m].
-        extra: What a face of the server remembers of the scene beside this, plain data by name.
     """
 
     robot: str
     scene: Scene
     positions: Floats
-    extra: Mapping[str, object] = field(default_factory=dict[str, object])
 
     @property
     def named_positions(self) -> dict[str, float]:
@@ -45,7 +43,7 @@ class PackedScene(Value):
 
     Attributes:
         robot: Name by which the server knows the robot.
-        data: The scene and what belongs to it.
+        data: The scene.
         key: The same for the same bytes.
     """
 
@@ -68,12 +66,12 @@ def packed(state: SessionState, robots: Mapping[str, Robot]) -> PackedScene:
             return names.get(id(obj)) if isinstance(obj, Robot) else None
 
     buffer = BytesIO()
-    Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump((state.scene, dict(state.extra)))
+    Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(state.scene)
     return PackedScene.of(state.robot, buffer.getvalue())
 
 
-def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> tuple[Scene, Mapping[str, object]]:
-    """Return the scene of `packed`, and what belongs to it.
+def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> Scene:
+    """Return the scene of `packed`.
 
     Args:
         scene: What `packed` returned, in this process or in another of the same server; nothing else.
@@ -84,4 +82,4 @@ def unpacked(scene: PackedScene, robots: Mapping[str, Robot]) -> tuple[Scene, Ma
         def persistent_load(self, pid: Any) -> Robot:
             return robots[pid]
 
-    return cast("tuple[Scene, Mapping[str, object]]", Unpickler(BytesIO(scene.data)).load())
+    return cast(Scene, Unpickler(BytesIO(scene.data)).load())

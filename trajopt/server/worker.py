@@ -83,7 +83,7 @@ class Worker:
         self._channel, self._hello = channel, hello
         self._robots = {name: cast(Robot, pickle.loads(data)) for name, data in hello.robots.items()}
         self._operations = operations_of(hello.modules)
-        self._scenes: LruCache[bytes, tuple[Scene, Mapping[str, object]]] = LruCache(SCENES)
+        self._scenes: LruCache[bytes, Scene] = LruCache(SCENES)
         self._waiting: SimpleQueue[tuple[Request, Watch]] = SimpleQueue()
         self._watches: dict[int, Watch] = {}
 
@@ -126,7 +126,7 @@ class Worker:
             # The reason is for who runs the server, not for who asked: it may tell of the server's files.
             traceback.print_exc()
             raise Refusal(Why.FAILED, f"a fault of the server ({type(error).__name__})") from error
-        self._scenes.get(scene.key, lambda: (state.scene, state.extra))
+        self._scenes.get(scene.key, lambda: state.scene)
         return Answered(request.number, body, scene.data, state.positions.tolist(), 0.0, 0)
 
     def _run(self, request: Request, watch: Watch) -> Answer:
@@ -138,13 +138,13 @@ class Worker:
         arguments = Node(document, REQUEST)
         if not isinstance(document, dict):
             raise arguments.error("must be a mapping")
-        scene, extra = self._scene(request)
+        scene = self._scene(request)
         check_sizes(cast(object, document), watch)
         positions = np.array(request.positions)
-        state = SessionState(request.robot, scene, positions, extra)
+        state = SessionState(request.robot, scene, positions)
         return self._operations[request.operation].run(state, arguments, watch)
 
-    def _scene(self, request: Request | Changed) -> tuple[Scene, Mapping[str, object]]:
+    def _scene(self, request: Request | Changed) -> Scene:
         scene = PackedScene(request.robot, request.scene, request.key)
         return self._scenes.get(scene.key, lambda: unpacked(scene, self._robots))
 
@@ -159,7 +159,7 @@ class Worker:
                 case Cancel(number=number) if number in self._watches:
                     self._watches[number].cancel.set()
                 case Changed(number=number) if number in self._watches:
-                    self._watches[number].change(self._scene(message)[0])
+                    self._watches[number].change(self._scene(message))
                 case _:
                     pass
         os._exit(0)  # in the midst of a request nobody waits for

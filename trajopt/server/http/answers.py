@@ -12,7 +12,7 @@ from starlette.requests import ClientDisconnect
 from trajopt.errors import TrajoptError
 from trajopt.server.job import Listener
 from trajopt.server.refusals import Refusal, Why
-from trajopt.server.service import Reply
+from trajopt.server.requests import Reply
 
 STATUS = {
     Why.MALFORMED: 400,

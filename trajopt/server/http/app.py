@@ -27,7 +27,9 @@ from trajopt.server.http.options import HttpOptions
 from trajopt.server.http.robots import robot_document
 from trajopt.server.operation import Lane, Operation
 from trajopt.server.refusals import Refusal, Why
-from trajopt.server.service import Cancellation, Service
+from trajopt.server.requests import Cancellation
+from trajopt.server.service import Service
+from trajopt.server.session import Session
 
 _LOG = logging.getLogger("trajopt.server")
 PAGES = Path(__file__).parent / "pages"
@@ -145,7 +147,7 @@ class Face:
         robot = document.pop("robot", "")
         if document or not isinstance(robot, str):
             raise Refusal(Why.MALFORMED, "a session begins with {robot: NAME}")
-        return self._session(self._service.create(robot).id, 201)
+        return await self._begun(self._service.create(robot))
 
     async def _document(self, request: Request) -> Body:
         """Return the small mapping that a request holds; requests for workers are parsed by these."""
@@ -158,9 +160,10 @@ class Face:
             raise Refusal(Why.MALFORMED, "the request must be a mapping")
         return cast(Body, document)
 
-    def _session(self, name: str, status: int = 200) -> Response:
-        session = self._service.sessions.get(name)
-        return json_response({"session": name, "robot": session.robot, "revision": session.revision}, status)
+    async def _begun(self, session: Session) -> Response:
+        await self._service.keep(session)
+        begun = {"session": session.id, "robot": session.robot, "revision": session.revision}
+        return json_response(begun, 201)
 
     async def _read(self, request: Request, session: str) -> Response:
         held = self._service.sessions.get(session)
@@ -172,10 +175,10 @@ class Face:
         return json_response({"revision": held.revision, "positions": held.positions, "driven": driven})
 
     async def _fork(self, session: str) -> Response:
-        return self._session(self._service.fork(self._service.sessions.get(session)).id, 201)
+        return await self._begun(self._service.fork(self._service.sessions.get(session)))
 
     async def _close(self, session: str) -> Response:
-        self._service.sessions.remove(session)
+        await self._service.remove(session)
         return json_response({})
 
     async def _stop(self, session: str) -> Response:

@@ -8,7 +8,8 @@ from prometheus_client.registry import Collector
 
 from trajopt.server.memory import memory_used
 from trajopt.server.pool import Pool
-from trajopt.server.service import Done, Service
+from trajopt.server.requests import Done
+from trajopt.server.service import Service
 
 SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
 """Bounds of how long requests take, from kinematics to hard plans [s]."""

@@ -7,9 +7,12 @@ import msgspec
 
 from trajopt.messages import Generation
 from trajopt.server.refusals import Refusal, Why
+from trajopt.server.requests import Cancellation
 from trajopt.server.rosbridge.wire import Unusable
-from trajopt.server.service import Cancellation, Service
+from trajopt.server.service import Service
 
+FACE = "rosbridge"
+"""By this the session is found again after a restart."""
 AGAIN = 0.05
 """Clients made for ROS do not ask again: what finds the queue full waits so long at least [s]."""
 PATIENCE = 10.0
@@ -25,7 +28,7 @@ class Cell:
     """
 
     def __init__(self, service: Service, robot: str = "") -> None:
-        """Begin a session that stays.
+        """Begin a session that stays, or go on with the one of before a restart.
 
         Args:
             service: The service, started.
@@ -34,7 +37,7 @@ class Cell:
         Raises:
             RobotNotFound: If there is no such robot.
         """
-        self.service, self.session = service, service.create(robot, kept=True)
+        self.service, self.session = service, service.create(robot, face=FACE)
 
     @property
     def joint_names(self) -> tuple[str, ...]:

@@ -46,7 +46,9 @@ async def serve_rosbridge(
         OSError: If it cannot listen there.
         RobotNotFound: If there is no such robot.
     """
-    bridge = Bridge(Cell(service, robot), description, options)
+    cell = Cell(service, robot)
+    await service.keep(cell.session)
+    bridge = Bridge(cell, description, options)
     meshes = MeshFiles(description, options)
 
     async def door(connection: ServerConnection, request: Request) -> Response | None:

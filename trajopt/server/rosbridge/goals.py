@@ -9,10 +9,10 @@ import msgspec
 
 from trajopt.messages import Generation, encode
 from trajopt.messages.moveit_msgs import MoveGroupResult, MoveItErrorCodes
+from trajopt.server.requests import Cancellation
 from trajopt.server.rosbridge.cell import Cell
 from trajopt.server.rosbridge.services import ActionServer
 from trajopt.server.rosbridge.wire import Unusable
-from trajopt.server.service import Cancellation
 
 
 class Ending(Enum):

@@ -1,0 +1,144 @@
+"""Keeper: has sessions kept on disk, and finds them there again."""
+
+import logging
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+
+import msgspec
+
+from trajopt.server.job import Assignment
+from trajopt.server.keeping import SESSION
+from trajopt.server.limits import Limits
+from trajopt.server.messages import Answered, Hello
+from trajopt.server.pool import Pool
+from trajopt.server.refusals import Refusal, Why
+from trajopt.server.session import ID, SHOWN, Session
+from trajopt.server.state import PackedScene
+from trajopt.warehouse import Kind, Warehouse
+
+_LOG = logging.getLogger("trajopt.server")
+MODULE = "trajopt.server.keeping"
+"""The module of what its worker does."""
+_JSON = msgspec.json.Encoder()
+Arguments: TypeAlias = Mapping[str, Any]
+Empty: TypeAlias = Mapping[str, tuple[PackedScene, Sequence[float]]]
+"""Of each robot the scene in which there is nothing, and where the robot stands in it."""
+
+
+class Keeper:
+    """Keeps the sessions of one service in a warehouse, by a process of its own.
+
+    Attributes:
+        pool: The process.
+    """
+
+    def __init__(self, warehouse: Warehouse, hello: Hello, limits: Limits) -> None:
+        """Take the file.
+
+        Args:
+            warehouse: The file; it stays open, so that SQLite need not tidy it up after each write.
+            hello: What workers are told first.
+            limits: Of requests: a session is kept in the time of one.
+        """
+        self._warehouse, self._limits, self._known = warehouse, limits, set[str]()
+        self.pool = Pool("keeping", msgspec.structs.replace(hello, modules=(MODULE,)), 1, limits)
+
+    async def keep(
+        self, session: Session, scene: PackedScene | None, positions: Sequence[float] | None
+    ) -> None:
+        """Keep what a session holds; returns when it is on the disk.
+
+        Args:
+            session: The session.
+            scene: Its scene; None where that is kept as it is.
+            positions: Where its robot stands [rad | m]; None where that is kept as it is.
+
+        Raises:
+            Refusal: If it could not be kept.
+        """
+        new = session.id not in self._known
+        what = {
+            "session": session.id,
+            "face": session.face,
+            "scene": new or scene is not None,
+            "positions": new or positions is not None,
+        }
+        await self._written(session, "keep", what, scene or session.scene, positions or session.positions)
+        self._known.add(session.id)
+
+    async def forget(self, session: Session) -> None:
+        """Remove a session from the disk; returns when it is gone.
+
+        Raises:
+            Refusal: If it could not be removed.
+        """
+        self._known.discard(session.id)
+        await self._written(session, "forget", {"session": session.id}, session.scene, session.positions)
+
+    async def restored(self, empty: Empty, most: int) -> list[Session]:
+        """Return the sessions that the file keeps; what cannot be used stays there, and the log says why.
+
+        Args:
+            empty: Of each robot an empty scene: the sessions of other robots are left where they are.
+            most: The newest so many.
+        """
+        found = list[Session]()
+        for entry in self._warehouse.find(kind=Kind.STATE, tags=[SESSION]):
+            if not re.fullmatch(ID, entry.name):
+                continue
+            if entry.robot not in empty:
+                _left_out(entry.name, f"its robot {entry.robot!r} is not served")
+                continue
+            if len(found) >= most:
+                _left_out(entry.name, f"there may be {most} sessions")
+                continue
+            scene, positions = empty[entry.robot]
+            try:
+                answered = await self._done(entry.name, "restore", {"session": entry.name}, scene, positions)
+            except Refusal as refusal:
+                _left_out(entry.name, refusal.reason)
+                continue
+            assert answered.scene is not None and answered.positions is not None
+            session = Session(
+                entry.name, PackedScene.of(entry.robot, answered.scene), answered.positions,
+                revision=msgspec.json.decode(answered.body)["revision"],
+                face=next((tag for tag in entry.tags if tag != SESSION), ""),
+            )  # fmt: skip
+            found.append(session)
+            self._known.add(session.id)
+        return found
+
+    async def _written(
+        self, session: Session, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
+    ) -> None:
+        """Have the worker write something.
+
+        Raises:
+            Refusal: If it could not. What is wrong with the file is for who runs the server.
+        """
+        try:
+            await self._done(session.id, what, said, scene, positions)
+        except Refusal as refusal:
+            _LOG.error("session not kept", extra={"session": session.id[:SHOWN], "reason": str(refusal)})
+            if refusal.why not in (Why.MALFORMED, Why.UNKNOWN, Why.FAILED):
+                raise
+            raise Refusal(
+                Why.FAILED, "the session cannot be kept on disk: the server's log says why"
+            ) from refusal
+
+    async def _done(
+        self, owner: str, what: str, said: Arguments, scene: PackedScene, positions: Sequence[float]
+    ) -> Answered:
+        """Have the worker do something; what is asked about one session it does in that order.
+
+        Raises:
+            Refusal: If it could not.
+        """
+        body = _JSON.encode({**said, "warehouse": str(self._warehouse.path.absolute())})
+        assignment = Assignment(f"keeping/{what}", scene, positions, body, self._limits.seconds)
+        return await self.pool.submit(owner, assignment).done
+
+
+def _left_out(name: str, reason: str) -> None:
+    _LOG.warning("session not restored", extra={"session": name[:SHOWN], "reason": reason})

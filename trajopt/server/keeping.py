@@ -1,0 +1,77 @@
+"""Sessions on disk, as workers write and read them: each a scene and a state in a warehouse, under its id.
+
+Only the server itself asks for these: no face passes on the names of these operations.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from trajopt.bundle.message import message_of, value_of_message
+from trajopt.errors import ModelError
+from trajopt.io.document import Node
+from trajopt.model.scene import Scene
+from trajopt.server.operation import Answer, Lane, Operation
+from trajopt.server.state import SessionState
+from trajopt.server.watch import Watch
+from trajopt.warehouse import Kind, State, Warehouse
+
+SESSION = "session"
+"""Marks what a server keeps, among whatever else there is in the file."""
+KINDS = (Kind.SCENE, Kind.STATE)
+
+
+def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Keep what a session holds, or as much of it as has changed; what was kept of it before goes."""
+    name, face = arguments["session"].text(), arguments["face"].text("")
+    tags = (SESSION, face) if face else (SESSION,)
+    with _warehouse(arguments) as kept:
+        if arguments["scene"].value:
+            kept.add(name, state.scene, tags=tags)
+        if arguments["positions"].value:
+            kept.add(name, State(state.robot, state.named_positions), tags=tags)
+        for kind in KINDS:
+            for entry in kept.find(kind=kind, name=name)[1:]:
+                kept.remove(name, kind=kind, version=entry.version)
+    return Answer({})
+
+
+def forget(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Remove a session from the disk."""
+    name = arguments["session"].text()
+    with _warehouse(arguments) as kept:
+        for kind in KINDS:
+            if kept.find(kind=kind, name=name):
+                kept.remove(name, kind=kind)
+    return Answer({})
+
+
+def restore(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Return what a session held, as that of this server's robot.
+
+    Raises:
+        ModelError: If it was another robot's: pairs that may touch and names are those of the robot of then.
+    """
+    robot, name = state.scene.robot, arguments["session"].text()
+    with _warehouse(arguments) as kept:
+        entry = kept.entry(name, kind=Kind.SCENE)
+        scene: Scene = kept.load(entry)
+        positions = kept.state(name).positions
+    if message_of(scene.robot, {}) != message_of(robot, {}):
+        raise ModelError(f"the robot {state.robot!r} is described otherwise than it was")
+    message = Node(message_of(scene, {"robot": scene.robot}), name)
+    held = value_of_message(message, {"robot": robot}, Scene)
+    return Answer(
+        {"revision": entry.version}, replace(state, scene=held, positions=robot.positions(positions))
+    )
+
+
+def _warehouse(arguments: Node) -> Warehouse:
+    return Warehouse(arguments["warehouse"].text(), create=False)
+
+
+OPERATIONS: Mapping[str, Operation] = {
+    "keeping/keep": Operation(keep, Lane.KEEPING),
+    "keeping/forget": Operation(forget, Lane.KEEPING),
+    "keeping/restore": Operation(restore, Lane.KEEPING),
+}
+"""What the server asks a worker that keeps sessions."""
