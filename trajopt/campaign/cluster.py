@@ -155,8 +155,7 @@ class RayPool:
             return []
         first, rest = self._ray.wait(running, num_returns=1, timeout=seconds)
         more, _ = self._ray.wait(rest, num_returns=len(rest), timeout=0.0) if rest else ((), ())
-        ended = [self._ended(future) for future in (*first, *more)]
-        return [each for each in ended if each is not None]
+        return [each for future in (*first, *more) for each in self._ended(future)]
 
     def close(self) -> None:
         """End all actors, and so their workers."""
@@ -182,35 +181,54 @@ class RayPool:
             self._actors.append(actor)
             self._starting[actor.ready.remote()] = actor
 
-    def _ended(self, future: Any) -> Planned | Lost | None:
-        """Return what became of a block; None where an actor has come up, or has not."""
+    def _ended(self, future: Any) -> Sequence[Planned | Lost]:
+        """Return what became of blocks; nothing where an actor has come up, or has not, or was lost before.
+
+        Raises:
+            CampaignError: If workers cannot be started.
+        """
+        if future in self._starting:
+            actor = self._starting.pop(future)
+            _, why = self._told(future, actor)
+            if not why:
+                self._free = [actor, *self._free, *[actor] * (AHEAD - 1)]
+            return ()
+        if future not in self._busy:
+            return ()
+        actor, _ = self._busy[future]
+        told, why = self._told(future, actor)
+        if why:
+            return self._lost(actor, why)
+        _, block = self._busy.pop(future)
+        at_work = any(each is actor for each, _ in self._busy.values())
+        self._free.insert(len(self._free) if at_work else 0, actor)
+        return (replace(told, block=block),)
+
+    def _told(self, future: Any, actor: Any) -> tuple[Any, str]:
+        """Return what an actor answers, and why it was lost, if it was; then it is left alone.
+
+        Raises:
+            CampaignError: If workers cannot be started.
+        """
         errors = self._ray.exceptions
-        actor = self._starting.pop(future, None)
-        block: Block | None = None
-        if actor is None:
-            actor, block = self._busy.pop(future)
         try:
-            told = self._ray.get(future)
+            return self._ray.get(future), ""
         except errors.RayTaskError as error:
             if isinstance(error.cause, CampaignError):
                 raise error.cause from error
             raise CampaignError(f"a worker failed: {error.cause!r}") from error
         except errors.RayError as error:
-            self._forget(actor)
-            return None if block is None else Lost(block, f"{type(error).__name__}: {_first_line(error)}")
-        if block is None:
-            self._free = [actor, *self._free, *[actor] * (AHEAD - 1)]
-            return None
-        at_work = any(each is actor for each, _ in self._busy.values())
-        self._free.insert(len(self._free) if at_work else 0, actor)
-        return replace(told, block=block)
+            self._free = [each for each in self._free if each is not actor]
+            if actor in self._actors:
+                self._actors.remove(actor)
+                self._ray.kill(actor)
+            return None, f"{type(error).__name__}: {_first_line(error)}"
 
-    def _forget(self, actor: Any) -> None:
-        """Leave an actor that was lost alone; its other block will be told to be lost, too."""
-        self._free = [each for each in self._free if each is not actor]
-        if actor in self._actors:
-            self._actors.remove(actor)
-            self._ray.kill(actor)
+    def _lost(self, actor: Any, why: str) -> Sequence[Lost]:
+        """Return the blocks of an actor that was lost: it was at the one that it had first."""
+        his = [future for future, (each, _) in self._busy.items() if each is actor]
+        blocks = [self._busy.pop(future)[1] for future in his]
+        return [Lost(block, why, begun=place == 0) for place, block in enumerate(blocks)]
 
 
 def _first_line(error: Exception) -> str:

@@ -19,7 +19,7 @@ class Block:
 
     Attributes:
         tasks: The problems.
-        losses: Times that its worker was lost with its machine.
+        losses: Times that a machine was lost under its one problem; 0 as long as it has several.
     """
 
     tasks: Sequence[Task]
@@ -54,10 +54,12 @@ class Lost:
     Attributes:
         block: The block.
         why: What the engine says of it.
+        begun: Whether it was planned at the time; else it waited, and has nothing to do with the loss.
     """
 
     block: Block
     why: str
+    begun: bool
 
 
 class Pool(Protocol):

@@ -22,7 +22,7 @@ class Fate(Enum):
 
     INVALID = "the problem is malformed, or asks what its robot or scene does not have"
     FAILED = "trajopt raised an error of its own"
-    CRASHED = "the process that planned it ended, twice"
+    CRASHED = "whatever planned it ended, each time"
     RAN_OVER = "it took more wall-clock time than any problem may"
 
 

@@ -27,7 +27,8 @@ SHARE = 4
 """Blocks that each worker is to get of what is left, at least, so that all end at the same time. Source:
 Polychronopoulos and Kuck, Guided self-scheduling, 1987."""
 LOSSES = 5
-"""Times that the machine under a block may be lost before the problem itself is held responsible."""
+"""Times that the machine under a problem alone may be lost before the problem is held responsible: machines
+that come and go by themselves hardly ever meet the same one so often."""
 FAILURES = 3
 """Shards in a row that cannot be written before the campaign ends: a disk that is full stays so."""
 LOOK = 1.0
@@ -208,15 +209,18 @@ class _Run:
 
     def _lost(self, ended: Lost) -> None:
         """Hand a block to another worker, in halves: a problem that takes its machine down is found so."""
+        block = ended.block
+        if not ended.begun:
+            self._again.appendleft(block)  # before those that were at work when a machine was lost
+            return
         self._note(losses=self._state.losses + 1)
-        tasks, losses = ended.block.tasks, ended.block.losses + 1
-        if len(tasks) > 1:
-            half = len(tasks) // 2
-            self._again += [Block(tasks[:half], losses), Block(tasks[half:], losses)]
-        elif losses < LOSSES:
-            self._again.append(Block(tasks, losses))
+        if len(block.tasks) > 1:
+            half = len(block.tasks) // 2
+            self._again += [Block(block.tasks[:half]), Block(block.tasks[half:])]
+        elif block.losses + 1 < LOSSES:
+            self._again.append(Block(block.tasks, block.losses + 1))
         else:
-            self._folder.write(encoded([lost_row(tasks[0], Fate.CRASHED, ended.why, 0.0)]))
+            self._folder.write(encoded([lost_row(block.tasks[0], Fate.CRASHED, ended.why, 0.0)]))
             self._note(done=self._state.done + 1, planned=self._state.planned + 1)
 
     def _note(self, **changed: float) -> None:
