@@ -56,8 +56,8 @@ def test_a_good_robot_has_no_findings(changed: Check) -> None:
         ('ixy="0.001"', 'ixy="0.1"', Severity.ERROR, "arm", "negative moment of inertia"),
         ('lower="-2" upper="2"', "", Severity.ERROR, "turn", "cannot move: both limits are 0"),
         ('lower="-2" upper="2"', 'lower="-180" upper="180"', Severity.WARNING, "turn", "degrees"),
-        ('effort="10"', 'effort="0"', Severity.WARNING, "turn", "limit of zero on its effort"),
-        ('velocity="1"', 'velocity="0"', Severity.WARNING, "turn", "limit of zero on its velocity"),
+        ('effort="10"', 'effort="0"', Severity.WARNING, "turn", "or one of zero, on its effort"),
+        ('velocity="1"', 'velocity="0"', Severity.WARNING, "turn", "or one of zero, on its velocity"),
         ('xyz="0 0 0.3"', 'xyz="0 0 300"', Severity.ERROR, "turn", "300 m from its parent: millimetres"),
         ('xyz="0 0 1"', 'xyz="0 0 2"', Severity.WARNING, "turn", "not a unit vector: 0 0 2"),
         ('multiplier="0.5"', 'multiplier="1"', Severity.WARNING, "follow", "beyond its own range [-1, 1]"),
@@ -102,7 +102,12 @@ def test_an_oddity_is_told(
 
 def test_what_pinocchio_cannot_parse_is_a_typed_error(changed: Check) -> None:
     with pytest.raises(to.TrajoptError, match="does not contain a valid URDF model"):
-        changed(' velocity="1"', "")
+        changed("<limit", '<dynamics damping="much"/><limit')
+
+
+def test_a_limit_that_is_not_stated_is_told(changed: Check) -> None:
+    told = Finding(Severity.WARNING, "turn", "has no limit, or one of zero, on its velocity")
+    assert told in changed(' effort="10" velocity="1"', ' effort="10"')
 
 
 def test_missing_inertias_and_continuous_joints(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import pinocchio as pin
 
 from trajopt.arrays import Value
-from trajopt.errors import FileFormatError
+from trajopt.errors import FileFormatError, listed
 from trajopt.errors.arguments import checked
 from trajopt.model.bases import MovingBase, RobotBase
 from trajopt.model.collisions.bodies import CollisionBody, robot_bodies
@@ -171,9 +171,26 @@ def _assembled(
         bodies=solid.bodies,
         visuals=description.visuals,
         mesh_notes=solid.mesh_notes,
-        notes=(*description.notes, *named.notes, *effort_notes(model, limits, motorless), *solid.notes),
+        notes=(
+            *description.notes,
+            *named.notes,
+            *effort_notes(model, limits, motorless),
+            *solid.notes,
+            *_ghost_notes(description),
+        ),
         left_out=named.left_out,
         base=base,
         urdf_path=description.path,
         urdf_xml=description.xml,
+    )
+
+
+def _ghost_notes(description: Urdf) -> tuple[str, ...]:
+    """Return what there is to say of links that are seen and not solid."""
+    solid = {item.link for item in description.collisions}
+    ghosts = list(dict.fromkeys(item.link for item in description.visuals if item.link not in solid))
+    if not ghosts:
+        return ()
+    return (
+        f"links are visible and have no collision shape, so nothing keeps clear of them: {listed(ghosts)}",
     )

@@ -173,7 +173,7 @@ def _limit(name: str, kind: str, lower: float, upper: float, rates: Mapping[str,
             )
     for key, rate in rates.items():
         if rate <= 0.0:
-            yield Finding(Severity.WARNING, name, f"has a limit of zero on its {key}")
+            yield Finding(Severity.WARNING, name, f"has no limit, or one of zero, on its {key}")
 
 
 def _mimics(robot: Robot) -> Iterator[Finding]:

@@ -77,6 +77,8 @@ def _pair_notes(reduced: ReducedModel) -> list[str]:
         f"{1000 * allowance.depth:g} mm deep, first {allowance.first:g} s and last {allowance.last:g} s"
         for allowance in dict.fromkeys(allowance for _, allowance in reduced.pairs.allowances)
     ]
+    if not any(body.joint for body in reduced.bodies):
+        found.append("no link that moves has a collision shape: the motion is kept clear of nothing")
     immobile = reduced.pairs.immobile
     if immobile:
         first = nsmallest(_MOST_NAMES, map(sorted, immobile))

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 
 from trajopt.errors import FileFormatError, MeshFileError, ShapeError, UnsupportedJoint, listed, shown
 from trajopt.model.description.mesh_names import MeshNames
+from trajopt.model.description.urdf_tree import check_tree, complete
 from trajopt.model.description.xacro_file import SUFFIX, expanded
 from trajopt.model.description.xml_file import numbers, parse_xml, read_xml
 from trajopt.model.placement import Placement, placement
@@ -235,6 +236,7 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
                 numbers(path, mimic, "multiplier", "1", count=1)[0],
                 numbers(path, mimic, "offset", "0", count=1)[0],
             )
+    check_tree(path, root)
     meshes = MeshNames(path, tuple(package_dirs))
     collisions = _link_geometries(path, root, "collision", meshes)
     missing: dict[str, str] = {}
@@ -245,6 +247,7 @@ def read_urdf(path: Path, package_dirs: Sequence[Path] = (), xacro: Mapping[str,
         visuals += tuple(item for item in collisions if item.link in missing)
         files = [f"{shown(file)} of {link}" for link, file in missing.items()]
         notes.append(f"visual meshes are missing, collision shapes are drawn instead: {listed(files)}")
+    notes.extend(complete(path, root))
     for link in root.findall("link"):
         for element in (*link.findall("collision"), *link.findall("visual")):
             link.remove(element)
