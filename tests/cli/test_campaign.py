@@ -9,6 +9,7 @@ import pytest
 
 from tests.campaign.rooms import REQUEST, SCENE
 from tests.cli.process import trajopt
+from trajopt.warehouse import Warehouse
 
 pytestmark = pytest.mark.timeout(280)
 
@@ -40,7 +41,7 @@ def test_a_grid_of_places_from_the_run_to_the_map(files: tuple[Path, Path], tmp_
     assert again.returncode == 2 and "holds a campaign already" in again.stderr
 
 
-def test_motions_become_bundles_and_arrays(tmp_path: Path) -> None:
+def test_motions_become_bundles_arrays_and_experience(tmp_path: Path) -> None:
     out = tmp_path / "few"
     words = ("random", "--robot", "planar2", "--count", 3, "--workers", 1, "--attempts", 2)
     assert trajopt("campaign", "run", *words, "--out", out).returncode == 0
@@ -51,6 +52,10 @@ def test_motions_become_bundles_and_arrays(tmp_path: Path) -> None:
     assert "3 motions of 2 joints at 8 points" in told
     with np.load(data) as arrays:
         key = str(arrays["ids"][0])
+    kept = tmp_path / "cell.warehouse"
+    told = trajopt("campaign", "remember", out, "--experience", kept).stdout
+    assert "3 motions more, 3 are remembered" in told
+    assert len(Warehouse(kept).experience()) == 3
     done = trajopt("campaign", "extract", out, key, "--out", tmp_path)
     assert done.returncode == 0 and "as in the row" in done.stdout
     assert trajopt("replay", tmp_path / f"{key}.trajopt").returncode == 0

@@ -10,6 +10,8 @@ import trajopt as to
 from trajopt.bundle import save
 from trajopt.cli.app import app_for
 from trajopt.errors import EntryNotFound, FileFormatError, ModelError, TrajoptError
+from trajopt.planning.seeds import SeedKind
+from trajopt.warehouse import Warehouse
 
 SCENE = """
 world:
@@ -123,3 +125,14 @@ def test_what_does_not_fit_together_is_refused(filled: Path, tmp_path: Path) -> 
     assert "did you mean 'cell'" in refused(EntryNotFound, "show", filled, "sell")
     assert "no such file" in refused(FileFormatError, "ls", tmp_path / "none")
     assert not (tmp_path / "none").exists()
+
+
+def test_plan_begins_from_what_a_warehouse_remembers(file: Path, tmp_path: Path) -> None:
+    words = ("--robot", "planar2", "--scene", tmp_path / "s.yaml", "--request", tmp_path / "r.yaml", "--json")
+    for memories, remembered in (([], False), ([1], True)):
+        done = CliRunner().invoke(app_for(["plan"]), ["plan", *map(str, words), "--experience", str(file)])
+        assert done.exit_code == 0, (done.output, done.exception)
+        told = json.loads(done.stdout)
+        assert told["experience"]["memories"] == memories
+        assert (told["won_by"] == SeedKind.GIVEN.name) is remembered
+    assert len(Warehouse(file).experience()) == 1

@@ -11,7 +11,7 @@ import pytest
 
 import trajopt as to
 from trajopt.bundle import read_bundle, replay
-from trajopt.errors import FileFormatError, ProblemError
+from trajopt.errors import FileFormatError, ProblemError, ShapeError
 from trajopt.experience import Experience
 from trajopt.experience.experience import FORGIVEN
 from trajopt.experience.likeness import likeness, scene_signature, scenes_apart
@@ -230,6 +230,35 @@ def test_threads_share_one(learnt: Experience) -> None:
         results = list(pool.map(planned, range(8)))
     assert all(result.verified for result in results)
     assert learnt.storage.all()[1].wins == 8
+
+
+def test_a_path_from_elsewhere_is_remembered_like_a_motion(learnt: Experience) -> None:
+    result = to.plan(problem())
+    assert result.trajectory is not None
+    told = Experience()
+    assert told.remember(problem(), result.trajectory.positions)
+    assert not told.remember(problem(start=0.02), result.trajectory.positions), "a near one is there already"
+    again = to.plan(problem(ball=(0.66, 0.64, 0.1), start=0.05), experience=told)
+    assert again.won is not None and again.won.kind is SeedKind.GIVEN and len(again.attempts) == 1
+    assert told.storage.all()[1].knots.shape == learnt.storage.all()[1].knots.shape
+
+
+def test_a_path_that_takes_the_last_place_takes_that_of_the_oldest() -> None:
+    experience = Experience(most=2)
+    for end in (0.3, 0.9, 1.4):
+        assert experience.remember(problem(end=end), [[0.0, 0.4], [end, 0.4]])
+    assert sorted(experience.storage.all()) == [2, 3]
+
+
+def test_paths_that_cannot_be_remembered() -> None:
+    straight = [[0.0, 0.4], [1.4, 0.4]]
+    via = replace(problem(), waypoints=[to.joint_positions({"joint1": 0.7, "joint2": 0.9})])
+    assert not Experience().remember(via, straight)
+    assert not Experience(learning=False).remember(problem(), straight)
+    with pytest.raises(ShapeError, match=r"path: needs shape \(any, 2\)"):
+        Experience().remember(problem(), [[0.0], [1.4]])
+    with pytest.raises(ShapeError, match="at least 2 points"):
+        Experience().remember(problem(), straight[:1])
 
 
 def test_what_remembers_nothing_is_refused() -> None:

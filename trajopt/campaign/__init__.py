@@ -19,6 +19,7 @@ from trajopt.campaign.extract import extract as extract
 from trajopt.campaign.extract import motion_of as motion_of
 from trajopt.campaign.extract import problem_of as problem_of
 from trajopt.campaign.kept import CampaignFolder as CampaignFolder
+from trajopt.campaign.learning import remember as remember
 from trajopt.campaign.local import Local as Local
 from trajopt.campaign.options import Options as Options
 from trajopt.campaign.row import Fate as Fate

@@ -18,13 +18,15 @@ from trajopt.campaign import (
     Options,
     Progress,
     Ray,
-    compare_campaigns,
-    dataset,
-    extract,
     resume_campaign,
-    summary,
 )
-from trajopt.campaign.page import lines, map_of, page
+from trajopt.cli.campaign_results import (
+    FolderArgument,
+    extract_rows,
+    remember_rows,
+    report,
+    write_dataset,
+)
 from trajopt.cli.campaign_sources import Words
 from trajopt.cli.options import (
     ExactOption,
@@ -35,8 +37,7 @@ from trajopt.cli.options import (
     SrdfOption,
 )
 from trajopt.cli.progress import quiet_bar
-from trajopt.errors import CampaignError, ProblemError
-from trajopt.io.document import write_text
+from trajopt.errors import ProblemError
 
 INTERRUPTED = 130
 """Exit status of a command that Ctrl-C ended, as shells have it."""
@@ -58,7 +59,6 @@ SourceArgument = Annotated[
         "from a grid of places for the base; or an installed problem."
     ),
 ]
-FolderArgument = Annotated[Path, typer.Argument(help="Folder of the campaign.")]
 OutOption = Annotated[Path, typer.Option("--out", help="Folder that the campaign is kept in.")]
 RobotOption = Annotated[
     str | None,
@@ -139,18 +139,6 @@ WorkersOption = Annotated[
     int, typer.Option("--workers", min=0, help="Processes that plan; as many as there are cores when 0.")
 ]
 
-BesideOption = Annotated[
-    Path | None, typer.Option("--beside", help="Folder of another campaign, with which this is compared.")
-]
-HtmlOption = Annotated[Path | None, typer.Option("--html", help="Write a page with plots here.")]
-PictureOption = Annotated[
-    Path | None, typer.Option("--map", help="Write the map of the base's places here (SVG).")
-]
-RowsArgument = Annotated[list[str], typer.Argument(help="Ids of rows, or their beginnings.")]
-BundlesOption = Annotated[Path, typer.Option("--out", help="Folder for the bundles.")]
-TableOption = Annotated[Path, typer.Option("--out", help="Data set to write: .npz.")]
-PointsOption = Annotated[int, typer.Option("--points", min=2, help="Points of each motion.")]
-
 campaign = typer.Typer(
     help="Plans by the thousand and the million: run, resume, look at and compare them.",
     no_args_is_help=True,
@@ -228,48 +216,13 @@ def status(folder: FolderArgument, as_json: JsonOption = False) -> None:
     raise typer.Exit(0 if tell_status(CampaignFolder.open(folder), as_json=as_json) else 1)
 
 
-@campaign.command()
-def report(
-    folder: FolderArgument,
-    beside: BesideOption = None,
-    html: HtmlOption = None,
-    picture: PictureOption = None,
-    as_json: JsonOption = False,
-) -> None:
-    """Sum up the results so far, and compare them with another campaign's. Exit status 0 or 2."""
-    opened = CampaignFolder.open(folder)
-    found = summary(opened)
-    compared = None if beside is None else compare_campaigns(CampaignFolder.open(beside), opened)
-    if html is not None:
-        write_text(html, page(found, compared))
-    if picture is not None:
-        if found.places is None:
-            raise CampaignError(f"{folder} is about no places of a base: there is no map to draw")
-        write_text(picture, map_of(found.places))
-    if as_json:
-        beside_it = None if compared is None else compared.as_dict()
-        typer.echo(json.dumps({**found.as_dict(), "beside": beside_it}))
-    else:
-        typer.echo("\n".join(lines(found, compared)))
-
-
-@campaign.command("extract")
-def extract_rows(folder: FolderArgument, rows: RowsArgument, out: BundlesOption = Path()) -> None:
-    """Write rows as bundles, planned anew. Exit status 0 as the rows say, 1 otherwise, 2 bad input."""
-    opened = CampaignFolder.open(folder)
-    found = [extract(opened, row, out / f"{row}.trajopt") for row in rows]
-    words = {True: "as in the row", False: "NOT as in the row", None: "the problem alone"}
-    for each in found:
-        typer.echo(f"{each.path}: {words[each.same]}")
-    raise typer.Exit(1 if any(each.same is False for each in found) else 0)
-
-
-@campaign.command("dataset")
-def write_dataset(folder: FolderArgument, out: TableOption, points: PointsOption = 64) -> None:
-    """Write the verified motions as arrays of one shape, for training. Exit status 0 or 2."""
-    found = dataset(CampaignFolder.open(folder), points)
-    found.write(out)
-    typer.echo(f"{len(found)} motions of {len(found.joint_names)} joints at {points} points each: {out}")
+for name, results in (
+    ("report", report),
+    ("extract", extract_rows),
+    ("dataset", write_dataset),
+    ("remember", remember_rows),
+):
+    campaign.command(name)(results)
 
 
 def planned(folder: CampaignFolder, engine: Engine, *, as_json: bool) -> NoReturn:

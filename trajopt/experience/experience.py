@@ -5,9 +5,10 @@ from dataclasses import dataclass, field, replace
 from threading import RLock
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats
-from trajopt.errors import ProblemError
+from trajopt.arrays import Floats, floats
+from trajopt.errors import ProblemError, ShapeError
 from trajopt.errors.arguments import checked
 from trajopt.experience.likeness import Likeness, likeness, scenes_apart
 from trajopt.experience.memory import Memory
@@ -15,6 +16,7 @@ from trajopt.experience.storage import InProcess, Storage
 from trajopt.planning.recalled import Recalled
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import SeedKind
+from trajopt.planning.seeds.source import with_knots
 from trajopt.problem import Problem
 
 FAR = 0.3
@@ -113,11 +115,51 @@ class Experience:
             ]
             gone = [each.number for each in after if each.failures >= FORGIVEN]
             new = self._new(result, won=any(tried.values()))
-            if new is not None and len(self._known) - len(gone) >= self.most:
-                left = [each for number, each in self._known.items() if number not in (*gone, *tried)]
-                gone += [min(left, key=lambda each: (each.used, each.number)).number] if left else []
+            if new is not None:
+                gone += self._in_excess(tried, gone)
             if new is not None or after:
                 self._change(new, after, gone)
+
+    @checked
+    def remember(self, problem: Problem, path: ArrayLike) -> bool:
+        """Remember a path that solved a problem elsewhere, unless a problem this near is remembered already.
+
+        Args:
+            problem: What it solved, with one goal.
+            path: Points from start to end, shape (k, n) with k at least 2 [rad | m].
+
+        Returns:
+            Whether it is remembered now; it is not where `learning` is off, either, or where motions of such
+            problems are never remembered.
+
+        Raises:
+            ShapeError: If the path is not one of the group's joints.
+        """
+        points = floats("path", path, (None, len(problem.reduced.joint_names)))
+        if len(points) < 2:
+            raise ShapeError("path", f"must have at least 2 points, has {len(points)}")
+        if not self.learning or not comparable(problem):
+            return False
+        with self._lock:
+            self._look()
+            near = _nearest(self._groups, problem)
+            if near is not None and near[0] <= ANEW:
+                return False
+            new = _memory(problem, with_knots(points, problem.knots))
+            self._change(new, (), self._in_excess(()))
+            return True
+
+    def _in_excess(self, kept: Collection[int], gone: Sequence[int] = ()) -> Sequence[int]:
+        """Return the number of the memory that one more takes the place of, where there is no room.
+
+        Args:
+            kept: Memories that stay.
+            gone: Those that go anyway.
+        """
+        if len(self._known) - len(gone) < self.most:
+            return ()
+        left = [each for number, each in self._known.items() if number not in (*gone, *kept)]
+        return [min(left, key=lambda each: (each.used, each.number)).number] if left else ()
 
     def _change(self, new: Memory | None, after: Sequence[Memory], gone: Sequence[int]) -> None:
         """Change what is kept; if nobody else did meanwhile, what is known here needs no reading anew."""
@@ -140,15 +182,7 @@ class Experience:
             near = _nearest(self._groups, result.problem)
             if near is not None and near[0] <= ANEW:
                 return None
-        like = likeness(result.problem)
-        return Memory(
-            number=0,
-            key=like.key,
-            start=like.start,
-            goal=like.goal,
-            scene=like.scene,
-            knots=result.path.knots,
-        )
+        return _memory(result.problem, result.path.knots)
 
     def _look(self) -> None:
         """Read the memories where another thread or process has changed them."""
@@ -172,6 +206,12 @@ class Experience:
                 numbers = [one.number for one in each]
                 starts, goals = np.stack([one.start for one in each]), np.stack([one.goal for one in each])
                 self._groups[key] = _Group(numbers, starts, goals, [one.scene for one in each])
+
+
+def _memory(problem: Problem, knots: Floats) -> Memory:
+    """Return a path as a memory that has no number yet."""
+    like = likeness(problem)
+    return Memory(number=0, key=like.key, start=like.start, goal=like.goal, scene=like.scene, knots=knots)
 
 
 def _after(memory: Memory, *, won: bool, version: int) -> Memory:
