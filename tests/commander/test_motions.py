@@ -8,7 +8,13 @@ import pytest
 from trajopt import grasping, placement
 from trajopt.commander import MoveGroupCommander, MoveItCommanderException, PlanningSceneInterface, World
 from trajopt.commander.conversions import placement_of, pose_of, stamped
-from trajopt.commander.moveit_msgs.msg import Constraints, Grasp, MoveItErrorCodes, PlaceLocation
+from trajopt.commander.moveit_msgs.msg import (
+    Constraints,
+    Grasp,
+    JointConstraint,
+    MoveItErrorCodes,
+    PlaceLocation,
+)
 from trajopt.commander.trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from trajopt.errors import MissingExtra
 
@@ -60,6 +66,21 @@ def test_after_a_jump_threshold_comes_whether_to_avoid(
     assert (arm.compute_cartesian_path(line(arm, 0.35), 0.01, *words)[1] == 1.0) is reached
 
 
+def test_a_line_ends_where_its_path_constraints_hold_no_longer(arm: MoveGroupCommander) -> None:
+    whole, _ = arm.compute_cartesian_path(line(arm, 0.3), 0.01)
+    names, points = whole.joint_trajectory.joint_names, whole.joint_trajectory.points
+    joint = int(np.argmax(np.abs(np.subtract(points[-1].positions, points[0].positions))))
+    off = 0.5 * abs(points[-1].positions[joint] - points[0].positions[joint])
+    near = JointConstraint(names[joint], points[0].positions[joint], off, off, 1.0)
+    kept = Constraints(joint_constraints=[near])
+    part, fraction = arm.compute_cartesian_path(line(arm, 0.3), 0.01, path_constraints=kept)
+    assert 0.2 < fraction < 0.8
+    assert "path constraints" in arm.get_last_followed().reason
+    last = part.joint_trajectory.points[-1].positions[joint]
+    assert abs(last - points[0].positions[joint]) <= off + 1e-4
+    assert arm.compute_cartesian_path(line(arm, 0.3), 0.01, path_constraints=Constraints())[1] == 1.0
+
+
 def test_a_line_that_is_blocked_says_by_what(arm: MoveGroupCommander, jumping: World) -> None:
     scene = PlanningSceneInterface(world=jumping)
     x, y = arm.get_current_pose().pose.position.x, arm.get_current_pose().pose.position.y
@@ -79,10 +100,6 @@ def test_a_line_that_is_blocked_says_by_what(arm: MoveGroupCommander, jumping: W
         (lambda arm: arm.compute_cartesian_path(line(arm, 0.0), 0.01), "no waypoint is elsewhere"),
         (lambda arm: arm.compute_cartesian_path([], 0.01), "no waypoint is elsewhere"),
         (lambda arm: arm.compute_cartesian_path([[1, 2]], 0.01), "a pose is"),
-        (
-            lambda arm: arm.compute_cartesian_path(line(arm, 0.1), 0.01, path_constraints=Constraints()),
-            "not supported yet",
-        ),
         (lambda arm: arm.pick("cup"), "names no <end_effector>"),
     ],
 )

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from math import inf
 from threading import Event
 
@@ -10,6 +11,7 @@ import numpy as np
 from trajopt import grasping
 from trajopt.arrays import Floats
 from trajopt.cartesian import Followed, FollowOptions, follow, follows_curve, polyline
+from trajopt.commander.constrained_lines import as_far_as_kept
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.settings import Settings
 from trajopt.grasping import Grasp, GraspingOptions, Gripper, PickPlaceResult, Place
@@ -71,6 +73,7 @@ def followed_through(
     group: str,
     start: Floats,
     settings: Settings,
+    constraints: Sequence[Requirement] = (),
     budget: Budget = NO_BOUNDS,
     cancel: Event | None = None,
 ) -> Followed:
@@ -83,6 +86,7 @@ def followed_through(
         group: The planning group.
         start: Positions of all joints at the beginning [rad | m].
         settings: Speeds.
+        constraints: What must hold all the way: where it holds no longer the motion ends.
         budget: Time that it may take.
         cancel: Set it from another thread to stop.
 
@@ -100,15 +104,21 @@ def followed_through(
         acceleration_scaling=settings.acceleration_scaling,
         tool_speed=() if settings.tool_speed is None else (settings.tool_speed,),
     )
-    return follow(
-        scene,
-        follows_curve(link, polyline(stops)),
-        start=start,
-        group=group,
-        options=options,
-        budget=budget,
-        cancel=cancel,
-    )
+    lines, ends = polyline(stops), time.monotonic() + (inf if budget.seconds is None else budget.seconds)
+
+    def until(length: float | None) -> Followed:
+        left = ends - time.monotonic()
+        return follow(
+            scene,
+            follows_curve(link, lines, until=length),
+            start=start,
+            group=group,
+            options=options,
+            budget=budget if left == inf else replace(budget, seconds=max(left, SHORTEST)),
+            cancel=cancel,
+        )
+
+    return as_far_as_kept(until(None), constraints, until)
 
 
 def picked(

@@ -10,7 +10,7 @@ from trajopt.commander.conversions import framed_placement
 from trajopt.commander.exception import MoveItCommanderException
 from trajopt.commander.functions import followed_through, picked, put_down
 from trajopt.commander.group_base import GroupBase
-from trajopt.commander.moveit_msgs.msg import MoveItErrorCodes, RobotTrajectory
+from trajopt.commander.moveit_msgs.msg import Constraints, MoveItErrorCodes, RobotTrajectory
 from trajopt.commander.outcome import Outcome
 from trajopt.commander.pick_place import executed, grasp_of, place_of
 from trajopt.commander.planning import reading_in
@@ -68,25 +68,28 @@ class GroupMotions(GroupBase):
             eef_step: As in MoveIt, > 0 [m]; the lines are followed and judged at all places, not at steps.
             avoid_collisions: Whether to stop where something comes too near. A number before it, the
                 `jump_threshold` that scripts of before 2023 have, is accepted: nothing jumps.
-            path_constraints: What else must hold; none is supported yet.
+            path_constraints: What else must hold (Constraints): where it holds no longer the motion ends.
 
         Returns:
             The motion, and the part of the way that it follows; `get_last_followed` says why not more.
 
         Raises:
-            MoveItCommanderException: If a pose is none, or constraints are given.
+            MoveItCommanderException: If a pose is none.
+            FileFormatError: If the constraints cannot be read.
         """
         if not isinstance(avoid_collisions, bool):
             raise MoveItCommanderException(
                 f"compute_cartesian_path: avoid_collisions is True or False, not {shown(avoid_collisions)}"
             )
-        if path_constraints is not None:
-            raise MoveItCommanderException("compute_cartesian_path: path constraints are not supported yet")
         if not eef_step > 0.0:
             raise MoveItCommanderException(f"eef_step must be positive, is {eef_step}")
         start = state_positions(self._start, self._world)
         targets = [framed_placement(each, self._reference) for each in waypoints]
-        scene = self._world.scene
+        message = Constraints() if path_constraints is None else path_constraints
+        reading = reading_in(self._world.scene, start)
+        constraints, scene = read_constraints(
+            document_of(message, "path_constraints"), self._world.scene, reading
+        )
         followed = self._world.ask(
             followed_through,
             scene if avoid_collisions else without_collisions(scene),
@@ -95,6 +98,7 @@ class GroupMotions(GroupBase):
             group=self._group.name,
             start=start,
             settings=self._settings,
+            constraints=constraints,
         )
         self._followed = followed
         _LOG.info("compute_cartesian_path: %s", followed.reason)

@@ -76,6 +76,33 @@ def test_a_controller_tells_where_it_is_and_stops_when_it_is_told_to(tmp_path: P
     talk(tmp_path, test)
 
 
+def test_tolerances_of_a_trajectory_are_kept_or_refused(tmp_path: Path) -> None:
+    async def test(client: Client) -> None:
+        trajectory = (await planned(client, *END))["joint_trajectory"]
+
+        async def followed(name: str, **tolerances: Any) -> dict[str, Any]:
+            await send(client, "/follow_joint_trajectory", name, {"trajectory": trajectory, **tolerances})
+            return (await client.hear(op="action_result", id=name))["values"]
+
+        here = await place(client)
+        for name, tolerances, code in (
+            ("a", {"path_tolerance": [{"name": "nose", "position": 0.1}]}, -2),
+            ("b", {"path_tolerance": [{"name": "elbow", "acceleration": 0.1}]}, -1),
+            ("c", {"component_path_tolerance": [{"joint_name": "elbow"}]}, -1),
+        ):
+            assert (await followed(name, **tolerances))["error_code"] == code
+            assert await place(client) == here
+        tight = [{"name": "elbow", "velocity": 1e-12}]
+        result = await followed("d", path_tolerance=tight)
+        assert result["error_code"] == -4 and "elbow: its velocity" in result["error_string"]
+        assert not np.allclose(await place(client), END, atol=1e-2)
+        trajectory = (await planned(client, *END))["joint_trajectory"]
+        wide = [{"name": "elbow", "position": 0.5}]
+        assert (await followed("e", path_tolerance=wide, goal_tolerance=wide))["error_code"] == 0
+
+    talk(tmp_path, test)
+
+
 def test_move_group_plans_and_moves(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         request = motion(goal(*END))["motion_plan_request"]

@@ -160,8 +160,94 @@ def test_straight_lines(tmp_path: Path) -> None:
         assert 0.0 < answer["fraction"] < 1.0 and answer["error_code"]["val"] == Codes.SUCCESS
         answer = await client.call("/compute_cartesian_path", {**request, "avoid_collisions": False})
         assert answer["fraction"] == pytest.approx(1.0)
-        answer = await client.call("/compute_cartesian_path", {**request, "path_constraints": goal(0, 0, 0)})
-        assert answer["fraction"] == 0.0 and "not supported" in answer["error_code"]["message"]
+
+    talk(tmp_path, test)
+
+
+def test_straight_lines_end_where_path_constraints_hold_no_longer(tmp_path: Path) -> None:
+    async def test(client: Client) -> None:
+        bent = state(0.5, 1.0, 0.2, is_diff=True)
+        place = await client.call("/compute_fk", {"fk_link_names": ["hand"], "robot_state": bent})
+        pose = place["pose_stamped"][0]["pose"]
+        pose["position"]["x"] += 0.1
+        request = {"start_state": bent, "group_name": "arm", "waypoints": [pose], "avoid_collisions": True}
+        free = await client.call("/compute_cartesian_path", request)
+        elbow = [point["positions"][1] for point in free["solution"]["joint_trajectory"]["points"]]
+        most = 0.5 * abs(elbow[-1] - elbow[0])
+
+        async def within(off: float, **more: Any) -> Any:
+            near = {
+                "joint_name": "elbow", "position": 1.0, "tolerance_above": off, "tolerance_below": off,
+                "weight": 1, **more,
+            }  # fmt: skip
+            constraints = {"joint_constraints": [near]}
+            return await client.call("/compute_cartesian_path", {**request, "path_constraints": constraints})
+
+        answer = await within(most)
+        assert 0.2 < answer["fraction"] < 0.8 and answer["error_code"]["val"] == Codes.SUCCESS
+        assert "path constraints" in answer["error_code"]["message"]
+        for point in answer["solution"]["joint_trajectory"]["points"]:
+            assert abs(point["positions"][1] - 1.0) <= most + 1e-4
+        assert (await within(1.0))["fraction"] == pytest.approx(1.0)
+        answer = await within(1e-4, position=0.5)
+        assert answer["fraction"] == 0.0 and answer["solution"]["joint_trajectory"]["points"] == []
+        assert answer["error_code"]["val"] == Codes.SUCCESS
+        answer = await within(1.0, joint_name="knee")
+        assert answer["error_code"]["val"] == Codes.INVALID_GOAL_CONSTRAINTS
+
+    talk(tmp_path, test)
+
+
+def test_what_a_request_has_the_robot_carry_counts_for_it(tmp_path: Path) -> None:
+    async def test(client: Client) -> None:
+        pole = {
+            "id": "pole", "header": {"frame_id": "hand"},
+            "primitives": [{"type": 1, "dimensions": [0.6, 0.02, 0.02]}],
+            "pose": {"position": {"x": 0.4}, "orientation": {"w": 1.0}},
+        }  # fmt: skip
+        carried = {"link_name": "hand", "object": pole, "touch_links": ["hand"]}
+        loaded = {**state(0.0, 0.0, 0.0, is_diff=True), "attached_collision_objects": [carried]}
+        assert await edit(client, world={"collision_objects": [box(1.5, 0.0)]})
+
+        async def valid(robot_state: Any) -> Any:
+            return await client.call(
+                "/check_state_validity", {"group_name": "arm", "robot_state": robot_state}
+            )
+
+        assert (await valid(STRAIGHT))["valid"]
+        answer = await valid(loaded)
+        assert not answer["valid"]
+        assert any("pole" in (each["contact_body_1"], each["contact_body_2"]) for each in answer["contacts"])
+        asked = {"fk_link_names": ["pole"], "robot_state": loaded}
+        answer = await client.call("/compute_fk", asked)
+        assert answer["pose_stamped"][0]["pose"]["position"]["x"] == pytest.approx(1.4)
+        answer = await client.call("/compute_fk", {**asked, "robot_state": STRAIGHT})
+        assert answer["error_code"]["val"] == Codes.INVALID_LINK_NAME
+        here = await client.call("/compute_fk", {"fk_link_names": ["hand"], "robot_state": STRAIGHT})
+        where = {"header": {}, "pose": here["pose_stamped"][0]["pose"]}
+        reach = {"group_name": "arm", "pose_stamped": where, "avoid_collisions": True}
+        for robot_state, code in ((STRAIGHT, Codes.SUCCESS), (loaded, Codes.NO_IK_SOLUTION)):
+            answer = await client.call("/compute_ik", {"ik_request": {**reach, "robot_state": robot_state}})
+            assert answer["error_code"]["val"] == code
+        line = {"group_name": "arm", "waypoints": [where["pose"]], "avoid_collisions": True}
+        bent = {**loaded, **state(0.0, 0.6, 0.6)}
+        answer = await client.call("/compute_cartesian_path", {**line, "start_state": bent})
+        carried_now = answer["start_state"]["attached_collision_objects"]
+        assert [each["object"]["id"] for each in carried_now] == ["pole"]
+        assert answer["fraction"] < 1.0
+
+    talk(tmp_path, test)
+
+
+def test_what_is_left_out_of_a_request_is_said(tmp_path: Path) -> None:
+    async def test(client: Client) -> None:
+        odd = {"joint_state": {"name": ["wheel"], "position": [1.0]}, "is_diff": True}
+        more = {"max_cartesian_speed": 0.1, "planner_id": "RRTConnect", "start_state": odd}
+        answer = await client.call("/plan_kinematic_path", motion(goal(0.1, 0.2, 0.0), **more))
+        said = answer["motion_plan_response"]["error_code"]["message"]
+        assert "wheel" in said and "max_cartesian_speed" in said and "RRTConnect" in said
+        answer = await client.call("/compute_fk", {"fk_link_names": ["hand"], "robot_state": odd})
+        assert "wheel" in answer["error_code"]["message"]
 
     talk(tmp_path, test)
 

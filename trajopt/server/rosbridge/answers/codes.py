@@ -1,5 +1,8 @@
 """MoveIt's error codes of what cannot be done: which name is unknown, which part of a request is wrong."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from trajopt.errors import (
     FrameNotFound,
     GroupNotFound,
@@ -24,6 +27,11 @@ BY_PART = {
 def success(message: str = "") -> MoveItErrorCodes:
     """Return the code of what was done, with a remark."""
     return MoveItErrorCodes(MoveItErrorCodes.SUCCESS, message, SOURCE)
+
+
+def with_notes(code: MoveItErrorCodes, notes: Sequence[str]) -> MoveItErrorCodes:
+    """Return a code whose message says too what was taken differently from how it was asked, or left out."""
+    return replace(code, message="; ".join(each for each in (code.message, *notes) if each))
 
 
 def failed(code: int, reason: str) -> MoveItErrorCodes:

@@ -7,7 +7,7 @@ from trajopt.arrays import Floats
 from trajopt.commander.driving import Drive
 from trajopt.commander.execution import Execution
 from trajopt.commander.trajectories import trajectory_of
-from trajopt.errors import ProblemError, TrajoptError
+from trajopt.errors import JointNotFound, ProblemError, TrajoptError
 from trajopt.execution import SimulatedExecutor
 from trajopt.io.document import Node
 from trajopt.messages import encode
@@ -34,6 +34,7 @@ from trajopt.server.operation import Answer
 from trajopt.server.operations.along_trajectory import drive_along
 from trajopt.server.rosbridge.answers.codes import code_of_error, failed
 from trajopt.server.rosbridge.answers.service_call import read_call
+from trajopt.server.rosbridge.answers.tolerances import tolerances_of
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
@@ -73,16 +74,31 @@ def execute_trajectory(state: SessionState, arguments: Node, watch: Watch) -> An
 def follow_joint_trajectory(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Drive the session's robot along a trajectory as a controller does, telling where it is."""
     request = read_call(FollowJointTrajectoryGoal, arguments, watch)
-    goal, result = request.message, FollowJointTrajectoryResult
-
-    def tell(seen: Seen) -> object:
-        return encode(_feedback(seen), request.generation)
-
+    goal, result, off = request.message, FollowJointTrajectoryResult, list[str]()
     whole = RobotTrajectory(goal.trajectory, goal.multi_dof_trajectory)
     try:
+        on_the_way, at_the_end = tolerances_of(goal)
+
+        def tell(seen: Seen) -> object:
+            broken = on_the_way.broken(seen.joints, seen.desired, seen.actual)
+            if broken and not off:
+                off.append(broken)
+                watch.cancel.set()
+            return encode(_feedback(seen), request.generation)
+
         code, state = driven(whole, state, watch, tell)
+    except JointNotFound as error:
+        return request.answer(result(result.INVALID_JOINTS, str(error)))
     except TrajoptError as error:
         return request.answer(result(result.INVALID_GOAL, str(error)))
+    if off:
+        return request.answer(result(result.PATH_TOLERANCE_VIOLATED, f"{off[0]}; {code.message}"), state)
+    if code.val == MoveItErrorCodes.SUCCESS:
+        names = goal.trajectory.joint_names
+        here = JointTrajectoryPoint([state.named_positions[name] for name in names], [0.0] * len(names))
+        missed = at_the_end.broken(names, goal.trajectory.points[-1], here)
+        if missed:
+            return request.answer(result(result.GOAL_TOLERANCE_VIOLATED, missed), state)
     if code.val in (MoveItErrorCodes.SUCCESS, MoveItErrorCodes.PREEMPTED):
         return request.answer(result(result.SUCCESSFUL, code.message), state)
     return request.answer(result(result.PATH_TOLERANCE_VIOLATED, code.message), state)

@@ -25,8 +25,8 @@ from trajopt.moveit.pose import pose_of, read_placement
 from trajopt.moveit.scene_edits import without_collisions
 from trajopt.moveit.state_message import state_message
 from trajopt.server.operation import Answer
-from trajopt.server.rosbridge.answers.codes import code_of_error, failed, success
-from trajopt.server.rosbridge.answers.service_call import positions_in, read_call, reading_in
+from trajopt.server.rosbridge.answers.codes import code_of_error, failed, success, with_notes
+from trajopt.server.rosbridge.answers.service_call import read_call, stated_in
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
@@ -42,7 +42,8 @@ def compute_fk(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def _placed(request: GetPositionFKRequest, state: SessionState) -> GetPositionFKResponse:
-    scene, names = state.scene, request.fk_link_names
+    stated, names = stated_in(request.robot_state, state, "robot_state"), request.fk_link_names
+    scene, reading = stated.scene, stated.reading
     if not names:
         return GetPositionFKResponse(
             error_code=failed(MoveItErrorCodes.INVALID_LINK_NAME, "fk_link_names names no link")
@@ -51,13 +52,11 @@ def _placed(request: GetPositionFKRequest, state: SessionState) -> GetPositionFK
     for name in names:
         if name not in known:
             raise FrameNotFound("link", name, known)
-    positions = positions_in(request.robot_state, state, "robot_state")
-    reading = reading_in(scene, positions)
     frame = read_frame(document_of(request, "args")["header"], scene, reading)
     back = placement_in_world(frame, scene, reading).inverse()
     header = Header(frame_id=request.header.frame_id or scene.robot.links[0])
     poses = [PoseStamped(header, pose_of(back * placement_in_world(name, scene, reading))) for name in names]
-    return GetPositionFKResponse(poses, list(names), success())
+    return GetPositionFKResponse(poses, list(names), with_notes(success(), reading.notes))
 
 
 def compute_ik(state: SessionState, arguments: Node, watch: Watch) -> Answer:
@@ -71,12 +70,13 @@ def compute_ik(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 
 
 def _searched(request: PositionIKRequest, state: SessionState) -> GetPositionIKResponse:
-    robot, near = state.scene.robot, positions_in(request.robot_state, state, "robot_state")
+    robot, stated = state.scene.robot, stated_in(request.robot_state, state, "robot_state")
+    near, reading = stated.positions, stated.reading
     if request.group_name not in robot.groups:
         raise GroupNotFound("group", request.group_name, robot.groups)
-    scene = state.scene if request.avoid_collisions else without_collisions(state.scene)
+    scene = stated.scene if request.avoid_collisions else without_collisions(stated.scene)
     group = robot.group(request.group_name)
-    document, reading = document_of(request, "ik_request"), reading_in(scene, near)
+    document = document_of(request, "ik_request")
     links, poses = [request.ik_link_name], [document["pose_stamped"]]
     if request.ik_link_names or request.pose_stamped_vector:
         links, poses = list(request.ik_link_names), document["pose_stamped_vector"].elements()
@@ -92,8 +92,8 @@ def _searched(request: PositionIKRequest, state: SessionState) -> GetPositionIKR
     if not found.free:
         return GetPositionIKResponse(error_code=failed(MoveItErrorCodes.NO_IK_SOLUTION, found.explain()))
     reduced = reduce_model(scene, group.name, near)
-    solution = state_message(state.scene, reduced.all_positions(found.free[0]))
-    return GetPositionIKResponse(solution, success())
+    solution = state_message(stated.scene, reduced.all_positions(found.free[0]))
+    return GetPositionIKResponse(solution, with_notes(success(), reading.notes))
 
 
 def _known(link: str, scene: Scene) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from trajopt.commander.functions import followed_through
 from trajopt.commander.outcome import CODES
 from trajopt.commander.settings import Settings
-from trajopt.errors import FrameNotFound, GroupNotFound, TrajoptError
+from trajopt.errors import FrameNotFound, GroupNotFound, TrajoptError, shown
 from trajopt.io.document import Node
 from trajopt.messages import decode, document_of
 from trajopt.messages.moveit_msgs import (
@@ -37,14 +37,16 @@ from trajopt.planning.budget import Budget
 from trajopt.planning.plan import plan
 from trajopt.planning.result import Result, Status
 from trajopt.server.operation import Answer
-from trajopt.server.rosbridge.answers.codes import SOURCE, code_of_error, failed
-from trajopt.server.rosbridge.answers.service_call import positions_in, read_call, reading_in
+from trajopt.server.rosbridge.answers.codes import SOURCE, code_of_error, success, with_notes
+from trajopt.server.rosbridge.answers.service_call import positions_in, read_call, reading_in, stated_in
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
 ANSWERING = 0.5
 """Time that is left for the answer when planning ends [s]: it must be there in the time of the request."""
 
+HEEDED = ("planner_id", "pipeline_id", "num_planning_attempts")
+"""Fields that files have to no effect, and requests do not."""
 SHORTEST = 1e-3
 """Planning time of the first attempt at least [s]."""
 
@@ -64,10 +66,19 @@ def plan_kinematic_path(state: SessionState, arguments: Node, watch: Watch) -> A
         return request.answer(GetMotionPlanResponse(response))
     response.group_name, response.planning_time = read.group, spent
     response.trajectory_start = state_message(read.scene, read.start)
-    response.error_code = MoveItErrorCodes(CODES[result.status], result.reason, SOURCE)
+    code = MoveItErrorCodes(CODES[result.status], result.reason, SOURCE)
+    response.error_code = with_notes(code, _remarks(read, message))
     if result.verified:
         response.trajectory = trajectory_message(result.trajectory, state.scene.robot.links[0])
     return request.answer(GetMotionPlanResponse(response))
+
+
+def _remarks(read: RequestFile, message: MotionPlanRequest) -> list[str]:
+    """Return what of a request was taken differently, or left out, for the client."""
+    remarks = [note for note in read.notes if not note.startswith(HEEDED)]
+    if message.planner_id and message.planner_id not in METHODS:
+        remarks.append(f"planner {shown(message.planner_id)} is not here: trajopt has chosen")
+    return remarks
 
 
 def _different(state: SessionState, document: Node) -> SessionState:
@@ -137,21 +148,17 @@ def compute_cartesian_path(state: SessionState, arguments: Node, watch: Watch) -
 def _followed(
     request: GetCartesianPathRequest, state: SessionState, watch: Watch
 ) -> GetCartesianPathResponse:
-    robot, scene = state.scene.robot, state.scene
+    robot = state.scene.robot
     if request.group_name not in robot.groups:
         raise GroupNotFound("group", request.group_name, robot.groups)
     link = request.link_name or robot.group(request.group_name).tip or ""
+    stated = stated_in(request.start_state, state, "start_state")
+    document, start, reading = document_of(request, "args"), stated.positions, stated.reading
+    constraints, scene = read_constraints(document["path_constraints"], stated.scene, reading)
     known = (*scene.frame_names, *scene.objects)
     if link not in known:
         raise FrameNotFound("link", link, known)
-    start = positions_in(request.start_state, state, "start_state")
-    document, reading = document_of(request, "args"), reading_in(scene, start)
-    constraints, _ = read_constraints(document["path_constraints"], scene, reading)
-    response = GetCartesianPathResponse(state_message(scene, start))
-    if constraints:
-        reason = "path_constraints of a Cartesian path are not supported"
-        response.error_code = failed(MoveItErrorCodes.INVALID_GOAL_CONSTRAINTS, reason)
-        return response
+    response = GetCartesianPathResponse(state_message(stated.scene, start))
     frame = placement_in_world(read_frame(document["header"], scene, reading), scene, reading)
     limited = request.cartesian_speed_limited_link or request.cartesian_speed_end_effector_link or link
     speed = request.max_cartesian_speed
@@ -166,10 +173,11 @@ def _followed(
             acceleration_scaling=request.max_acceleration_scaling_factor or 1.0,
             tool_speed=tool_speed(limited, linear=speed) if speed > 0.0 else None,
         ),
+        constraints=constraints,
         budget=Budget(watch.seconds_left - ANSWERING),
         cancel=watch.cancel,
     )
-    response.error_code = MoveItErrorCodes(MoveItErrorCodes.SUCCESS, followed.reason, SOURCE)
+    response.error_code = with_notes(success(followed.reason), reading.notes)
     if followed.verified:
         response.solution = trajectory_message(followed.trajectory, robot.links[0])
         response.fraction = followed.fraction

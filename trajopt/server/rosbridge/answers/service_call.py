@@ -7,6 +7,7 @@ from trajopt.arrays import Floats
 from trajopt.io.document import Node
 from trajopt.messages import Generation, decode, document_of, encode
 from trajopt.model.scene import Scene
+from trajopt.moveit.attached_object import apply_attached
 from trajopt.moveit.frames import Reading, world_names
 from trajopt.moveit.robot_state import layered_positions, read_joint_positions
 from trajopt.server.operation import Answer
@@ -60,6 +61,44 @@ def read_call(kind: type[M], arguments: Node, watch: Watch) -> ServiceCall[M]:
 def reading_in(scene: Scene, positions: Floats) -> Reading:
     """Return what names and frames in a message mean while the robot stands at positions."""
     return Reading(world_names(scene.robot), positions)
+
+
+@dataclass(frozen=True)
+class RobotStated:
+    """What a robot state message says, on top of what the session holds.
+
+    Attributes:
+        scene: The scene, with what the message has the robot carry.
+        positions: Where all joints are [rad | m].
+        reading: What names and frames mean there.
+    """
+
+    scene: Scene
+    positions: Floats
+    reading: Reading
+
+
+def stated_in(message: object, state: SessionState, place: str) -> RobotStated:
+    """Return what a robot state message says: joints, a base that moves, and what links carry.
+
+    What the session's robot carries it carries here too, unless the message takes it away.
+
+    Args:
+        message: The message.
+        state: What the session holds.
+        place: What complaints call the message.
+
+    Raises:
+        FileFormatError: If it is malformed.
+        NameNotFound: If it names an unknown link or object.
+    """
+    notes, robot, document = list[str](), state.scene.robot, document_of(message, place)
+    stated = read_joint_positions(document, robot, notes)
+    positions = layered_positions(robot, state.named_positions, stated)
+    reading, scene = Reading(world_names(robot), positions, None, notes), state.scene
+    for element in document["attached_collision_objects"].elements():
+        scene = apply_attached(element, scene, reading)
+    return RobotStated(scene, positions, reading)
 
 
 def positions_in(message: object, state: SessionState, place: str) -> Floats:

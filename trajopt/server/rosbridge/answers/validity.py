@@ -15,7 +15,7 @@ from trajopt.model.reduced import reduce_model
 from trajopt.model.scene import Scene
 from trajopt.moveit.constraints import read_constraints
 from trajopt.server.operation import Answer
-from trajopt.server.rosbridge.answers.service_call import positions_in, read_call, reading_in
+from trajopt.server.rosbridge.answers.service_call import read_call, stated_in
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
@@ -32,11 +32,9 @@ def check_state_validity(state: SessionState, arguments: Node, watch: Watch) -> 
     message, robot = request.message, state.scene.robot
     if message.group_name and message.group_name not in robot.groups:
         raise GroupNotFound("group", message.group_name, robot.groups)
-    positions = positions_in(message.robot_state, state, "robot_state")
-    reading = reading_in(state.scene, positions)
-    constraints, scene = read_constraints(
-        document_of(message.constraints, "constraints"), state.scene, reading
-    )
+    stated = stated_in(message.robot_state, state, "robot_state")
+    positions, document = stated.positions, document_of(message.constraints, "constraints")
+    constraints, scene = read_constraints(document, stated.scene, stated.reading)
     judged: list[Validity] = []
     for group in [message.group_name] if message.group_name else robot.groups:
         reduced = reduce_model(scene, group, positions)
