@@ -14,6 +14,7 @@ import trajopt as to
 from tests.export.stand_ins import Clock, MujocoArm
 from tests.pages import Page
 from trajopt.arrays import Floats
+from trajopt.planning import replan
 
 THINKING = 0.06
 """How long planning takes here, in the arm's time [s]."""
@@ -72,7 +73,6 @@ def loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Loop:
         to.load("panda")
     except to.MissingExtra as error:
         pytest.skip(str(error))
-    plan = to.plan
 
     def run(camera: Camera, budget: to.Budget | None = None) -> tuple[Page, DrivenArm]:
         page = Page("planning-in-a-loop.md", tmp_path)
@@ -83,18 +83,18 @@ def loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Loop:
         camera.arm = arm
         clock = Clock(arm)
 
-        def takes_its_time(problem: to.Problem, *, seconds: float | None = None) -> to.Result:
+        def takes_its_time(
+            problem: to.Problem, running: to.Trajectory, time: float, *, seconds: float
+        ) -> to.Result:
             """Plan within work, not within seconds, so that the test is the same on every machine."""
-            if seconds is None:
-                return plan(problem)
+            del seconds
             clock.sleep(THINKING)
-            return plan(problem, budget=budget or to.Budget(attempts=3))
+            return replan(problem, running, time, budget=budget or to.Budget(attempts=3))
 
         times = types.ModuleType("time")
         times.__dict__.update(vars(time), monotonic=clock.monotonic, sleep=clock.sleep)
         monkeypatch.setitem(sys.modules, "time", times)
-        monkeypatch.setattr(to, "plan", takes_its_time)
-        page.names.update(camera=camera, arm=arm)
+        page.names.update(camera=camera, arm=arm, replan=takes_its_time)
         page.run("The loop")
         return page, arm
 

@@ -11,13 +11,12 @@ from trajopt.execution.following import Following
 from trajopt.execution.intention import Goal, Intention
 from trajopt.execution.next_goal import Transition, from_rest, passing
 from trajopt.execution.options import SupervisorOptions
+from trajopt.execution.replanned import replanned
 from trajopt.execution.retimed import retimed
 from trajopt.execution.running import Pause, Progress, Running
-from trajopt.execution.uncertain import grow_uncertain, too_uncertain
+from trajopt.execution.uncertain import too_uncertain
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.moving.waiting import JOLT
-from trajopt.planning.plan import plan
-from trajopt.planning.result import Result
 
 SOONER = 0.95
 """A new motion is taken in place of one that waits only if it is over in less than this part of its time."""
@@ -149,27 +148,13 @@ class Agenda(Printed):
         if in_motion and self._retimed(goal, at):
             return
         with commitment.journal.stage("plan"):
-            result = self._found(goal, at)
+            result = replanned(running, goal, at, hurry=self._hurry)
         late = commitment.soonest > at
         if late or not result.verified:
             kind = Kind.MISSED_DEADLINE if late else Kind.NO_PLAN
             self._not_planned(kind, "" if late else result.reason, same=not late and not in_motion)
             return
         self._planned(goal, result.require().trajectory, at)
-
-    def _found(self, goal: Goal, at: float) -> Result:
-        """Plan to a goal from where the robot will be at a time.
-
-        Where things are known worse and worse, and nothing is proven to the goal for that, what is clear as
-        well as they were known when they were seen will do: it is gone along as far as that is proven.
-        """
-        commitment, budget = self.commitment, self.options.budget
-        result = plan(commitment.from_then(goal.problem, at, commitment.world), budget=budget)
-        known = commitment.world.as_well_known(at)
-        if result.verified or known is None or not grow_uncertain(commitment.world):
-            return result
-        other = plan(commitment.from_then(goal.problem, at, known), budget=budget)
-        return other if other.verified else result
 
     def _planned(self, goal: Goal, trajectory: Trajectory, at: float) -> None:
         """Take a motion that was planned, unless the one at hand is as good."""

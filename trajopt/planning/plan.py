@@ -83,7 +83,7 @@ def plan(
         ShapeError: If a seed is not of the group's joints (`JointNotFound` if it does not name one).
         KeyboardInterrupt: If interrupted before there is a motion; afterwards the motion is returned.
     """
-    tracker = BudgetTracker(_bounded(budget, seconds), cancel, progress)
+    tracker = BudgetTracker(bounded(budget, seconds), cancel, progress)
     function("on_incumbent", on_incumbent)
     given = unless_none("rng", rng, np.random.Generator)
     choice = choose(one_of("problem", problem, Problem), method, improve=improve)
@@ -172,7 +172,12 @@ def _attempted(search: Search) -> Result:
     return search.result(stopped)
 
 
-def _bounded(budget: Budget, seconds: float | None) -> Budget:
+def bounded(budget: Budget, seconds: float | None) -> Budget:
+    """Return a budget with its seconds, which may be given apart.
+
+    Raises:
+        ProblemError: If they are given twice.
+    """
     one_of("budget", budget, Budget)
     if seconds is None:
         return budget

@@ -12,4 +12,5 @@ class SeedKind(Enum):
     AROUND = "the line bent around what blocked an earlier attempt"
     BUMP = "the line bent to a random side"
     GIVEN = "a path that was given or remembered"
+    RUNNING = "what is left of the running motion"
     SAMPLED = "the path of a sampling planner, shortened"

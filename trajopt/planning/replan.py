@@ -1,0 +1,157 @@
+"""Replanning: from where a running motion will be, beginning with what is left of it."""
+
+from dataclasses import replace
+from threading import Event
+
+import numpy as np
+
+from trajopt.arrays import Floats
+from trajopt.kinematics.projection import Projection
+from trajopt.methods.space_time import SpaceTime
+from trajopt.model.trajectory import Path, Trajectory
+from trajopt.planning.attempt_record import Attempt
+from trajopt.planning.budget import Budget, BudgetTracker, Progress, Stopped
+from trajopt.planning.moving.meeting import goals_that_move
+from trajopt.planning.on_the_way import on_the_way
+from trajopt.planning.plan import NO_BOUNDS, bounded, plan
+from trajopt.planning.result import Result
+from trajopt.planning.search import ENDED
+from trajopt.planning.seeds import SeedKind, with_knots
+from trajopt.planning.status import Status
+from trajopt.planning.workspace import TimedMotion, Workspace
+from trajopt.problem import Problem
+from trajopt.query import Query
+from trajopt.solvers import SolveResult
+from trajopt.transcription.free_duration import SHORTEST
+
+SLOWER = (1.05, 1.25)
+"""Where what is left does not do in as much time, so many times as long are tried: what even pieces cost, and
+room to bend around a thing. Where that is not enough, the way is another one, which is planned anew."""
+MOMENTS = 200
+"""Moments of a motion that is led elsewhere."""
+BECAUSE = "what is left of the running motion is nearly what is asked"
+"""Why planning takes the method."""
+
+
+def replan(
+    problem: Problem,
+    running: Trajectory,
+    time: float,
+    *,
+    seconds: float | None = None,
+    budget: Budget = NO_BOUNDS,
+    cancel: Event | None = None,
+    progress: Progress | None = None,
+) -> Result:
+    """Plan from where a running motion will be at a time, beginning with what is left of it.
+
+    First the shape and the timing of what is left are optimised together, in about as much time, so that they
+    hold what is asked now: in most cases that is a fifth of the work of planning anew, and the arm goes on
+    much as it was going. Where nothing is proven so, `plan` plans anew from there. Both go on from the
+    running motion without a jump of position, velocity or acceleration.
+
+    Args:
+        problem: What is asked from then on, in the scene as it will be then; see `on_the_way`.
+        running: Of the group's joints.
+        time: On the running motion, at least 0 [s]: now, and as long as it takes until the plan is driven.
+        seconds: Time that planning may take [s, wall clock]; short for a budget of as many seconds.
+        budget: How much work, time and how many cores it may use. One that improves plans anew at once.
+        cancel: Set it from another thread to stop.
+        progress: Called at every stage and step of the solver.
+
+    Returns:
+        A result, as of `plan`; its problem begins where the running motion will be.
+
+    Raises:
+        ShapeError: If the time is before the motion begins, or the motion moves other joints.
+        JointNotFound: If the motion lacks a joint of the group.
+        ProblemError: If the motion is faster there than the problem allows, or an argument is of the wrong
+            kind.
+    """
+    tracker = BudgetTracker(bounded(budget, seconds), cancel, progress)
+    here = on_the_way(problem, running, time)
+    try:
+        if not tracker.budget.improve and running.duration - time > SHORTEST:
+            rest = running.ordered(here.reduced.joint_names).between(time, running.duration)
+            found = _from_rest_of_it(here, rest, tracker)
+            if found is not None:
+                return found
+        left = tracker.remaining()
+    except Stopped as ended:
+        return replace(Workspace(here, tracker).result(ENDED[ended.stop]), stopped=ended.stop)
+    anew = plan(here, budget=left, cancel=cancel, progress=progress)
+    tracker.add(anew.counts, anew.cpu_seconds)
+    return replace(anew, counts=dict(tracker.counts), cpu_seconds=dict(tracker.seconds))
+
+
+def _from_rest_of_it(here: Problem, rest: Trajectory, tracker: BudgetTracker) -> Result | None:
+    """Return a verified motion near to what is left of one; None if none is found.
+
+    Raises:
+        Stopped: If the budget runs out before.
+    """
+    method = SpaceTime()
+    if here.waypoints or goals_that_move(here) or method.objection(here):
+        return None
+    with tracker.stage("seed"):
+        nearest = _nearest_goal(here, rest.positions[-1])
+    if nearest is None:
+        return None
+    name, alone, end = nearest
+    motion, work, proven = _led_to(rest, end), Workspace(alone, tracker), list[Result]()
+    program = method.program(alone, with_knots(motion.positions, alone.knots))
+
+    def proves(found: Trajectory) -> bool:
+        judged = work.proven(TimedMotion(Path(found.joint_names, found.positions), found, None))
+        proven.extend(() if judged is None else (judged,))
+        return judged is not None
+
+    tracker.count(attempts=1)
+    for enough, longest, too_short in ((1.0, 1.0, 0.0), (*SLOWER, 1.0)):
+        bounds = [share * rest.duration for share in (enough, longest, too_short)]
+        with tracker.optimising(program.counts) as step:
+            solved = program.solve_from(
+                motion, enough=bounds[0], longest=bounds[1], too_short=bounds[2], proves=proves, progress=step
+            )
+        tracker.count(qp_solves=solved.qp_solves, qp_iterations=solved.qp_iterations)
+        if proven:
+            return _won(min(proven, key=lambda each: each.cost), solved, name, tracker)
+    return None
+
+
+def _won(proven: Result, solved: SolveResult, goal_name: str, tracker: BudgetTracker) -> Result:
+    """Return the result of a verified motion, with how it was made."""
+    steps = len(solved.log)
+    won = Attempt(1, SeedKind.RUNNING, Status.SOLVED, solved.status, "", steps, goal_name=goal_name)
+    return replace(
+        proven,
+        solve=solved,
+        goal_name=goal_name,
+        attempts=(won,),
+        won=won,
+        method=SpaceTime.name,
+        because=BECAUSE,
+        counts=dict(tracker.counts),
+        cpu_seconds=dict(tracker.seconds),
+    )
+
+
+def _nearest_goal(here: Problem, end: Floats) -> tuple[str, Problem, Floats] | None:
+    """Return the goal that is nearest to a configuration, and where near to that it holds, shape (n,)."""
+    found = list[tuple[float, str, Problem, Floats]]()
+    for name, alone in (here.alternatives or {"": here}).items():
+        projected = Projection(alone.reduced, alone.goals, Query(alone.reduced))(end[None])
+        if projected.violation[0] == 0.0:
+            place = projected.positions[0]
+            found.append((float(np.abs(place - end).max()), name, alone, place))
+    return min(found, key=lambda each: each[0])[1:] if found else None
+
+
+def _led_to(rest: Trajectory, end: Floats) -> Trajectory:
+    """Return a motion bent evenly, so that it ends elsewhere; it need not be possible."""
+    if np.array_equal(rest.positions[-1], end):
+        return rest
+    share = np.linspace(0.0, 1.0, MOMENTS)
+    times = rest.duration * share
+    bent = (share**2 * (3.0 - 2.0 * share))[:, None] * (end - rest.positions[-1])
+    return Trajectory(rest.joint_names, times, rest(times) + bent)
