@@ -140,7 +140,9 @@ class Supervisor:
         self._say(self._setup)
 
     def _hand_over(self) -> None:
-        """Send as much as the worker may have; to one that has nothing, whatever comes next."""
+        """Send as much as the worker may have, once half of it is planned; at least one to one that waits."""
+        if len(self._sent) > AHEAD // 2:
+            return
         waits = not self._sent
         letters = sum(len(task.recipe) for task in islice(self._sent, 1, None))
         while self._unsent and len(self._sent) < AHEAD:
