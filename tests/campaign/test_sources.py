@@ -81,11 +81,11 @@ def test_a_folder_of_messages_is_read_as_bench_reads_it(tmp_path: Path) -> None:
 def test_tables_of_messages_and_of_starts_and_goals(scene: to.Scene, tmp_path: Path) -> None:
     messages, motions = tmp_path / "messages.parquet", tmp_path / "motions.parquet"
     pq.write_table(
-        pa.table({"scene": [SCENE, SCENE], "request": [REQUEST, REQUEST], "number": [5, 6]}), messages
+        pa.table({"scene": [SCENE, SCENE], "request": [REQUEST, REQUEST], "number": [5, 0]}), messages
     )
     pq.write_table(pa.table({"start": [[0.0, 0.4]], "goal": [[1.4, 0.4]]}), motions)
     first, second = made(from_table(messages, scene.robot), tmp_path / "a")
-    assert (first.name, second.name) == ("messages/5", "messages/6")
+    assert (first.name, second.name) == ("messages/5", "messages/0")
     (third,) = made(from_table(motions, scene), tmp_path / "b")
     assert same_motion(first, second) and same_motion(first, third)
 

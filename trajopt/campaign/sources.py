@@ -142,7 +142,8 @@ def from_table(path: Path | str, around: Robot | Scene, *, group: str = "") -> S
     def pose(packer: Packer) -> Iterator[Posed]:
         key, robot = packer.key(scene.robot if messages else scene), scene.robot.name
         for place, row in enumerate(read_rows(Path(path))):
-            family, each = str(row.get("family") or Path(path).stem), int(row.get("number") or place)
+            family, stated = str(row.get("family") or Path(path).stem), row.get("number")
+            each = place if stated is None else int(stated)
             if messages:
                 texts = {name: str(row.get(name) or "") for name in ("scene", "request", "motions")}
                 yield Posed(family, each, robot, FromMessages(robot=key, name=f"{family}/{each}", **texts))
