@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from trajopt.arrays import Value
 from trajopt.methods import method_of
-from trajopt.model.printed import in_joint_position, in_range, in_short, in_unit
+from trajopt.model.printed import in_joint_position, in_range, in_short, in_unit, in_unit_apart
 from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.workspace import Workspace
 
@@ -134,3 +134,20 @@ def test_no_value_prints_as_a_dataclass_does() -> None:
     assert len(kinds) > 40
     # What `dataclass` writes is wrapped, so that it does not recurse.
     assert not [kind.__qualname__ for kind in kinds if hasattr(kind.__repr__, "__wrapped__")]
+
+
+@pytest.mark.parametrize(
+    "value,other,unit,said",
+    [
+        (4.0, 4.0002, "rad/s", ("229.18 deg/s", "229.19 deg/s")),
+        (4.0, 5.0, "rad/s", ("229.2 deg/s", "286.5 deg/s")),
+        (0.0500001, 0.05, "m", ("50.0001 mm", "50 mm")),
+        (150.001, 150.0, "Nm", ("150.001 Nm", "150 Nm")),
+        (0.5, 0.5, "", ("0.5", "0.5")),
+        (0.5, np.inf, "Nm", ("0.5 Nm", "inf Nm")),
+    ],
+)
+def test_two_numbers_that_differ_are_printed_so_that_it_is_seen(
+    value: float, other: float, unit: str, said: tuple[str, str]
+) -> None:
+    assert in_unit_apart(value, other, unit) == said

@@ -79,7 +79,11 @@ def test_ros_2_is_sent_the_goal(page: Page) -> None:
     sent = yaml.safe_load((page.folder / "sent.yaml").read_text())["trajectory"]
     trajectory = plan_of(page).trajectory
     assert sent["joint_names"] == list(trajectory.joint_names)
-    assert [point["positions"] for point in sent["points"]] == trajectory.positions.tolist()
+    stamps = [point["time_from_start"] for point in sent["points"]]
+    times = np.array([stamp["sec"] + 1e-9 * stamp["nanosec"] for stamp in stamps])
+    assert np.allclose(times, trajectory.times, rtol=0.0, atol=1e-9)
+    rows = np.array([point["positions"] for point in sent["points"]])
+    assert np.allclose(rows, trajectory(times), rtol=0.0, atol=1e-12)
 
 
 def test_a_ur_executes_the_program(page: Page, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,6 +10,7 @@ import trajopt as to
 from trajopt.errors import FileFormatError
 from trajopt.export import EXPORTERS, export
 from trajopt.moveit import read_trajectory
+from trajopt.moveit.trajectory_message import trajectory_message
 
 JOINTS = ("pan", "lift, left", "slide")
 READ = sorted(set(EXPORTERS) - {"urscript", "urscript-movej"})
@@ -41,6 +42,19 @@ def test_every_export_but_urscript_is_read(
     assert np.allclose(back.times, due.times, rtol=0.0, atol=1e-9)
     for order in ("positions", "velocities", "accelerations"):
         assert np.array_equal(getattr(back, order), getattr(due, order)), order
+
+
+@pytest.mark.parametrize("name", sorted({*READ} - {"csv"}))
+def test_a_motion_at_its_limits_holds_them_as_it_is_read_back(tmp_path: Path, name: str) -> None:
+    robot = to.load("planar2")
+    swing = to.Problem(scene=to.Scene(robot), start={}, goal=dict.fromkeys(robot.joint_names, 0.7))
+    plan = to.plan(swing).require()
+    export(plan, tmp_path / "motion.yaml", to=name)
+    back = read_trajectory(tmp_path / "motion.yaml")
+    assert not np.array_equal(back.times, plan.trajectory.times)
+    assert to.judge(swing, back).verified, str(to.judge(swing, back))
+    sent = trajectory_message(plan.trajectory).joint_trajectory
+    assert [list(point.positions) for point in sent.points] == back.positions.tolist()
 
 
 def test_a_table_may_leave_out_derivatives_and_mix_its_columns(tmp_path: Path) -> None:

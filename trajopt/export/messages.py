@@ -7,7 +7,7 @@ from trajopt.errors import ShapeError, listed
 from trajopt.errors.arguments import checked
 from trajopt.export.exporter import Exported
 from trajopt.model.trajectory import Interpolation, Trajectory
-from trajopt.moveit.joint_trajectory import header, points_document, write_message
+from trajopt.moveit.joint_trajectory import header, on_whole_nanoseconds, points_document, write_message
 from trajopt.moveit.planar_joints import planar_joints
 from trajopt.moveit.robot_trajectory import write_trajectory
 
@@ -79,4 +79,4 @@ def _joint_trajectory(motion: Trajectory) -> dict[str, object]:
             f"moves a base in the plane ({listed(planar)}), for which a JointTrajectory has no place; "
             "export it to moveit",
         )
-    return {"header": header(), **points_document(motion)}
+    return {"header": header(), **points_document(on_whole_nanoseconds(motion))}

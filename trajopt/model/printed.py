@@ -42,6 +42,17 @@ def in_unit(value: float, unit: str) -> str:
     return f"{value * size + 0.0:.4g} {name}".rstrip()
 
 
+def in_unit_apart(value: float, other: float, unit: str) -> tuple[str, str]:
+    """Print two numbers of a unit with as many digits as tell them apart: 229.2 deg/s and 229.18 deg/s."""
+    name, size = shown_in(unit)
+    texts = in_unit(value, unit), in_unit(other, unit)
+    for digits in range(5, 18):
+        if texts[0] != texts[1] or value == other:
+            break
+        texts = f"{value * size:.{digits}g} {name}".rstrip(), f"{other * size:.{digits}g} {name}".rstrip()
+    return texts
+
+
 def in_joint_position(value: float, unit: str) -> str:
     """Print where a joint is: 171.9 deg (3.0000 rad), or 12.5 mm."""
     return in_unit(value, unit) + (f" ({value:.4f} rad)" if unit == "rad" else "")

@@ -103,7 +103,7 @@ def _read_rows(points: list[Node], key: str, names: tuple[str, ...]) -> Floats |
 
 
 def points_document(trajectory: Trajectory) -> dict[str, object]:
-    """Return `joint_names` and `points` of a trajectory, times in whole nanoseconds.
+    """Return `joint_names` and `points` of a trajectory, which has its points at whole nanoseconds.
 
     Raises:
         ShapeError: If two points are less than a nanosecond apart.
@@ -122,6 +122,28 @@ def points_document(trajectory: Trajectory) -> dict[str, object]:
         point["time_from_start"] = moment
         points.append(point)
     return {"joint_names": list(trajectory.joint_names), "points": points}
+
+
+def on_whole_nanoseconds(trajectory: Trajectory) -> Trajectory:
+    """Return a motion with its points at whole nanoseconds, where messages have their times.
+
+    A point whose time is rounded is the motion's at the rounded time. Were it kept as it is, polynomials
+    through the points would have to catch up with the rounding: a motion at its limits would exceed them.
+
+    Raises:
+        ShapeError: If two points are less than a nanosecond apart.
+    """
+    times = np.round(trajectory.times * NANOSECONDS) / NANOSECONDS
+    if (np.diff(times) <= 0.0).any():
+        raise ShapeError("times", "two points are less than a nanosecond apart")
+    rounded = times != trajectory.times
+
+    def at(order: int, given: Floats | None) -> Floats | None:
+        return None if given is None else np.where(rounded[:, None], trajectory(times, order), given)
+
+    positions = np.where(rounded[:, None], trajectory(times), trajectory.positions)
+    rates = at(1, trajectory.velocities), at(2, trajectory.accelerations)
+    return Trajectory(trajectory.joint_names, times, positions, *rates)
 
 
 def moments(trajectory: Trajectory) -> list[dict[str, int]]:

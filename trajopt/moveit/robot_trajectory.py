@@ -5,7 +5,13 @@ from pathlib import Path
 from trajopt.errors.arguments import checked
 from trajopt.io.document import Node
 from trajopt.model.trajectory import Trajectory
-from trajopt.moveit.joint_trajectory import header, points_document, read_points, write_message
+from trajopt.moveit.joint_trajectory import (
+    header,
+    on_whole_nanoseconds,
+    points_document,
+    read_points,
+    write_message,
+)
 from trajopt.moveit.planar_joints import joined, multi_dof_points, planar_joints, read_multi_dof, split
 
 
@@ -13,15 +19,15 @@ from trajopt.moveit.planar_joints import joined, multi_dof_points, planar_joints
 def write_trajectory(trajectory: Trajectory, path: Path | str) -> None:
     """Write a trajectory as `moveit_msgs/RobotTrajectory`: JSON where the file's name ends so, else YAML.
 
-    Numbers are written exactly, times to the nanosecond. A base that moves in the plane (joints `NAME/x`,
-    `NAME/y` and `NAME/theta`) is written as MoveIt does: as a joint of several degrees of freedom, by its
-    transforms, which do not tell whole turns.
+    Points are at whole nanoseconds, as `on_whole_nanoseconds` puts them; numbers are written exactly. A base
+    that moves in the plane (joints `NAME/x`, `NAME/y` and `NAME/theta`) is written as MoveIt does: as a joint
+    of several degrees of freedom, by its transforms, which do not tell whole turns.
 
     Raises:
         FileFormatError: If the file cannot be written.
         ShapeError: If two points are less than a nanosecond apart.
     """
-    single, several = split(trajectory)
+    single, several = split(on_whole_nanoseconds(trajectory))
     nothing: dict[str, object] = {"joint_names": list[str](), "points": list[object]()}
     planar = (
         {}

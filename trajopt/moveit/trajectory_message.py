@@ -11,14 +11,19 @@ from trajopt.messages.trajectory_msgs import (
     MultiDOFJointTrajectoryPoint,
 )
 from trajopt.model.trajectory import Trajectory
+from trajopt.moveit.joint_trajectory import on_whole_nanoseconds
 from trajopt.moveit.planar_joints import multi_dof_points, planar_joints, split
 
 
 def trajectory_message(trajectory: Trajectory | None, frame: str = "") -> RobotTrajectory:
-    """Return a trajectory as a message, times to the nanosecond; an empty one for none."""
+    """Return a trajectory as a message, with its points at whole nanoseconds; an empty one for none.
+
+    Raises:
+        ShapeError: If two points are less than a nanosecond apart.
+    """
     if trajectory is None:
         return RobotTrajectory()
-    single, several = split(trajectory)
+    single, several = split(on_whole_nanoseconds(trajectory))
     message = RobotTrajectory()
     if single is not None:
         names = list(single.joint_names)

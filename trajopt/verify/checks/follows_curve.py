@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trajopt.arrays import Bools, Floats
-from trajopt.model.printed import in_length, in_unit
+from trajopt.model.printed import in_length, in_unit_apart
 from trajopt.model.requirements import FollowsCurve
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.curve_places import CurvePlaces
@@ -77,9 +77,9 @@ def _check(
     gap = found.unproven[which]
     exceeded = value > tolerance + motion.options.excess
     evidence = Evidence.SAMPLED if exceeded else Evidence.PROVEN if gap is None else Evidence.UNPROVEN
-    text = f"{('distance', 'turn')[which]} from the curve is {in_unit(value, unit)}, "
-    text += f"{in_unit(tolerance, unit)} is accepted; along {in_length(requirement.until)} of "
-    text += f"{in_length(requirement.curve.length)}, never backwards"
+    here, accepted = in_unit_apart(value, tolerance, unit)
+    text = f"{('distance', 'turn')[which]} from the curve is {here}, {accepted} is accepted; along "
+    text += f"{in_length(requirement.until)} of {in_length(requirement.curve.length)}, never backwards"
     if gap is not None:
         text += f"; no proof from {gap[0]:.5f} to {gap[1]:.5f} s"
     return Check(

@@ -9,7 +9,7 @@ from trajopt.arrays import Floats
 from trajopt.model.cached import cached_per_value
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import JointLimits
-from trajopt.model.printed import in_unit
+from trajopt.model.printed import in_unit, in_unit_apart
 from trajopt.native import proof
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.checks.moving_limits import joint_words
@@ -190,8 +190,9 @@ def _of_order(motion: Motion, order: int, lower: Floats, upper: Floats) -> list[
         name = motion.reduced.moving_joints[joint]
         limited = bool(np.isfinite(found.bounds[joint]))
         unit = joint_unit(motion.reduced.scene.robot.model, name, order=order)
-        detail = f"{joint_words(motion.reduced, name)} reaches {in_unit(found.values[joint], unit)}"
-        detail += f", its limit is {in_unit(found.bounds[joint], unit)}" if limited else " and has no limit"
+        reached, bound = in_unit_apart(float(found.values[joint]), float(found.bounds[joint]), unit)
+        detail = f"{joint_words(motion.reduced, name)} reaches {reached}"
+        detail += f", its limit is {bound}" if limited else " and has no limit"
         checks.append(
             Check(
                 kind=CheckKind.LIMIT,

@@ -10,6 +10,7 @@ from trajopt.errors.arguments import checked
 from trajopt.model.description.pinocchio_model import effort_unit
 from trajopt.model.limits import JointLimits
 from trajopt.model.payload import payloads
+from trajopt.model.printed import in_unit_apart
 from trajopt.verify.certificate import Check, CheckKind, Evidence
 from trajopt.verify.kernel.intervals import counting, steps_in_pieces
 from trajopt.verify.kernel.kinematics import Kinematics
@@ -109,6 +110,7 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
         row = int(share[:, joint].argmax())
         value, bound = float(torques[row, joint]), float(limits.effort[joint])
         unit = effort_unit(motion.reduced.scene.robot.model, name)
+        needed, most = in_unit_apart(abs(value), bound, unit)
         checks.append(
             Check(
                 kind=CheckKind.TORQUE,
@@ -121,7 +123,7 @@ def torque_checks(motion: Motion, limits: JointLimits) -> tuple[Check, ...]:
                 slack=bound - abs(value),
                 evidence=Evidence.SAMPLED,
                 holds=holds,
-                detail=f"{name} needs {abs(value):.4g} {unit}, its limit is {bound:.4g} {unit}",
+                detail=f"{name} needs {needed}, its limit is {most}",
             )
         )
     return tuple(checks)

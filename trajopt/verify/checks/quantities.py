@@ -12,7 +12,7 @@ from functools import singledispatch
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.printed import in_unit
+from trajopt.model.printed import in_unit_apart
 from trajopt.model.requirements import Requirement
 from trajopt.model.requirements.registered import has, import_installed, registered
 from trajopt.verify.certificate import Check, Evidence
@@ -65,8 +65,8 @@ class Quantity:
         proof = self._proof(motion, when)
         value = float(self.number(self.states(np.array((proof.time,))))[0])
         slack = value - self.limit if self.least else self.limit - value
-        words = f"{self.name} is {in_unit(value, self.unit)}"
-        words += f", at {'least' if self.least else 'most'} {in_unit(self.limit, self.unit)} is accepted"
+        here, limit = in_unit_apart(value, self.limit, self.unit)
+        words = f"{self.name} is {here}, at {'least' if self.least else 'most'} {limit} is accepted"
         if proof.interval is not None:
             words += f"; no proof from {proof.interval[0]:.5f} to {proof.interval[1]:.5f} s"
         sampled = when is When.ALWAYS and self.bound is None

@@ -6,7 +6,7 @@ from enum import Enum
 import numpy as np
 
 from trajopt.arrays import Floats
-from trajopt.model.printed import in_unit
+from trajopt.model.printed import in_unit_apart
 from trajopt.verify.certificate import Check, Evidence
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.search.interval_proof import Proof
@@ -59,8 +59,8 @@ def requirement_check(
         component: The tightest number at the tightest time.
         proof: What is known of all times.
     """
-    many = f"{component.name} is {in_unit(component.value, unit)}, "
-    many += f"{in_unit(component.tolerance, unit)} is accepted"
+    here, accepted = in_unit_apart(component.value, component.tolerance, unit)
+    many = f"{component.name} is {here}, {accepted} is accepted"
     if proof.interval is not None:
         many += f"; no proof from {proof.interval[0]:.5f} to {proof.interval[1]:.5f} s"
     return Check(
