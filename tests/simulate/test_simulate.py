@@ -123,6 +123,41 @@ def test_meant_contact_is_told_from_a_collision(pendulum: Pendulum) -> None:
         assert len(rollout.collisions) == collisions
 
 
+def linkage(folder: Path) -> Robot:
+    """Return a palletizer's arm: two linkages keep the hand level, and a light link is between heavy ones."""
+
+    def link(name: str, mass: float, reach: str) -> str:
+        inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+        return (
+            f'<link name="{name}"><inertial><origin xyz="{reach}"/><mass value="{mass}"/>{inertia}'
+            "</inertial></link>"
+        )
+
+    def joint(name: str, parent: str, child: str, at: str, follows: str = "") -> str:
+        mimic = f'<mimic joint="{follows}" multiplier="-1"/>' if follows else ""
+        return (
+            f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{at}"/><axis xyz="0 1 0"/>'
+            f'<limit lower="-1.6" upper="1.6" velocity="2" effort="3000"/>{mimic}</joint>'
+        )
+
+    parts = (
+        '<link name="base"/>',
+        joint("swing", "base", "boom", "0 0 1") + link("boom", 30.0, "0 0 0.4"),
+        joint("upright", "boom", "knee", "0 0 0.8", "swing") + link("knee", 1.0, "0 0 0"),
+        joint("reach", "knee", "forearm", "0 0 0") + link("forearm", 20.0, "0.4 0 0"),
+        joint("level", "forearm", "hand", "0.8 0 0", "reach") + link("hand", 6.0, "0 0 0"),
+    )
+    (folder / "linkage.urdf").write_text(f'<robot name="linkage">{"".join(parts)}</robot>')
+    return Robot.from_urdf(folder / "linkage.urdf")
+
+
+def test_heavy_links_coupled_by_a_light_one_follow(tmp_path: Path) -> None:
+    reduced = reduced_all(Scene(linkage(tmp_path)))
+    rollout = simulate(reduced, smooth(reduced, np.zeros(2), np.array([0.4, 0.3]), 1.0))
+    assert rollout.tracking_error.maximum.max() < 1e-3 and not rollout.saturated
+
+
 def test_odd_arm_with_a_mimicking_joint_follows(odd: Robot) -> None:
     reduced = reduced_all(Scene(odd))
     start, end = np.array((0.0, 0.05, -0.5, 0.3)), np.array((4.0, 0.25, 0.6, -0.9))

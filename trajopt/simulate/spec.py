@@ -15,6 +15,9 @@ from trajopt.simulate.pieces import Piece, pieces, scalar_first
 
 STIFF = (0.004, 1.0)
 """Time constant [s] and damping ratio of the constraint that makes a joint mimic another."""
+RIGID = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+"""Impedance of that constraint (MuJoCo's `solimp`), the largest there is. With MuJoCo's default it gives way
+by a twentieth, and a light link between heavy ones, as in a palletizer, is shaken until nothing holds."""
 SMALLEST_MASS = 1e-12
 """MuJoCo refuses moving bodies without mass; they get this mass [kg]."""
 SMALLEST_INERTIA = 1e-14
@@ -214,4 +217,4 @@ def _add_motors(spec: mujoco.MjSpec, reduced: ReducedModel) -> None:
         rule.name2 = reduced.joint_names[source]
         rule.objtype = mujoco.mjtObj.mjOBJ_JOINT
         rule.data[:2] = reduced.mimic_offset[row], reduced.mimic_matrix[row, source]
-        rule.solref = np.array(STIFF)
+        rule.solref, rule.solimp = np.array(STIFF), np.array(RIGID)
