@@ -126,6 +126,17 @@ def test_a_blocked_line_says_where_and_by_what() -> None:
         result.require()
 
 
+def test_what_ends_a_line_is_told_as_margin_or_as_requirement() -> None:
+    way = line(at(), at(0.1, 0.35, 0.0))
+    wall = to.Scene(panda()).add("wall", to.Box(0.3, 0.02, 0.6), to.placement((0.4, 0.25, 0.4)))
+    kept, required = followed(way, wall), followed(way, wall.with_clearance(0.01))
+    assert kept.stop is not None and required.stop is not None
+    assert "10.0 mm are kept along a curve, as a margin: Scene.with_margin lowers it" in kept.stop.message
+    assert "15.0 mm are kept along a curve, 10 mm required and a margin" in required.stop.message
+    nearer = followed(way, wall.with_margin(0.002))
+    assert nearer.fraction > kept.fraction
+
+
 def test_a_line_out_of_reach_says_so() -> None:
     result = followed(line(at(), at(0.9, 0.0, 0.0)))
     assert result.stop is not None

@@ -118,4 +118,6 @@ def test_a_failure_has_no_prices(pillar: to.Scene) -> None:
 
 def test_words() -> None:
     price = Price(what="margin of a from b", unit="mm", objective=0.5, seconds=0.0123)
-    assert str(price) == "margin of a from b: 0.5 of the objective and 12.3 ms per mm"
+    assert (
+        str(price) == "margin of a from b: 12.3 ms of the motion and 0.5 of the optimiser's objective per mm"
+    )

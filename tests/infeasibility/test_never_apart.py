@@ -10,6 +10,7 @@ import trajopt as to
 from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
 from trajopt.infeasibility import never_apart
+from trajopt.infeasibility.never_apart import NeverApart
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.planning.status import Certainty
 from trajopt.query import Counts, Query
@@ -103,3 +104,15 @@ def test_a_margin_that_can_be_kept_stays_as_it_is() -> None:
     problem = arm(to.Scene(ur5().robot).with_margin(world=0.05))
     result = to.plan(problem)
     assert result.verified and not result.remarks and result.problem is problem
+
+
+@pytest.mark.parametrize(
+    "farthest,said",
+    [
+        (0.004, "are nearer (4.0 mm in the farthest measured) in every configuration"),
+        (-0.09, "overlap (by 90.0 mm in the farthest measured) in every configuration"),
+    ],
+)
+def test_what_overlaps_is_not_said_to_be_apart_by_less_than_nothing(farthest: float, said: str) -> None:
+    pair = NeverApart(first="wrist", second="cup", distance=0.01, most=0.02, farthest=farthest)
+    assert pair.words("are required of") == f"10 mm are required of wrist and cup, which {said}"

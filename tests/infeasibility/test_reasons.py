@@ -10,7 +10,8 @@ from tests.robots_for_tests import odd_arm
 from trajopt.arrays import Floats
 from trajopt.explanation import Certainty, Explanation
 from trajopt.explanation.candidates import candidates
-from trajopt.infeasibility.reasons import BlockKind, blocks_on_the_way
+from trajopt.infeasibility.reasons import BlockKind, blocks_on_the_way, no_goal_configuration
+from trajopt.kinematics.goal_candidates import GoalCandidates
 from trajopt.planning.goal_search import _blocked  # pyright: ignore[reportPrivateUsage]
 from trajopt.planning.result import Status
 from trajopt.solvers import SolveResult, Sqp
@@ -75,3 +76,15 @@ def test_a_users_term_named_like_a_requirement_widens_none(scene: to.Scene) -> N
         blocks=blocks[:1],
     )
     assert not list(candidates(known))
+
+
+def test_one_configuration_that_collides_is_said_to_be_one() -> None:
+    here = np.zeros(2)
+    blocked = GoalCandidates((), (here,), ("arm", "wall", -0.01), here, 0.0)
+    assert no_goal_configuration(blocked, ()) == (
+        "the one configuration found that reaches the goal collides: arm is 10.0 mm inside wall"
+    )
+    near = GoalCandidates((), (here, here), ("arm", "wall", 0.01), here, 0.0, required=0.02)
+    assert no_goal_configuration(near, ()).startswith(
+        "all 2 configurations found that reach the goal collide or come too near to something; in the nearest"
+    )

@@ -113,12 +113,20 @@ def _first_blocked(
 
 def _collision(on_curve: OnCurve, s: float, blocked: _Blocked) -> StopReason:
     first, second = on_curve.reduced.owners(blocked.pair)
+    required = float(on_curve.reduced.pairs.required[blocked.pair])
+    kept = f"{blocked.margin * 1000.0:.1f} mm are required"
+    if blocked.margin > required + CLEARANCE_TOLERANCE:
+        kept = f"{blocked.margin * 1000.0:.1f} mm are kept along a curve, "
+        kept += (
+            f"{required * 1000.0:.3g} mm required and a margin"
+            if required
+            else "as a margin: Scene.with_margin lowers it"
+        )
     return stop_reason(
         on_curve,
         Status.COLLISION,
         s,
-        f"{first} comes within {blocked.distance * 1000.0:.1f} mm of {second}; "
-        f"{blocked.margin * 1000.0:.1f} mm are required",
+        f"{first} comes within {blocked.distance * 1000.0:.1f} mm of {second}; {kept}",
         pair=(first, second),
         amount=blocked.margin - blocked.distance,
     )

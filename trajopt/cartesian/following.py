@@ -121,7 +121,9 @@ def follow(
     goes backwards on it, and gets as far as `fraction` says.
 
     Args:
-        scene: The robot and what is around it, with the clearance to keep.
+        scene: The robot and what is around it, with the clearance to keep. Unlike other motions this one
+            keeps the margin all along too, but for what is nearer at its start: where the arm has no choice,
+            a margin that is too large ends it.
         required: The curve, the frame, and how near it must stay: `follows_curve(...)`.
         start: Name of a state, joint -> position [rad | m], or positions of all joints. With
             `Begin.ANY_BRANCH` it only says where the joints outside the group are, and what is near.

@@ -83,7 +83,7 @@ class Explanation(Summary):
             lines.append("Each of these makes it solvable, and half of it does not:")
             lines += [f"  {remedy}" for remedy in self.remedies]
         if self.prices:
-            lines.append("What the active constraints cost:")
+            lines.append("What the active constraints cost, which would be saved if one gave way by a unit:")
             lines += [f"  {price}" for price in self.prices]
         return "\n".join(lines)
 

@@ -63,8 +63,8 @@ class Price:
 
     def __str__(self) -> str:
         """Say both prices."""
-        parts = [] if self.objective is None else [f"{self.objective:.3g} of the objective"]
-        parts += [] if self.seconds is None else [f"{1000 * self.seconds:.3g} ms"]
+        parts = [] if self.seconds is None else [f"{1000 * self.seconds:.3g} ms of the motion"]
+        parts += [] if self.objective is None else [f"{self.objective:.3g} of the optimiser's objective"]
         return f"{self.what}: {' and '.join(parts)} per {self.unit}"
 
 

@@ -48,7 +48,10 @@ class NeverApart:
         """
         apart = "touch"
         if self.most >= self.distance:
-            apart = f"are nearer ({1000 * self.farthest:.1f} mm in the farthest measured)"
+            measured = f"{abs(1000 * self.farthest):.1f} mm"
+            apart = f"are nearer ({measured} in the farthest measured)"
+            if self.farthest < 0.0:
+                apart = f"overlap (by {measured} in the farthest measured)"
         elif self.most > 0.0:
             apart = f"are at most {1000 * self.most:.1f} mm apart"
         pair = f"{self.first} and {self.second}"

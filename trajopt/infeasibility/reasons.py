@@ -216,8 +216,11 @@ def no_goal_configuration(found: GoalCandidates, goals: Sequence[Requirement]) -
     """Say why there is no usable configuration that reaches a goal."""
     if found.blocking is None:
         return unreachable((), found.nearest_miss, goals)
-    how = "collide" if found.required == 0.0 else "collide or come too near to something"
     nearest = how_near(*found.blocking, found.required)
+    if found.colliding == 1:
+        how = "collides" if found.required == 0.0 else "collides or comes too near to something"
+        return f"the one configuration found that reaches the goal {how}: {nearest}"
+    how = "collide" if found.required == 0.0 else "collide or come too near to something"
     return f"all {found.colliding} configurations found that reach the goal {how}; in the nearest, {nearest}"
 
 

@@ -135,10 +135,8 @@ class PairEvidence(Value):
         if self.samples == 0:
             return f"{name}: fixed to each other"
         if self.descended:
-            return (
-                f"{name}: no collision in {self.samples} samples, but {-1000.0 * self.nearest:.1f} mm deep "
-                "where descent led from the nearest"
-            )
+            deep = f"{max(0.0, -1000.0 * self.nearest):.1f} mm deep where descent led from the nearest"
+            return f"{name}: no collision in {self.samples} samples, but {deep}"
         if self.collisions == 0:
             rarely, nearest = 100.0 * self.upper, 1000.0 * self.nearest
             return (

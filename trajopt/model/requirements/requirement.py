@@ -129,7 +129,7 @@ class Relaxation:
 
 
 def missed_by(amount: float, requirements: Sequence[Requirement]) -> str:
-    """Print by how much requirements are missed: 12 mm, 3 deg, or the bare number where units mix.
+    """Print by how much requirements are missed: 12 mm, 3 deg, or what it is added up of where units mix.
 
     Args:
         amount: By how much they are missed, or the sum of it, each part in its own unit [m, rad].
@@ -138,6 +138,8 @@ def missed_by(amount: float, requirements: Sequence[Requirement]) -> str:
     units = {unit for required in requirements for unit in required.units}
     if units == {MILLIMETRES.base}:
         return in_length(amount)
+    if units == {MILLIMETRES.base, DEGREES.base}:
+        return f"{amount:.3g} (m and rad added up)"
     return in_degrees(amount) if units == {DEGREES.base} else f"{amount:.3g}"
 
 
