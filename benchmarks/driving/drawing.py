@@ -6,7 +6,7 @@ Within the errors that were stated, by the seed's last digit:
 - 5 to 7, `late`: the same, and sensors are 10 ms late, with noise of a tenth of the tolerance.
 - 8 and 9, `moves`: a cube crosses the way, where the tip would be when it comes there, and leaves. It is
   known from the beginning to within an error of 5 mm that grows by 10 mm/s; where it really is, is off by up
-  to as much, in a direction that is drawn.
+  to as much, in a direction that is drawn. It is drawn again while it begins where the robot stands.
 
 Beyond them (`beyond`), where nothing is promised but that the robot ends at rest and says so, by the seed
 modulo 5: a joint sticks; a joint drifts by ten times the tolerance; commands are lost; the noise is three
@@ -20,7 +20,9 @@ from enum import Enum
 import numpy as np
 
 import trajopt as to
-from trajopt.execution import Fault, FaultKind, Sensors, Surprises, random_surprise
+from trajopt.errors import ProblemError
+from trajopt.execution import Fault, FaultKind, Sensors, Surprise, Surprises, random_surprise
+from trajopt.execution.random_surprise import DRAWS, has_room
 from trajopt.model.scene import Scene
 from trajopt.model.stated import ends_of
 
@@ -126,15 +128,27 @@ def _fault(problem: to.Problem, motion: to.Trajectory, kind: int, seed: int) -> 
 def _crossing(
     part: Part, problem: to.Problem, motion: to.Trajectory, seed: int, *, beyond: tuple[float, float]
 ) -> Drawn:
-    """Draw a cube that crosses the way."""
+    """Draw a cube that crosses the way.
+
+    Raises:
+        ProblemError: If all that are drawn begin where the robot stands.
+    """
     rng = np.random.default_rng((seed, 8))
-    at = float(rng.uniform(0.3, 0.8)) * motion.duration
-    tip = str(rng.choice(ends_of(problem.scene, problem.group)))
-    where = problem.scene.placement_of(tip, problem.reduced.all_positions(motion(at))).translation
-    velocity = np.append(rng.uniform(-SPEED, SPEED, 2), 0.0)
-    edge, direction = float(rng.uniform(*EDGES)), rng.standard_normal(3)
-    direction /= float(np.linalg.norm(direction))
-    share = float(rng.uniform(0.0, 1.0))
+    for _ in range(DRAWS):
+        at = float(rng.uniform(0.3, 0.8)) * motion.duration
+        tip = str(rng.choice(ends_of(problem.scene, problem.group)))
+        where = problem.scene.placement_of(tip, problem.reduced.all_positions(motion(at))).translation
+        velocity = np.append(rng.uniform(-SPEED, SPEED, 2), 0.0)
+        edge, direction = float(rng.uniform(*EDGES)), rng.standard_normal(3)
+        direction /= float(np.linalg.norm(direction))
+        share = float(rng.uniform(0.0, 1.0))
+        cube = Surprise(
+            name="cube", at=0.0, placement=to.placement(where - at * velocity), shape=to.Box(edge, edge, edge)
+        )
+        if has_room(problem, cube, motion(np.zeros(1))):
+            break
+    else:
+        raise ProblemError(f"none of {DRAWS} cubes leaves the robot room where it starts")
     radius, growth = (share * own + more for own, more in zip(ERROR[:2], beyond, strict=True))
 
     def track(off: float, faster: float) -> to.Track:

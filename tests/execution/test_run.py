@@ -174,6 +174,32 @@ def test_a_random_box_leaves_the_robot_room_until_it_could_have_come_to_rest() -
             assert not any("surprise" in (pair.first, pair.second) for pair in near), f"{seed} {time}"
 
 
+def test_what_passes_a_robot_that_has_come_to_rest_is_no_matter_of_its_motion() -> None:
+    problem = named("past_pillar_xarm7")
+    motion = undisturbed(problem)
+    tip = problem.scene.placement_of(
+        "link7", problem.reduced.all_positions(motion(motion.duration))
+    ).translation
+    above = to.placement(tip + np.array((0.0, 0.0, 0.5)))
+    later = motion.duration + 0.12
+    falls = to.Track.through([later, later + 0.15], [above, above * to.placement((0.0, 0.0, -0.4))])
+    scene = problem.scene.add("falls", to.Box(0.04, 0.04, 0.04), motion=falls)
+    done = run(to.Problem(**{**fields(problem), "scene": scene}))
+    assert done.reached and done.clearance_proven is not None
+    assert done.clearance_measured >= done.clearance_proven - 1e-4
+
+
+def test_a_cube_that_crosses_does_not_begin_where_the_robot_stands() -> None:
+    problem = named("turn_over_ur5")
+    motion = undisturbed(problem)
+    found = drawn(problem, lambda tolerance: motion, Part.MOVES, 39).problem
+    cube = found.scene.placement_of("cube", found.start_positions)
+    alone = to.Scene(problem.scene.robot).add("cube", to.Box(0.05, 0.05, 0.05), cube)
+    seen = alone.with_clearance(world=0.019)
+    reduced = to.Problem(**{**fields(problem), "scene": seen, "constraints": ()}).reduced
+    assert to.examine(reduced, motion(0.0)).clear
+
+
 FILE = """
 objects:
   - object: crate

@@ -93,15 +93,15 @@ def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprise
             name="surprise", at=at, placement=placement(centre, rpy=(0.0, 0.0, turn)), shape=Box(*edges)
         )
         kept = [rest(np.arange(0.0, rest.duration + LOOK, LOOK)), motion(np.array((0.0, motion.duration)))]
-        if _clear(problem, box, np.concatenate(kept)):
+        if has_room(problem, box, np.concatenate(kept)):
             return Surprises(objects=(box,))
     raise ProblemError(
         f"none of {DRAWS} random boxes leaves the robot a way to rest: the motion is too short"
     )
 
 
-def _clear(problem: Problem, box: Surprise, configurations: Floats) -> bool:
-    """Say whether the robot, with what it carries, has room around a box at some configurations."""
+def has_room(problem: Problem, box: Surprise, configurations: Floats) -> bool:
+    """Say whether robot and load are `ROOM` away from a box at configurations of shape (s, n)."""
     known = problem.scene
     carried = {name: item for name, item in known.objects.items() if known.part(name) is Part.CARRIED}
     alone = replace(known, objects=carried)

@@ -75,7 +75,8 @@ class Run(Value):
         duration: Simulated time until the robot had nothing to do any more [s].
         contacts: What was touched that may not be.
         contacts_at_fault: What of that was touched while the robot moved.
-        clearance_measured: Smallest distance that the simulated robot had to what was really there [m].
+        clearance_measured: Smallest distance that the simulated robot had to what was really there, until
+            what was commanded was over [m].
         clearance_proven: The same that is proven for what was commanded [m]; None where the robot did not
             follow it.
         events: What happened, in order.
@@ -211,12 +212,14 @@ def driven_by(
     advance(round(SETTLING / arm.period))
     measured, guard = _trajectory(names, samples), Guard(problem, arm.tolerance[columns])
     given = None if arm.given is None or arm.fault() else arm.given.ahead(0.0, names)
+    # What moves goes on after the robot has come to rest, of which nothing was proven.
+    driven = measured if given is None else measured.between(0.0, min(given.duration, measured.duration))
     return Run(
         reached=bool(driver.events) and driver.events[-1].kind is Kind.REACHED,
         duration=duration,
         contacts=tuple(contact for contact in arm.contacts if contact.allowance is None),
         contacts_at_fault=tuple(contact for contact in arm.contacts_at_fault if contact.allowance is None),
-        clearance_measured=_clearance(Guard(problem, np.zeros(len(names))), world, measured),
+        clearance_measured=_clearance(Guard(problem, np.zeros(len(names))), world, driven),
         clearance_proven=None if given is None else _clearance(guard, world, given),
         events=tuple(driver.events),
         seconds={stage: tuple(times) for stage, times in driver.seconds.items()},
