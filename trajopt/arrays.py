@@ -21,6 +21,10 @@ V = TypeVar("V")
 F = TypeVar("F")
 
 
+NUMBERS = "iufO"
+"""Kinds of arrays that hold numbers: numpy makes them of text, truth values and dates as well."""
+
+
 def readonly(array: Floats) -> Floats:
     """Return the array with writing forbidden (the same memory, flag cleared)."""
     array.flags.writeable = False
@@ -46,12 +50,15 @@ def floats(
         A fresh read-only array of that shape.
 
     Raises:
-        ShapeError: If the shape differs or a number is not finite.
+        ShapeError: If the shape differs, or a number is not finite, or is text or a truth value.
     """
+    what = "must be a number" if not tuple(shape) else "must be numbers"
     try:
-        array = np.array(value, dtype=np.float64)
+        given = np.asarray(value)
+        if given.dtype.kind not in NUMBERS or (given.dtype == object and any(map(_no_number, given.flat))):
+            raise TypeError("no numbers")
+        array = np.array(given, dtype=np.float64)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        what = "must be a number" if not tuple(shape) else "must be numbers"
         raise ShapeError(name, f"{what}, is {shown(value)}") from error
     expected = tuple(shape)
     if array.ndim != len(expected) or (
@@ -65,6 +72,10 @@ def floats(
     if not np.isfinite(array).all() and (not infinite or np.isnan(array).any()):
         raise ShapeError(name, f"holds a number that is not finite: {shown(array.tolist())}")
     return readonly(array)
+
+
+def _no_number(value: object) -> bool:
+    return value is None or isinstance(value, str | bytes | bool | np.bool_)
 
 
 def number(name: str, value: float, *, infinite: bool = False) -> float:

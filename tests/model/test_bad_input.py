@@ -1,12 +1,14 @@
 """Bad input to scenes and shapes: refused at once, by name, and nothing is half done."""
 
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from trajopt import Robot, Scene, load_mesh, placement
+from trajopt import Robot, Scene, Trajectory, load_mesh, placement
 from trajopt.errors import (
     DuplicateObject,
     FrameNotFound,
@@ -212,6 +214,26 @@ def test_size_not_finite(shape: str, size: float) -> None:
 def test_size_that_is_no_number() -> None:
     with pytest.raises(ShapeError, match=r"Sphere\.radius"):
         Sphere("large")  # type: ignore[arg-type]
+
+
+NO_NUMBERS = ("1", b"1", True, np.True_, np.array("1"), 1j, np.datetime64(1, "s"), None, [1, 2])
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
+def test_what_numpy_makes_a_number_of_and_is_none_is_refused(value: object) -> None:
+    with pytest.raises(ShapeError, match=r"Box\.x: must be (a|one) number"):
+        Box(value, 1.0, 1.0)  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match=r"hz: must be (a|one) number"):
+        Trajectory(("a",), [0.0, 1.0], [[0.0], [1.0]]).sampled(value)  # type: ignore[arg-type]
+    with pytest.raises(ShapeError, match="xyz: "):
+        placement([value] * 3)  # type: ignore[arg-type, list-item]
+
+
+@pytest.mark.parametrize(
+    "value", [1, np.int32(1), np.float32(1.0), np.array(1), Fraction(1), Decimal(1)], ids=repr
+)
+def test_all_kinds_of_numbers_are_taken(value: float) -> None:
+    assert Box(value, 1.0, 1.0).x == 1.0 and placement([value] * 3).translation.tolist() == [1.0, 1.0, 1.0]
 
 
 @pytest.mark.parametrize(
