@@ -10,6 +10,7 @@ import argparse
 import json
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +31,11 @@ def main() -> None:
     parser.add_argument("--tables", action="store_true")
     given = parser.parse_args()
     if not given.tables:
-        for words in (("scale", "--counts", given.counts), ("faults",)):
-            name, *more = words
+        for name, *more in (
+            ("scale", "--counts", given.counts),
+            ("scale", "--counts", "1000", "--robot", "panda"),
+            ("faults",),
+        ):
             subprocess.run([sys.executable, "-m", f"benchmarks.campaign.{name}", *more], check=True)
     text = "\n\n".join((scale_table(), model_table(), faults_table()))
     print(text)
@@ -40,25 +44,25 @@ def main() -> None:
 
 
 def runs() -> list[dict[str, Any]]:
-    """Return the latest run of each engine and size."""
+    """Return the latest run of each engine, robot and size."""
     lines = SCALE.read_text().splitlines() if SCALE.exists() else []
-    found = {(each["engine"], each["rows"]): each for each in map(json.loads, lines)}
+    found = {(each["engine"], each["robot"], each["rows"]): each for each in map(json.loads, lines)}
     return [found[key] for key in sorted(found)]
 
 
 def scale_table() -> str:
     """Return what each run took."""
     head = (
-        *("engine", "rows", "verified", "wall s", "load", "planning CPU s", "other CPU s", "waiting s"),
-        *("planning of CPU", "planning of all", "driver MB", "worker MB", "KB a row"),
+        *("engine", "robot", "rows", "verified", "wall s", "planning CPU s", "other CPU s", "of it start s"),
+        *("idle s", "waiting s", "reached", "without start", "driver MB", "worker MB", "KB a row"),
     )
     rows = [
         (
-            *(run["engine"], f"{run['rows']:,}", f"{run['verified']:,}", f"{run['seconds']:.0f}"),
-            *(f"{run['load']:.0f}", f"{run['planning']:.0f}", f"{run['others']:.1f}"),
-            f"{run['waited']:.1f}",
-            f"{run['planning'] / (run['planning'] + run['others']):.0%}",
-            f"{run['planning'] / (run['planning'] + run['others'] + run['waited']):.0%}",
+            *(run["engine"], run["robot"], f"{run['rows']:,}", f"{run['verified']:,}"),
+            *(f"{run['seconds']:.0f}", f"{run['planning']:.0f}", f"{run['others']:.1f}"),
+            f"{run['start']:.1f}" if "start" in run else "",
+            *(f"{run['idle']:.1f}", f"{run['waited']:.1f}", f"{reached(run, 0.0):.0%}"),
+            f"{reached(run, run['start']):.0%}" if "start" in run else "",
             " / ".join(f"{driver:.0f}" for driver, _ in run["megabytes"]),
             " / ".join(f"{worker:.0f}" for _, worker in run["megabytes"]),
             f"{run['bytes'] / run['rows'] / 1e3:.1f}",
@@ -68,28 +72,46 @@ def scale_table() -> str:
     return table(head, rows)
 
 
+def reached(run: Mapping[str, Any], start: float) -> float:
+    """Return the share of (cores x single-core rate) that a run had, as `benchmarks.campaign.scale` says.
+
+    Args:
+        run: What was measured.
+        start: Process time that does not count [s].
+    """
+    lost = max(run["idle"], run["waited"])
+    return run["planning"] / (run["planning"] + run["others"] - start + lost)
+
+
 def model_table() -> str:
-    """Return what a line through the smaller runs says of the larger, and of a million."""
+    """Return what a line through the two smaller runs says of the largest, and of a million.
+
+    The line is of what a campaign costs beside planning; a row's planning is that of the largest run.
+    """
     head = (
-        "engine",
-        "CPU s a row",
-        "once, s",
-        "largest run: model / measured",
-        "a million: core hours",
-        "GB",
+        *("engine", "planning, ms a row", "other, ms a row", "once, s", "other CPU: model / measured"),
+        *("a million: core hours", "GB"),
     )
     rows: list[tuple[str, ...]] = []
     for engine in dict.fromkeys(run["engine"] for run in runs()):
-        mine = [run for run in runs() if run["engine"] == engine]
+        mine = [run for run in runs() if (run["engine"], run["robot"]) == (engine, "planar2")]
         if len(mine) < 2:
             continue
-        used = [run["planning"] + run["others"] for run in mine]
-        fitted = mine[:2]
-        slope, once = np.polyfit([run["rows"] for run in fitted], used[:2], 1)
-        largest = mine[-1]
-        said = f"{once + slope * largest['rows']:.0f} / {used[-1]:.0f} s" if len(mine) > 2 else "not run"
-        hours, size = (once + slope * MILLION) / 3600.0, largest["bytes"] / largest["rows"] * MILLION / 1e9
-        rows.append((engine, f"{slope:.4f}", f"{once:.1f}", said, f"{hours:.1f}", f"{size:.1f}"))
+        last = mine[-1]
+        each, planning = last["rows"], last["planning"] / last["rows"]
+        slope, once = np.polyfit([run["rows"] for run in mine[:2]], [run["others"] for run in mine[:2]], 1)
+        said = f"{once + slope * each:.0f} / {last['others']:.0f} s at {each:,} rows"
+        hours = (once + (slope + planning) * MILLION) / 3600.0
+        rows.append(
+            (
+                *(engine, f"{1e3 * planning:.1f}", f"{1e3 * slope:.2f}", f"{once:.1f}"),
+                *(
+                    said if len(mine) > 2 else "",
+                    f"{hours:.1f}",
+                    f"{last['bytes'] / each * MILLION / 1e9:.1f}",
+                ),
+            )
+        )
     return table(head, rows)
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 RAY = (sys.executable, "-m", "ray.scripts.scripts")
 PORT, STARTS = 6397, 4
+COMMON = ("--node-ip-address=127.0.0.1", "--disable-usage-stats")
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,10 @@ class Cluster:
         found = [pid for pid, line in processes() if "raylet/raylet" in line and str(self.folder) in line]
         return sorted(found, key=lambda pid: int((status(pid) or ["0"] * 20)[19]))
 
+    def add(self) -> None:
+        """Start a node of one core."""
+        start(f"--address={self.address}", "--num-cpus=1", *COMMON)
+
     def mine(self) -> list[int]:
         """Return the ids of all of its processes, and of the workers that its actors watch."""
         own = {pid for pid, line in processes() if str(self.folder) in line or line.startswith("ray::")}
@@ -42,14 +47,14 @@ def cluster(folder: Path, nodes: int = 2) -> Generator[Cluster]:
     """Start a cluster, and end it."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    common = ("--node-ip-address=127.0.0.1", "--disable-usage-stats")
     head = ("--head", "--num-cpus=0", f"--port={PORT}", "--include-dashboard=false")
     head = (*head, f"--temp-dir={folder.resolve()}")
     try:
-        start(*head, *common, ended=folder.resolve())
+        start(*head, *COMMON, ended=folder.resolve())
+        running = Cluster(f"127.0.0.1:{PORT}", folder.resolve())
         for _ in range(nodes):
-            start(f"--address=127.0.0.1:{PORT}", "--num-cpus=1", *common)
-        yield Cluster(f"127.0.0.1:{PORT}", folder.resolve())
+            running.add()
+        yield running
     finally:
         end(folder.resolve())
 

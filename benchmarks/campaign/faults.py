@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import trajopt as to
 from benchmarks.campaign.cluster import Cluster, cluster, parent, processes, workers
@@ -28,8 +28,15 @@ from trajopt.campaign.engine import Engine
 from trajopt.errors import CampaignError
 
 WORKERS = 2
+COMES, STAYS = 8, 2.0
+"""Times that a node comes and goes, while rows are missing; it stays for so long [s]."""
 ROOM = "1500k"
 """Of the small disk: a third of the rows fit."""
+
+
+FULL = "disk full"
+Fault: TypeAlias = Callable[["subprocess.Popen[bytes]", Cluster | None], None]
+"""What is done to a campaign: to the process that runs it, or to a cluster."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +76,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=600)
     parser.add_argument("--out", type=Path, default=Path("out/faults"))
     parser.add_argument("--engines", default="local,ray")
+    parser.add_argument("--faults", default="", help="only those whose name has this in it")
     parser.add_argument("--results", type=Path, default=Path("benchmarks/results/campaign_faults.json"))
     parser.add_argument("--drive", nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args()
@@ -79,16 +87,26 @@ def main() -> None:
     undisturbed = resume_campaign(begun(given.count, given.out / "undisturbed").path, Local(WORKERS))
     expected, found = rows_of(undisturbed), list[Outcome]()
     if "local" in given.engines:
-        for name, fault in (("driver killed with -9", kill_driver), ("worker killed with -9", kill_worker)):
+        for name, fault in chosen(LOCAL_FAULTS, given.faults):
             found.append(disturbed(given, "local", "", name, fault, expected))
-        found.append(with_full_disk(given, "local", Local(WORKERS), expected))
+        if given.faults in FULL:
+            found.append(with_full_disk(given, "local", Local(WORKERS), expected))
     if "ray" in given.engines:
-        for name, fault in RAY_FAULTS.items():
+        for name, fault in chosen(RAY_FAULTS, given.faults):
             with cluster(given.out / "ray", WORKERS) as nodes:
                 found.append(disturbed(given, "ray", nodes.address, name, fault, expected, nodes))
-        with cluster(given.out / "ray", WORKERS) as nodes:
-            found.append(with_full_disk(given, "ray", Ray(nodes.address), expected))
-    given.results.write_text(json.dumps([asdict(each) for each in found], indent=1) + "\n")
+        if given.faults in FULL:
+            with cluster(given.out / "ray", WORKERS) as nodes:
+                found.append(with_full_disk(given, "ray", Ray(nodes.address), expected))
+    kept: list[dict[str, Any]] = json.loads(given.results.read_text()) if given.results.exists() else []
+    before = [Outcome(**each) for each in kept]
+    all_of_them = {(each.engine, each.fault): each for each in (*before, *found)}
+    given.results.write_text(json.dumps([asdict(each) for each in all_of_them.values()], indent=1) + "\n")
+
+
+def chosen(faults: Mapping[str, Fault], part: str) -> list[tuple[str, Fault]]:
+    """Return the faults whose names have something in them."""
+    return [(name, fault) for name, fault in faults.items() if part in name]
 
 
 def disturbed(
@@ -96,7 +114,7 @@ def disturbed(
     engine: str,
     address: str,
     name: str,
-    fault: Callable[["subprocess.Popen[bytes]", Cluster | None], None],
+    fault: Fault,
     expected: Mapping[str, Any],
     nodes: Cluster | None = None,
 ) -> Outcome:
@@ -136,7 +154,7 @@ def with_full_disk(
         subprocess.run(["umount", str(results)], check=True)
     shutil.copytree(folder.path / "kept", results, dirs_exist_ok=True)
     resume_campaign(folder.path, engine)
-    return outcome(name, "disk full", folder, after, after, expected)
+    return outcome(name, FULL, folder, after, after, expected)
 
 
 def kill_driver(process: "subprocess.Popen[bytes]", nodes: Cluster | None) -> None:
@@ -165,8 +183,24 @@ def remove_node(process: "subprocess.Popen[bytes]", nodes: Cluster | None) -> No
     os.kill(nodes.raylets()[-1], signal.SIGKILL)
 
 
-RAY_FAULTS = {
+def come_and_go(process: "subprocess.Popen[bytes]", nodes: Cluster | None) -> None:
+    """Take a node away and start one, again and again while the campaign runs."""
+    assert nodes is not None
+    for _ in range(COMES):
+        if process.poll() is not None:
+            return
+        remove_node(process, nodes)
+        nodes.add()
+        time.sleep(STAYS)
+
+
+LOCAL_FAULTS: Mapping[str, Fault] = {
+    "driver killed with -9": kill_driver,
+    "worker killed with -9": kill_worker,
+}
+RAY_FAULTS: Mapping[str, Fault] = {
     "node removed": remove_node,
+    "node comes and goes": come_and_go,
     "actor killed with -9": kill_actor,
     "driver killed with -9": kill_driver,
 }
