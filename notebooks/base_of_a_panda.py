@@ -7,13 +7,24 @@ import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import trajopt as to
-from trajopt.campaign import Campaign, Local, Options, base_placements, run_campaign
+from trajopt.campaign import (
+    Campaign,
+    CampaignFolder,
+    Local,
+    Options,
+    base_placements,
+    resume_campaign,
+    run_campaign,
+)
 
 STORED = Path(__file__).with_name("base_of_a_panda.json")
+AXES = ("x", "y", "z", "yaw")
+"""Where the base stands [m, m, m, rad]."""
 DOWN, FORWARD = (np.pi, 0.0, 0.0), (0.0, np.pi / 2, 0.0)
 GOALS = {
     "table left": ((0.75, -0.40, 0.55), DOWN),
@@ -47,21 +58,49 @@ def campaign(x: Sequence[float], y: Sequence[float], yaw: Sequence[float]) -> Ca
     )
 
 
+def stored() -> list[dict[str, Any]]:
+    """Return the rows that were stored: where the base stood, the task, and how planning ended."""
+    found = json.loads(STORED.read_text())
+    return [
+        {
+            "parameters": dict(zip(AXES, where, strict=True)),
+            "family": task,
+            "status": found["statuses"][status],
+            "verified": found["statuses"][status] == "SOLVED",
+        }
+        for *where, ended in found["places"]
+        for task, status in zip(found["tasks"], ended, strict=True)
+    ]
+
+
+def store(folder: CampaignFolder) -> None:
+    """Store how planning ended, by place: a line of numbers for each, in the order of the tasks."""
+    ended: dict[tuple[float, ...], dict[str, str]] = {}
+    for row in folder.rows(("parameters", "family", "status")):
+        where = tuple(row["parameters"][axis] for axis in AXES)
+        ended.setdefault(where, {})[row["family"]] = row["status"]
+    statuses = sorted({status for each in ended.values() for status in each.values()})
+    places = [
+        [*where, [statuses.index(each[task]) for task in GOALS]] for where, each in sorted(ended.items())
+    ]
+    lines = ",\n".join(json.dumps(place) for place in places)
+    about = json.dumps({"versions": dict(folder.versions), "tasks": list(GOALS), "statuses": statuses})
+    STORED.write_text(f'{about[:-1]}, "places": [\n{lines}\n]}}\n')
+
+
 def main() -> None:
-    """Run the campaign of the notebook's stored result, and store it."""
+    """Run the campaign of the notebook's stored result, or go on with it, and store it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("out", type=Path)
+    parser.add_argument("out", type=Path, help="folder of the campaign; one that is there is gone on with")
     parser.add_argument("--places", type=int, nargs=3, default=(25, 20, 4))
     given = parser.parse_args()
     across, along, turns = given.places
     grid = [np.linspace(-0.3, 0.5, across), np.linspace(-0.6, 0.6, along), np.linspace(-0.8, 0.8, turns)]
     x, y, yaw = ([round(float(value), 4) for value in axis] for axis in grid)
-    folder = run_campaign(campaign(x, y, yaw), given.out, Local())
-    rows = [
-        [*(row["parameters"][axis] for axis in ("x", "y", "z", "yaw")), row["family"], row["status"]]
-        for row in folder.rows(("parameters", "family", "status"))
-    ]
-    STORED.write_text(json.dumps({"versions": dict(folder.versions), "rows": sorted(rows)}) + "\n")
+    if given.out.exists():
+        store(resume_campaign(given.out, Local()))
+    else:
+        store(run_campaign(campaign(x, y, yaw), given.out, Local()))
 
 
 if __name__ == "__main__":
