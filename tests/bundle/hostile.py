@@ -198,6 +198,9 @@ def of_arrays() -> dict[str, Change]:
         "an array that says less than it holds": array(_array((1,), "<f8", b"x" * 16)),
         "an array of negative size": array(_array((-1,), "<f8", b"x" * 16)),
         "an array with code in its head": array(_array((1,), "<f8'+__import__('os').getcwd()+'", b"x" * 8)),
+        "an array with a head of brackets": array(
+            b"\x93NUMPY\x01\x00" + (500).to_bytes(2, "little") + b"[" * 500
+        ),
         "an array of another version": array(b"\x93NUMPY\x02\x00" + b"x" * 64),
         "no array": array(b"x"),
         "an array of another shape": array(_array((3,), "<f8", bytes(24))),

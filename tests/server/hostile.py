@@ -123,6 +123,7 @@ def hostile() -> Iterator[Hostile]:
     for field, value in (("knots", 10**9), ("velocity_scaling", 1e9), ("finish_by", -1), ("dwell", "long")):
         yield asking(f"{field} {value}", "plan", {"problem": {"goal": GOAL, field: value}})
     yield from of_operations()
+    yield from of_clouds()
     yield from of_http()
 
 
@@ -140,6 +141,46 @@ def of_operations() -> Iterator[Hostile]:
     yield asking("a curve that is none", "follow", {"follows_curve": {"frame": "tool", "curve": 1}})
     yield asking("an unknown operation", "exec", {"code": "import os"})
     yield asking("an operation of dunders", "__class__", {})
+
+
+def clouded(name: str, data: bytes, address: str = "?radius=0.01", **more: Any) -> Hostile:
+    path = "/sessions/{}/cloud" + address
+    kind = more.pop("kind", "application/octet-stream")
+    return Hostile(f"cloud: {name}", lambda session: raw(path.format(session), data, kind=kind, **more))
+
+
+def npy(header: str, data: bytes = b"") -> bytes:
+    """Return what looks like a file of numpy's, with any header."""
+    words = header.encode()
+    return b"\x93NUMPY\x01\x00" + len(words).to_bytes(2, "little") + words + data
+
+
+def of_clouds() -> Iterator[Hostile]:
+    one = bytes(12)
+    rows = "{'descr': '%s', 'fortran_order': %s, 'shape': %s, }\n"
+    yield clouded("half a point", bytes(10))
+    yield clouded("more points than there may be", bytes(12 * 120_000))
+    yield clouded("a pickle in numpy's form", npy(rows % ("|O", False, "(1, 3)"), b"\x80\x05cos\nsystem\n."))
+    yield clouded("more rows than memory", npy(rows % ("<f4", False, "(10000000000, 3)"), one))
+    yield clouded("a negative number of rows", npy(rows % ("<f4", False, "(-1, 3)"), one))
+    yield clouded("two columns", npy(rows % ("<f4", False, "(6, 2)"), bytes(48)))
+    yield clouded("columns first", npy(rows % ("<f4", True, "(1, 3)"), one))
+    yield clouded("texts", npy(rows % ("<U1", False, "(1, 3)"), one))
+    yield clouded("a record", npy(rows.replace("'%s'", "%s") % ([("a", "<f4")], False, "(3,)"), one))
+    yield clouded("code for a header", npy("__import__('os').system('id')\n", one))
+    yield clouded("a header of brackets", npy("[" * 9_000, one))
+    yield clouded("a header that does not end", b"\x93NUMPY\x01\x00\xff\xff{")
+    yield clouded("a format of tomorrow", b"\x93NUMPY\x09\x00\x01\x00 " + one)
+    yield clouded("wider than a house", bytes(12) + b"\x00\x00\x80\x4e" * 3)
+    yield clouded("JSON", b"{}", kind="application/json")
+    yield clouded("a form", b"a=1", kind="application/x-www-form-urlencoded")
+    for address in (
+        "?radius=0", "?radius=-1", "?radius=NaN", "?radius=1e999", "?radius=wide", "?radius=%5B%5D",
+        "?radius=1&radius=2", "?radius=0.1&shell=id", "?radius=0.1&name=", "?radius=0.1&name=link1",
+        "?radius=0.1&stamp=late", "?cell=0", "?frame=nowhere", "?placement=%7B%22xyz%22%3A1%7D",
+        "?points=%5B%5D", "?positions=%5B1%5D", "?radius=0.1&timeout=-1",
+    ):  # fmt: skip
+        yield clouded(f"at {address}", one, address)
 
 
 def of_http() -> Iterator[Hostile]:

@@ -11,7 +11,9 @@ from trajopt.server import Limits, Service
 from trajopt.server.http import HttpOptions, Metrics, serve_http
 
 MODULES = ("trajopt.server.operations", "tests.server.room")
-SMALL = Limits(workers=1, waiting=8, waiting_per_session=8, grace=0.5, memory=512 * 2**20, body=2 * 2**20)
+SMALL = Limits(
+    workers=1, cloud=100_000, waiting=8, waiting_per_session=8, grace=0.5, memory=512 * 2**20, body=2 * 2**20
+)
 PATIENT = HttpOptions(port=0, head=1.0, transfer=1.0, connections=64)
 
 

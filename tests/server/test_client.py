@@ -1,12 +1,15 @@
 """The clients, blocking and asynchronous, against a server in this process."""
 
 import asyncio
+import io
 from threading import Thread
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 
+import trajopt as to
 from tests.server.serving import Serving
 from trajopt.client import AsyncClient, Client, ServerError, trajectory_of
 
@@ -33,6 +36,70 @@ def test_a_client_plans_with_feedback(server: Serving) -> None:
         fork.edit([{"remove": {"name": "post"}}])
         assert list(session.read()["objects"]) == ["post"]
         assert fork.read()["objects"] == {}
+
+
+def test_a_cloud_takes_the_place_of_what_was_seen_before(server: Serving) -> None:
+    wall = np.stack(np.meshgrid([0.75], np.linspace(-0.5, -0.3, 9), [0.14]), axis=-1).reshape(-1, 3)
+    with Client(server.url) as client, client.session("planar2") as session:
+        told = session.with_cloud("camera", np.vstack((wall, [[np.nan, 0, 0]])), radius=0.03, stamp=2.0)
+        assert told["taken"] and (told["points"], told["balls"]) == (10, 9)
+        (part,) = session.read()["objects"]["camera"]["parts"]
+        assert np.allclose(part["shape"]["points"]["points"], wall, atol=1e-6)
+        assert not session.ask("validity", {"positions": [-0.49, 0.0]})["valid"]
+        late = session.with_cloud("camera", wall + 1.0, radius=0.03, stamp=1.0)
+        assert not late["taken"] and late["newest"] == 2.0
+        assert not session.ask("validity", {"positions": [-0.49, 0.0]})["valid"]
+        session.edit([POST])
+        assert not session.with_cloud("camera", wall + 1.0, radius=0.03, stamp=1.5)["taken"]
+        session.edit([{"remove": {"name": "post"}}])
+        assert session.with_cloud("camera", None, radius=0.03, stamp=3.0)["balls"] == 0
+        assert session.ask("validity", {"positions": [-0.49, 0.0]})["valid"]
+        with pytest.raises(to.TrajoptError, match="shape"):
+            session.with_cloud("camera", [[1.0, 2.0]])
+
+
+def test_a_cloud_of_a_sensor_leaves_out_the_robot(server: Serving) -> None:
+    scene = to.Scene(to.load("planar2"))
+    on_the_arm = [scene.placement_of("tool", np.zeros(2)).translation.tolist()]
+    with Client(server.url) as client, client.session("planar2") as session:
+        session.edit([{"stand": [0.0, 0.0]}])
+        told = session.with_cloud("lidar", [*on_the_arm, [2.0, 2.0, 0.1]], cell=0.01, spacing=0.002)
+        assert (told["balls"], told["cells taken for the robot"]) == (1, 1)
+        assert session.ask("validity", {"positions": [0.0, 0.0]})["valid"]
+        elsewhere = session.with_cloud("lidar", on_the_arm, positions=[1.5, 0.0], cell=0.01)
+        assert elsewhere["balls"] == 1
+        assert not session.ask("validity", {"positions": [0.0, 0.0]})["valid"]
+
+
+def test_what_numpy_writes_is_taken_as_it_is(server: Serving) -> None:
+    with Client(server.url) as client, client.session("planar2") as session:
+        for kind in ("<f4", "<f8"):
+            file = io.BytesIO()
+            np.save(file, np.ones((5, 4), dtype=kind))
+            address = f"{server.url}/sessions/{session.id}/cloud?name=camera&radius=0.02"
+            headers = {"content-type": "application/octet-stream"}
+            answer = httpx.post(address, content=file.getvalue(), headers=headers)
+            assert answer.status_code == 200 and answer.json()["balls"] == 5
+
+
+def test_a_cloud_enters_an_execution(server: Serving) -> None:
+    """The arm goes round what a camera sees on its way."""
+    far = {"goal": {"joint_positions": {"positions": {"joint1": 1.4, "joint2": 0.3}}}}
+    with Client(server.url) as client, client.session("planar2") as session:
+        moving: list[Any] = []
+        ended: list[Any] = []
+        drive = Thread(target=lambda: ended.append(session.execute(far, speed=0.2, listener=moving.append)))
+        drive.start()
+        while not moving:
+            drive.join(0.02)
+        session.with_cloud("camera", [[-0.75, -0.4, 0.14]], radius=0.1, stamp=1.0)
+        seen = len(moving)
+        while len(moving) < seen + 3 and drive.is_alive():
+            drive.join(0.02)
+        session.stop()
+        drive.join(60.0)
+        assert "world changed" in [event["kind"] for event in ended[0]["events"]]
+        assert list(session.read()["objects"]) == ["camera"]
 
 
 def test_what_moveit_asks_is_planned(server: Serving) -> None:
@@ -109,7 +176,16 @@ def test_an_asynchronous_client_asks_many_things_at_once_and_comes_again_when_it
     async def run() -> None:
         async with AsyncClient(server.url) as client:
             sessions = [await client.session() for _ in range(3)]
-            asked = [each.plan(REACH) for each in sessions for _ in range(8)]
+            begun = asyncio.Event()
+            held = asyncio.create_task(
+                sessions[0].ask("wait", listener=lambda _: begun.set(), name="the only worker")
+            )
+            await begun.wait()
+            asked = [asyncio.create_task(each.plan(REACH)) for each in sessions for _ in range(8)]
+            while b'outcome="full"' not in server.metrics.text():
+                await asyncio.sleep(0.02)
+            await sessions[0].cancel("the only worker")
+            await held
             answers = await asyncio.gather(*asked)
             assert all(answer["verified"] for answer in answers)
             told: list[Any] = []
@@ -119,4 +195,3 @@ def test_an_asynchronous_client_asks_many_things_at_once_and_comes_again_when_it
             await asyncio.gather(*(each.close() for each in [*sessions, fork]))
 
     asyncio.run(run())
-    assert b'outcome="full"' in server.metrics.text()

@@ -31,6 +31,8 @@ def test_every_block(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
         page.run("What can be asked")
         told = capsys.readouterr().out
         assert "True\n" in told and told.splitlines()[-1] == "True []"
+        page.run("What cameras see")
+        assert int(capsys.readouterr().out.split()[0]) > 0
         cast(Any, page.names["client"]).close()
 
 
@@ -44,4 +46,4 @@ def test_every_operation_and_refusal_is_on_the_page() -> None:
 def test_the_limits_are_those_on_the_page() -> None:
     limits = Limits()
     assert (limits.body, limits.seconds, limits.memory) == (16 * 2**20, 60.0, 1024 * 2**20)
-    assert (limits.triangles, limits.points) == (50_000, 20_000)
+    assert (limits.triangles, limits.points, limits.cloud) == (50_000, 20_000, 400_000)

@@ -4,6 +4,7 @@ import io
 from abc import ABC, abstractmethod
 from hashlib import sha256
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any, cast
 
 import numpy as np
@@ -66,7 +67,7 @@ class Members(ABC):
             if version != (1, 0):
                 raise self.error(f"{name} is an array of format {version}, known: (1, 0)")
             header: tuple[tuple[int, ...], bool, np.dtype[Any]] = layout.read_array_header_1_0(stream)
-        except ValueError as error:
+        except (ValueError, TypeError, SyntaxError, TokenError, RecursionError, MemoryError) as error:
             raise self.error(f"{name} is no array: {error}") from error
         shape, fortran, kind = header
         rest = len(data) - stream.tell()

@@ -50,6 +50,14 @@ OriginOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+CloudOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--rosbridge-cloud",
+        help="Topic of PointCloud2 messages that become obstacles, such as /camera/points (repeatable).",
+        rich_help_panel=PANEL,
+    ),
+]
 RosOption = Annotated[Ros, typer.Option("--ros", help="Which ROS is answered as.", rich_help_panel=PANEL)]
 
 
@@ -63,6 +71,7 @@ class RosbridgeFace:
         mesh_port: Of the meshes.
         origins: Addresses of web pages that may connect.
         ros: Which ROS is answered as.
+        clouds: Topics of clouds that become obstacles.
     """
 
     host: str
@@ -70,6 +79,7 @@ class RosbridgeFace:
     mesh_port: int
     origins: tuple[str, ...]
     ros: Ros
+    clouds: tuple[str, ...] = ()
 
     def of(self, source: RobotSource, robot: Robot, names: tuple[str, ...]) -> "Face":
         """Return what serves a robot.
@@ -91,6 +101,7 @@ class RosbridgeFace:
             mesh_port=self.mesh_port,
             origins=self.origins,
             names=names,
+            clouds=self.clouds,
             distro=Distro[self.ros.name],
         )
 

@@ -16,6 +16,7 @@ from trajopt.cli.options import (
     TorqueOption,
 )
 from trajopt.cli.rosbridge import (
+    CloudOption,
     MeshPortOption,
     OriginOption,
     Ros,
@@ -91,6 +92,7 @@ def serve(
     mesh_port: MeshPortOption = 9190,
     rosbridge_host: RosbridgeHostOption = "127.0.0.1",
     rosbridge_origin: OriginOption = None,
+    rosbridge_cloud: CloudOption = None,
     ros: RosOption = Ros.JAZZY,
 ) -> None:
     """Serve robots over HTTP until Ctrl-C, and to clients made for ROS where a port of rosbridge is given.
@@ -122,7 +124,8 @@ def serve(
 
     faces, modules = [http_face(options, metrics)], [OPERATIONS]
     if rosbridge_port is not None:
-        told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, tuple(rosbridge_origin or ()), ros)
+        origins, clouds = tuple(rosbridge_origin or ()), tuple(rosbridge_cloud or ())
+        told = RosbridgeFace(rosbridge_host, rosbridge_port, mesh_port, origins, ros, clouds)
         faces.append(told.of(sources[0], next(iter(robots.values())), options.names))
         modules.append(ROSBRIDGE_OPERATIONS)
     write_log()

@@ -96,7 +96,7 @@ class AsyncClient:
     async def _once(self, call: Call) -> tuple[httpx.Response | Document, float | None]:
         """Send a request; return the response or the answer in it, and when to try again."""
         request = self._http.build_request(
-            call.method, call.path, json=call.body, headers=call.headers, params=call.parameters
+            call.method, call.path, headers=call.headers, params=call.parameters, **call.content
         )
         response = await self._http.send(request, stream=True)
         try:

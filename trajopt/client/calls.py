@@ -1,12 +1,17 @@
 """What can be asked of a session, once for both kinds of clients."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 from urllib.parse import quote
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from trajopt.arrays import Value
 from trajopt.client.answers import Listener
+from trajopt.errors import ShapeError, shown
 from trajopt.errors.arguments import checked
 
 Reply = TypeVar("Reply")
@@ -24,6 +29,7 @@ class Call(Value):
         listener: Told how far it is; None where nobody listens.
         timeout: Time that the server may take [s]; its own limit when None.
         name: By which it can be cancelled; none where it is empty.
+        data: Bytes in place of JSON; the arguments are in the address then.
     """
 
     method: str
@@ -32,17 +38,44 @@ class Call(Value):
     listener: Listener | None = None
     timeout: float | None = None
     name: str = ""
+    data: bytes | None = None
 
     @property
     def headers(self) -> dict[str, str]:
         """What goes out beside the body."""
         headers = {"x-request-name": self.name} if self.name else {}
+        if self.data is not None:
+            headers["content-type"] = "application/octet-stream"
         return {**headers, "accept": "text/event-stream"} if self.listener is not None else headers
 
     @property
     def parameters(self) -> dict[str, str]:
         """What goes into the address."""
-        return {} if self.timeout is None else {"timeout": f"{self.timeout:g}"}
+        stated = {} if self.timeout is None else {"timeout": f"{self.timeout:g}"}
+        if self.data is None:
+            return stated
+        arguments = (self.body or {}).items()
+        return stated | {key: each if isinstance(each, str) else json.dumps(each) for key, each in arguments}
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The body, as httpx takes it."""
+        return {"json": self.body} if self.data is None else {"content": self.data}
+
+
+def cloud_bytes(points: ArrayLike) -> bytes:
+    """Return points as the server takes them: float32 x, y, z, one point after the other [m].
+
+    Raises:
+        ShapeError: If they are none.
+    """
+    try:
+        rows = np.asarray(points, dtype="<f4")
+    except (TypeError, ValueError) as error:
+        raise ShapeError("points", f"must be numbers, is {shown(points)}") from error
+    if rows.size and (rows.ndim != 2 or rows.shape[1] != 3):
+        raise ShapeError("points", f"needs shape (any, 3), has {rows.shape}")
+    return rows.tobytes()
 
 
 class SessionCalls(Generic[Reply]):
@@ -96,6 +129,37 @@ class SessionCalls(Generic[Reply]):
     def edit(self, edits: Sequence[Mapping[str, Any]]) -> Reply:
         """Change the scene: `[{"add": {"name": "post", "shape": {"box": {...}}}}]`; all edits or none."""
         return self.ask("edit", {"edits": list(edits)})
+
+    @checked
+    def with_cloud(
+        self,
+        name: str,
+        points: ArrayLike | None,
+        *,
+        radius: float | None = None,
+        stamp: float | None = None,
+        **sensed: Any,
+    ) -> Reply:
+        """Put what a sensor measured into the scene, in place of all that was seen before under that name.
+
+        Args:
+            name: Of the cloud in the scene.
+            points: Shape (n, 3) [m]; those that are not finite are no measurements. None: nothing is seen.
+            radius: Of the ball that each point is; the points are in the world then [m].
+            stamp: When it was measured, on the sensor's own clock [s]: what is older than the newest is not
+                taken.
+            sensed: Without a radius the robot itself is left out, and the radius follows of these:
+                `positions`, `frame`, `placement`, `nearest`, `farthest`, `spacing` as of
+                `trajopt.perception.PointCloud`, `cell`, `padding`, `sigmas`, `known` as of `Sensing`.
+
+        Raises:
+            ShapeError: If the points are none.
+            ServerError: If the server refuses it, or cannot be reached.
+        """
+        stated = {"name": name, "radius": radius, "stamp": stamp, **sensed}
+        arguments = {key: each for key, each in stated.items() if each is not None}
+        path = f"/sessions/{self.id}/cloud"
+        return self._send(Call("POST", path, arguments, data=b"" if points is None else cloud_bytes(points)))
 
     @checked
     def motions(self, motions: Sequence[Mapping[str, Any]]) -> Reply:

@@ -1,5 +1,6 @@
 """From messages to documents and back, as rosbridge does it: JSON-able values, fields by name."""
 
+from base64 import b64decode, b64encode
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields
 from enum import Enum
@@ -85,6 +86,8 @@ def encode(message: object, generation: Generation = Generation.ROS2) -> object:
             return message if isfinite(message) else None
         case None | bool() | int() | str():
             return message
+        case bytes():
+            return b64encode(message).decode()
         case list() | tuple():
             return [encode(each, generation) for each in cast("list[object]", message)]
         case Stamp():
@@ -133,11 +136,25 @@ def _decoder(kind: Any) -> Decoder:
         return _list_of(_decoder(get_args(kind)[0]))
     if get_origin(kind) is Annotated:
         plain, what = get_args(kind)
+        if plain is bytes:
+            return _bytes
         return _plain(plain, what)
     if kind in PLAIN:
         return _plain(kind, PLAIN[kind])
     message = cast("type[DataClass]", kind)
     return _stamp(message) if issubclass(message, Stamp) else _message(message)
+
+
+def _bytes(value: object, _: Generation) -> object:
+    """Read numbers from 0 to 255: base64 as rosbridge has it, or a list."""
+    try:
+        if isinstance(value, str):
+            return b64decode(value, validate=True)
+        if value is not None and not isinstance(value, list):
+            raise TypeError(f"is {shown(value)}")
+        return bytes(cast("list[int]", value or []))
+    except (TypeError, ValueError) as error:
+        raise _Wrong(f"must be base64, or a list of whole numbers from 0 to 255: {error}") from None
 
 
 def _plain(kind: type, what: Primitive) -> Decoder:

@@ -1,8 +1,8 @@
 """A job: a request on its way, waiting or in the hands of a worker, until it is answered or refused."""
 
 import asyncio
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import msgspec
@@ -26,6 +26,8 @@ class Assignment(Value):
         scene: What the session holds.
         positions: Where its robot is, of all joints [rad | m].
         body: The arguments, JSON.
+        attachment: What came beside them, as it came.
+        stamps: When clouds in the scene were measured, by name.
         seconds: Time that it may take, waiting included [s].
         listener: Told how far it is.
         moved: Told where the robot is while it is driven [rad | m].
@@ -40,6 +42,8 @@ class Assignment(Value):
     listener: Listener | None = None
     moved: Callable[[list[float]], None] | None = None
     driven: bool = False
+    attachment: bytes = b""
+    stamps: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 class Job:
@@ -81,8 +85,10 @@ class Job:
             assignment.scene.robot,
             assignment.scene.data,
             assignment.scene.key,
+            dict(assignment.stamps),
             list(assignment.positions),
             assignment.body,
+            assignment.attachment,
             max(self._until - self.begun, 0.0),
             assignment.listener is not None or assignment.moved is not None,
             assignment.driven,

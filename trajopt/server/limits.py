@@ -31,6 +31,7 @@ class Limits(Value):
         body: Size of a request [bytes].
         triangles: Of all meshes of a request.
         points: Of a trajectory in a request.
+        cloud: Points of a cloud in a request; a depth camera of 640 x 480 pixels measures 307,200.
         sessions: Sessions at a time.
         idle: When there are so many, the one unused for longest goes, if it is unused for so long [s].
         session_bytes: Size of what a session holds [bytes].
@@ -47,6 +48,7 @@ class Limits(Value):
     body: int = 16 * MEGABYTE
     triangles: int = 50_000
     points: int = 20_000
+    cloud: int = 400_000
     sessions: int = 256
     idle: float = 600.0
     session_bytes: int = 64 * MEGABYTE

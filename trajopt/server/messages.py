@@ -19,6 +19,7 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
         memory: What one request may take beyond what the worker has then [bytes].
         triangles: Of the meshes of a request.
         points: Of a trajectory in a request.
+        cloud: Points of a cloud in a request.
     """
 
     robots: Mapping[str, bytes]
@@ -26,6 +27,7 @@ class Hello(msgspec.Struct, tag=True, frozen=True):
     memory: int
     triangles: int
     points: int
+    cloud: int
 
 
 class Request(msgspec.Struct, tag=True, frozen=True):
@@ -37,8 +39,10 @@ class Request(msgspec.Struct, tag=True, frozen=True):
         robot: Name of the robot.
         scene: The scene, packed.
         key: Its key.
+        stamps: When clouds in it were measured, by name.
         positions: Of all joints [rad | m].
         body: The arguments, JSON.
+        attachment: What came beside them, as it came.
         seconds: Time that it may take [s].
         feedback: Whether somebody listens.
         driven: Whether the session's robot is being driven by another request.
@@ -49,8 +53,10 @@ class Request(msgspec.Struct, tag=True, frozen=True):
     robot: str
     scene: bytes
     key: bytes
+    stamps: dict[str, float]
     positions: list[float]
     body: bytes
+    attachment: bytes
     seconds: float
     feedback: bool
     driven: bool
@@ -97,6 +103,7 @@ class Answered(msgspec.Struct, tag=True, frozen=True):
         body: The answer, JSON.
         scene: The new scene, packed, where there is one.
         positions: Where the robot stands now, where that changed [rad | m].
+        stamps: When clouds in the scene were measured, by name.
         cpu: Processor time that it took [s].
         memory: What the worker has of memory now [bytes].
     """
@@ -105,6 +112,7 @@ class Answered(msgspec.Struct, tag=True, frozen=True):
     body: bytes
     scene: bytes | None
     positions: list[float] | None
+    stamps: dict[str, float]
     cpu: float
     memory: int
 

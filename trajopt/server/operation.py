@@ -55,11 +55,13 @@ class Operation(Value):
         run: Does it.
         lane: Which processes do it.
         edits: Whether it may change what the session holds: such requests wait for each other.
+        attached: Whether it takes bytes beside its arguments.
     """
 
     run: Run
     lane: Lane = Lane.PLANNING
     edits: bool = False
+    attached: bool = False
 
 
 def operations_of(modules: tuple[str, ...]) -> Mapping[str, Operation]:

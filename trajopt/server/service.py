@@ -72,7 +72,7 @@ class Service:
         self.robots, self.limits, self.sessions = dict(robots), limits, Sessions(limits)
         self.operations: Mapping[str, Operation] = operations_of(modules)
         pickled = {name: pickle.dumps(robot) for name, robot in robots.items()}
-        hello = Hello(pickled, modules, limits.memory, limits.triangles, limits.points)
+        hello = Hello(pickled, modules, limits.memory, limits.triangles, limits.points, limits.cloud)
         self.pools = {
             Lane.PLANNING: Pool("planning", hello, limits.workers, limits),
             Lane.QUICK: Pool("quick", hello, 1, limits),
@@ -191,6 +191,7 @@ class Service:
         operation: str,
         arguments: bytes | Mapping[str, Any] = b"{}",
         *,
+        attachment: bytes = b"",
         seconds: float | None = None,
         listener: Listener | None = None,
         cancellation: Cancellation | None = None,
@@ -201,6 +202,7 @@ class Service:
             session: Whose scene and robot it is about; what it changes, the session holds afterwards.
             operation: Its name.
             arguments: JSON, or plain data.
+            attachment: What comes beside them, as the operation knows it.
             seconds: Time that it may take, waiting included [s]; no more than the limits allow.
             listener: Told, as JSON, how far it is.
             cancellation: Ends it from elsewhere.
@@ -215,7 +217,7 @@ class Service:
                     Why.UNKNOWN, f"no operation {shown(operation)}; known: {listed(sorted(self.operations))}"
                 )
             body = arguments if isinstance(arguments, bytes) else _JSON.encode(arguments)
-            self._check(session, found, body)
+            self._check(session, found, len(body) + len(attachment))
             most = self.limits.run_seconds if found.lane is Lane.DRIVING else self.limits.seconds
             allowed = most if seconds is None else min(seconds, most)
             async with self._turn(session, found):
@@ -229,6 +231,8 @@ class Service:
                     listener,
                     moved,
                     driven=session.run is not None,
+                    attachment=attachment,
+                    stamps=session.stamps,
                 )
                 job = self.pools[found.lane].submit(session.id, assignment)
                 if cancellation is not None:
@@ -237,12 +241,12 @@ class Service:
             done.waited, done.cpu = job.begun - job.created, answered.cpu
             return Reply(answered.body, answered.cpu)
 
-    def _check(self, session: Session, operation: Operation, body: bytes) -> None:
+    def _check(self, session: Session, operation: Operation, size: int) -> None:
         """Refuse what need not wait for a worker to be refused."""
         if self._closing:
             raise Refusal(Why.CLOSING, "the server is closing")
-        if len(body) > self.limits.body:
-            raise Refusal(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {len(body)}")
+        if size > self.limits.body:
+            raise Refusal(Why.TOO_LARGE, f"a request has {self.limits.body} bytes at most, not {size}")
         if operation.lane is Lane.DRIVING and session.run is not None:
             raise Refusal(Why.BUSY, "the robot of this session is being driven: stop it first")
         if operation.edits and session.editors >= self.limits.waiting_per_session:
@@ -285,6 +289,8 @@ class Service:
             positions = None  # a robot that is driven has gone on meanwhile: it says itself where it is
         driven = operation.lane is Lane.DRIVING
         await self._settled(session, scene if operation.edits else None, positions, driven=driven)
+        if operation.edits and scene is not None:
+            session.stamps = answered.stamps
         return answered
 
     async def _settled(

@@ -27,6 +27,7 @@ class Session:
         id: Its id.
         scene: What is around the robot, as workers keep it.
         positions: Where the joints are [rad | m].
+        stamps: When clouds in the scene were measured, by name [s].
         revision: How many times the scene was changed.
         kept: Whether it stays although nobody uses it.
         used: When it was last used, on the monotonic clock [s].
@@ -38,6 +39,7 @@ class Session:
     id: str
     scene: PackedScene
     positions: list[float]
+    stamps: dict[str, float] = field(default_factory=dict[str, float])
     revision: int = 0
     face: str = ""
     used: float = field(default_factory=time.monotonic)

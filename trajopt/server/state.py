@@ -5,7 +5,7 @@ The process that clients talk to never looks into these bytes: only workers make
 
 import pickle
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import blake2b
 from io import BytesIO
 from typing import Any, cast
@@ -25,11 +25,13 @@ class SessionState(Value):
         robot: Name by which the server knows the robot.
         scene: What is around it.
         positions: Of all joints, shape (number of joints,) [rad | m].
+        stamps: When clouds in the scene were measured, by their names, on their sensors' own clock [s].
     """
 
     robot: str
     scene: Scene
     positions: Floats
+    stamps: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def named_positions(self) -> dict[str, float]:

@@ -23,6 +23,8 @@ class Watch:
         heard: Whether anybody listens.
         triangles: Most triangles of all meshes in a request.
         points: Most points of a trajectory in a request.
+        cloud: Most points of a cloud in a request.
+        attachment: What came with the request beside its arguments, as it came.
         driven: Whether the session's robot is being driven by another request: then that says where it is.
     """
 
@@ -33,6 +35,8 @@ class Watch:
         *,
         triangles: int = 50_000,
         points: int = 20_000,
+        cloud: int = 400_000,
+        attachment: bytes = b"",
         driven: bool = False,
     ) -> None:
         """Start the clock.
@@ -42,10 +46,13 @@ class Watch:
             tell: Sends feedback, and where the robot stands; None where nobody listens.
             triangles: Most triangles of all meshes in a request.
             points: Most points of a trajectory in a request.
+            cloud: Most points of a cloud in a request.
+            attachment: What came with the request beside its arguments.
             driven: Whether the session's robot is being driven by another request.
         """
         self.cancel, self.heard = Event(), tell is not None
-        self.triangles, self.points, self.driven = triangles, points, driven
+        self.triangles, self.points, self.cloud = triangles, points, cloud
+        self.attachment, self.driven = attachment, driven
         self._until, self._tell = time.monotonic() + seconds, tell
         self._stage, self._last, self._attempt = "", 0.0, 0
         self._best: float | None = None

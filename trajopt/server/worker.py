@@ -114,7 +114,7 @@ class Worker:
             body = _JSON.encode(answer.document)
             state = answer.state
             if state is None:
-                return Answered(request.number, body, None, None, 0.0, 0)
+                return Answered(request.number, body, None, None, {}, 0.0, 0)
             scene = packed(state, self._robots)
         except Refusal:
             raise
@@ -127,7 +127,8 @@ class Worker:
             traceback.print_exc()
             raise Refusal(Why.FAILED, f"a fault of the server ({type(error).__name__})") from error
         self._scenes.get(scene.key, lambda: state.scene)
-        return Answered(request.number, body, scene.data, state.positions.tolist(), 0.0, 0)
+        places, stamps = state.positions.tolist(), dict(state.stamps)
+        return Answered(request.number, body, scene.data, places, stamps, 0.0, 0)
 
     def _run(self, request: Request, watch: Watch) -> Answer:
         try:
@@ -141,7 +142,7 @@ class Worker:
         scene = self._scene(request)
         check_sizes(cast(object, document), watch)
         positions = np.array(request.positions)
-        state = SessionState(request.robot, scene, positions)
+        state = SessionState(request.robot, scene, positions, request.stamps)
         return self._operations[request.operation].run(state, arguments, watch)
 
     def _scene(self, request: Request | Changed) -> Scene:
@@ -174,6 +175,8 @@ class Worker:
             listener,
             triangles=self._hello.triangles,
             points=self._hello.points,
+            cloud=self._hello.cloud,
+            attachment=request.attachment,
             driven=request.driven,
         )
 

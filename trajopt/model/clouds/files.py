@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,9 @@ def read_points(path: Path | str) -> Floats:
     except (
         ValueError,
         TypeError,
+        SyntaxError,
+        TokenError,
+        RecursionError,
         KeyError,
         IndexError,
         OverflowError,

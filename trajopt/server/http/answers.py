@@ -10,6 +10,7 @@ from fastapi.responses import StreamingResponse
 from starlette.requests import ClientDisconnect
 
 from trajopt.errors import TrajoptError
+from trajopt.server.http.guard import JSON
 from trajopt.server.job import Listener
 from trajopt.server.refusals import Refusal, Why
 from trajopt.server.requests import Reply
@@ -28,7 +29,6 @@ STATUS = {
     Why.FAILED: 500,
 }
 """How HTTP calls each kind of refusal."""
-JSON = "application/json"
 EVENTS = "text/event-stream"
 ALIVE = 15.0
 """Something is said at least so often, so that a client that is gone is missed [s]."""
@@ -37,9 +37,14 @@ Asking = Callable[[Listener | None], Awaitable[Reply]]
 """Asks the service, with who is to be told how far it is."""
 
 
+def json_bytes(document: object) -> bytes:
+    """Return plain data as JSON."""
+    return _ENCODER.encode(document)
+
+
 def json_response(document: object, status: int = 200) -> Response:
     """Return plain data as an answer."""
-    return Response(_ENCODER.encode(document), status, media_type=JSON)
+    return Response(json_bytes(document), status, media_type=JSON)
 
 
 def refusal_response(error: TrajoptError) -> Response:

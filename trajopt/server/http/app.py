@@ -2,8 +2,10 @@
 
 import logging
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from string import digits
 from typing import Any, cast
 
 from fastapi import FastAPI, Request, Response
@@ -11,17 +13,17 @@ from fastapi.responses import FileResponse
 from starlette.exceptions import HTTPException
 from starlette.types import Receive, Scope, Send
 
-from trajopt.errors import TrajoptError
+from trajopt.errors import TrajoptError, shown
 from trajopt.io.files import parse_json
 from trajopt.server.http.answers import (
-    JSON,
     STATUS,
     answered,
     body_of,
+    json_bytes,
     json_response,
     refusal_response,
 )
-from trajopt.server.http.guard import Guard
+from trajopt.server.http.guard import BYTES, JSON, Guard
 from trajopt.server.http.metrics import Metrics
 from trajopt.server.http.options import HttpOptions
 from trajopt.server.http.robots import robot_document
@@ -35,6 +37,8 @@ _LOG = logging.getLogger("trajopt.server")
 PAGES = Path(__file__).parent / "pages"
 LONGEST_NAME = 64
 """Characters of a name that a client gives to a request."""
+TIMEOUT = "timeout"
+"""What any request may have in its address."""
 READ = "read"
 """The operation that has no arguments, and so no body."""
 DEFAULT = HttpOptions()
@@ -82,7 +86,9 @@ class Face:
         self._described = {name for name in service.operations if name != READ and "/" not in name}
         for name in sorted(self._described):
             path = f"/sessions/{{session}}/{name}"
-            self._add(path, partial(self._ask, name), "POST", words_of(service.operations[name]), body=True)
+            operation = service.operations[name]
+            kind = BYTES if operation.attached else JSON
+            self._add(path, partial(self._ask, name), "POST", words_of(operation), body=kind)
         for path, file in (("/", "index.html"), ("/docs", "docs.html"), ("/page.js", "page.js")):
             self.app.add_api_route(path, partial(_page, file), include_in_schema=False)
         self.app.add_api_route("/page.css", partial(_page, "page.css"), include_in_schema=False)
@@ -110,14 +116,15 @@ class Face:
         method: str,
         words: str,
         *,
-        body: bool = False,
+        body: str = "",
     ) -> None:
         """Add a route, described for OpenAPI."""
         extra: Body = {}
         if "{session}" in path:
             extra["parameters"] = [_path_parameter(name) for name in path.split("{")[1:]]
         if body:
-            extra["requestBody"] = {"content": {JSON: {"schema": {"type": "object"}}}}
+            schema = {"type": "object"} if body == JSON else {"type": "string", "format": "binary"}
+            extra["requestBody"] = {"content": {body: {"schema": schema}}}
         self.app.add_api_route(
             path,
             endpoint,
@@ -197,8 +204,11 @@ class Face:
 
     async def _ask(self, operation: str, request: Request, session: str) -> Response:
         held = self._service.sessions.get(session)
-        seconds = _seconds(request.query_params.get("timeout"))
-        body = await body_of(request, self._service.limits.body, self._options.transfer)
+        seconds = _seconds(request.query_params.get(TIMEOUT))
+        arguments = await body_of(request, self._service.limits.body, self._options.transfer)
+        attachment = b""
+        if self._service.operations[operation].attached:
+            arguments, attachment = in_address(request), arguments
         name = request.headers.get("x-request-name", "")[:LONGEST_NAME]
         cancellation = Cancellation()
         key = (session, name)
@@ -210,7 +220,13 @@ class Face:
                 self._running[key] = cancellation
             try:
                 return await self._service.ask(
-                    held, operation, body, seconds=seconds, listener=told, cancellation=cancellation
+                    held,
+                    operation,
+                    arguments,
+                    attachment=attachment,
+                    seconds=seconds,
+                    listener=told,
+                    cancellation=cancellation,
                 )
             finally:
                 self._running.pop(key, None)
@@ -226,7 +242,8 @@ def http_app(service: Service, options: HttpOptions = DEFAULT, metrics: Metrics 
         options: Whom it lets in.
         metrics: What `/metrics` shows.
     """
-    return Guard(Face(service, options, metrics), options)
+    attached = frozenset(name for name, each in service.operations.items() if each.attached)
+    return Guard(Face(service, options, metrics), options, attached)
 
 
 def worker_request(scope: Scope) -> tuple[str, str]:
@@ -238,6 +255,30 @@ def worker_request(scope: Scope) -> tuple[str, str]:
             return operation, session
         case _:
             return "", ""
+
+
+def in_address(request: Request) -> bytes:
+    """Return the arguments of a request whose body is bytes: those of its address, each JSON, or a text.
+
+    Raises:
+        Refusal: If one is there twice.
+    """
+    found: dict[str, bytes] = {}
+    for key, text in request.query_params.multi_items():
+        if key in found:
+            raise Refusal(Why.MALFORMED, f"{shown(key)} is in the address twice")
+        if key != TIMEOUT:
+            found[key] = _as_json(text)
+    return b"{%b}" % b",".join(json_bytes(key) + b":" + value for key, value in found.items())
+
+
+def _as_json(text: str) -> bytes:
+    """Return a number, a list or a mapping as it is written, and anything else as a text."""
+    if text.startswith(("{", "[", "-", *digits)):
+        with suppress(TrajoptError):
+            parse_json(text, "request")
+            return text.encode()
+    return json_bytes(text)
 
 
 def words_of(operation: Operation) -> str:

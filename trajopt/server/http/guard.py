@@ -11,6 +11,8 @@ from trajopt.server.http.options import HttpOptions
 
 OPEN = ("/health", "/", "/page.js", "/page.css")
 """What anybody may read: whether the server is there, and a page that knows nothing."""
+JSON, BYTES = "application/json", "application/octet-stream"
+"""What bodies are. A page of another site can send neither without asking first."""
 Denial: TypeAlias = tuple[int, str, str]
 """A status, a kind and a reason."""
 
@@ -22,9 +24,15 @@ class Guard:
     the site's name (rebound to this machine), or with the site as the origin.
     """
 
-    def __init__(self, app: ASGIApp, options: HttpOptions) -> None:
-        """Guard an application."""
-        self._app, self._options = app, options
+    def __init__(self, app: ASGIApp, options: HttpOptions, attached: frozenset[str]) -> None:
+        """Guard an application.
+
+        Args:
+            app: The application.
+            options: Whom it lets in.
+            attached: Operations whose body is bytes, and not JSON.
+        """
+        self._app, self._options, self._attached = app, options, attached
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it."""
@@ -51,8 +59,9 @@ class Guard:
             return 403, "malformed", "pages of other sites may not use the server"
         length = headers.get("content-length", "0")
         kind = headers.get("content-type", "").partition(";")[0].strip().lower()
-        if method == "POST" and kind != "application/json" and (kind or length != "0"):
-            return 415, "malformed", "a request's body is application/json"
+        wanted = BYTES if path.rpartition("/")[2] in self._attached else JSON
+        if method == "POST" and kind != wanted and (kind or length != "0"):
+            return 415, "malformed", f"the request's body is {wanted}"
         if options.token and path not in OPEN and not self._knows(headers.get("authorization", "")):
             return 401, "malformed", "send the token: Authorization: Bearer TOKEN"
         return None

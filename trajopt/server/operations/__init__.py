@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from trajopt.server.operation import Lane, Operation
+from trajopt.server.operations.clouds import cloud
 from trajopt.server.operations.driving import execute
 from trajopt.server.operations.following import follow_curve
 from trajopt.server.operations.kinematics import forward_kinematics, inverse_kinematics, validity
@@ -20,6 +21,7 @@ OPERATIONS: Mapping[str, Operation] = {
     "validity": Operation(validity, Lane.QUICK),
     "read": Operation(read, Lane.QUICK),
     "edit": Operation(edit, Lane.QUICK, edits=True),
+    "cloud": Operation(cloud, Lane.QUICK, edits=True, attached=True),
     "motions": Operation(set_motions, Lane.QUICK, edits=True),
     "planning_scene": Operation(planning_scene, Lane.QUICK, edits=True),
     "execute": Operation(execute, Lane.DRIVING),

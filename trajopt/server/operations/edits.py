@@ -24,6 +24,7 @@ SCENE_EDITS: Mapping[str, Callable[..., Scene]] = {
     "allow_contact": Scene.allow_contact,
     "with_clearance": Scene.with_clearance,
     "with_margin": Scene.with_margin,
+    "with_cloud": Scene.with_cloud,
     "with_motion": Scene.with_motion,
     "with_tool": Scene.with_tool,
 }
@@ -57,18 +58,23 @@ def edited(state: SessionState, edits: Node) -> SessionState:
 
 def _once(state: SessionState, edit: str, node: Node) -> SessionState:
     if edit == STAND:
-        where: Any = value_of(node)
-        robot = state.scene.robot
-        if isinstance(where, tuple):
-            given_positions = floats(STAND, cast("tuple[float, ...]", where), (len(robot.joint_names),))
-            return replace(state, positions=robot.followed(given_positions))
-        return replace(state, positions=robot.positions(where))
+        return stand(state, node)
     given: dict[str, object] = {"self": state.scene}
     if edit == "detach" or (edit == "attach" and not node.has("placement")):
         given["at"] = state.positions
     if node.has("self"):
         raise node.error("unknown key self")
     return replace(state, scene=called(SCENE_EDITS[edit], node, **given))
+
+
+def stand(state: SessionState, node: Node) -> SessionState:
+    """Return what a session holds with the robot elsewhere: see `STAND`."""
+    where: Any = value_of(node)
+    robot = state.scene.robot
+    if isinstance(where, tuple):
+        given_positions = floats(STAND, cast("tuple[float, ...]", where), (len(robot.joint_names),))
+        return replace(state, positions=robot.followed(given_positions))
+    return replace(state, positions=robot.positions(where))
 
 
 def scene_of_message(state: SessionState, message: Node) -> tuple[SessionState, tuple[str, ...]]:

@@ -22,7 +22,7 @@ from trajopt.server.rosbridge.offered import Offered, Provider
 from trajopt.server.rosbridge.old_actions import OldActions
 from trajopt.server.rosbridge.options import RosbridgeOptions
 from trajopt.server.rosbridge.rosapi import RosApi
-from trajopt.server.rosbridge.services import EDITS, SERVICES
+from trajopt.server.rosbridge.services import CLOUD, EDITS, SERVICES
 from trajopt.server.rosbridge.topics import Client, Topics
 from trajopt.server.rosbridge.wire import Incoming, Unusable, plain, written
 
@@ -72,7 +72,8 @@ class Bridge:
         self.topics.announce("/joint_states", "sensor_msgs/JointState")
         self.topics.announce(SCENE, "moveit_msgs/PlanningScene")
         self.topics.announce(PLANNED, "moveit_msgs/DisplayTrajectory")
-        for name, (kind, _) in EDITS.items():
+        self._edits = {**EDITS, **dict.fromkeys(options.clouds, CLOUD)}
+        for name, (kind, _) in self._edits.items():
             self.topics.expect(name, kind)
 
     def leave(self, client: Connected) -> None:
@@ -133,7 +134,7 @@ class Bridge:
         if self._actions.take(topic, message):
             self.look()
             return
-        edit = EDITS.get(topic)
+        edit = self._edits.get(topic)
         if edit is not None:
             whole = b'{"scene":%s}' % bytes(message) if topic == "/planning_scene" else message
             await self.cell.ask(edit[1], whole, self.generation)

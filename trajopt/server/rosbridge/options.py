@@ -6,6 +6,7 @@ from ipaddress import ip_address
 from urllib.parse import urlsplit
 
 from trajopt.arrays import Value, at_least
+from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.messages import Generation
 
@@ -45,6 +46,7 @@ class RosbridgeOptions(Value):
         distro: Which ROS it answers as.
         origins: Addresses of pages, such as "https://cell.example", that browsers may bring in.
         names: Names, beside that of the host, by which clients may call the server.
+        clouds: Topics of `sensor_msgs/PointCloud2` that become obstacles.
         connections: At a time.
         calls: Requests of one connection that are under way at a time.
         head: A connection must say what it wants in so long [s].
@@ -56,6 +58,7 @@ class RosbridgeOptions(Value):
     distro: Distro = Distro.JAZZY
     origins: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
+    clouds: tuple[str, ...] = ()
     connections: int = 64
     calls: int = 64
     head: float = 10.0
@@ -65,7 +68,11 @@ class RosbridgeOptions(Value):
 
         Raises:
             ShapeError: If a port is negative, or there may be no connection.
+            ProblemError: If a topic is none.
         """
+        strange = [topic for topic in self.clouds if not topic.startswith("/")]
+        if strange:
+            raise ProblemError(f"clouds: a topic begins with /, as /{strange[0]} does")
         at_least(self, 0, "port", "mesh_port")
         at_least(self, 1, "connections", "calls")
 

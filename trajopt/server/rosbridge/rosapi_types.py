@@ -5,7 +5,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from trajopt.messages.builtin_interfaces import Stamp
 from trajopt.messages.names import name_of
-from trajopt.messages.primitives import PLAIN, Primitive
+from trajopt.messages.primitives import PLAIN, Bytes, Primitive
 
 
 def typedefs(kind: type[Any]) -> list[dict[str, object]]:
@@ -35,8 +35,8 @@ def _collect(kind: type[Any], found: dict[type, dict[str, object]]) -> None:
     }
     for each in fields(kind):
         hint = hints[each.name]
-        several = get_origin(hint) is list
-        inner = get_args(hint)[0] if several else hint
+        several = get_origin(hint) is list or hint == Bytes
+        inner = get_args(hint)[0] if get_origin(hint) is list else hint
         names.append(each.name)
         types.append(_name(inner))
         lengths.append(0 if several else -1)

@@ -38,6 +38,8 @@ EDITS: Mapping[str, tuple[str, str]] = {
     "/attached_collision_object": ("moveit_msgs/AttachedCollisionObject", "moveit/attached_collision_object"),
 }
 """Topics that change the scene: the type of each, and what a worker does."""
+CLOUD = ("sensor_msgs/PointCloud2", "moveit/point_cloud")
+"""The same of a topic on which a camera is told to publish."""
 
 
 @dataclass(frozen=True)

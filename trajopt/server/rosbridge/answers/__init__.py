@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from trajopt.server.operation import Lane, Operation
+from trajopt.server.rosbridge.answers.clouds import point_cloud
 from trajopt.server.rosbridge.answers.execution import execute_trajectory, follow_joint_trajectory
 from trajopt.server.rosbridge.answers.kinematics import compute_fk, compute_ik
 from trajopt.server.rosbridge.answers.planning import compute_cartesian_path, plan_kinematic_path
@@ -24,6 +25,7 @@ OPERATIONS: Mapping[str, Operation] = {
     "moveit/apply_planning_scene": Operation(apply_planning_scene, Lane.QUICK, edits=True),
     "moveit/collision_object": Operation(edit_collision_object, Lane.QUICK, edits=True),
     "moveit/attached_collision_object": Operation(edit_attached_object, Lane.QUICK, edits=True),
+    "moveit/point_cloud": Operation(point_cloud, Lane.QUICK, edits=True),
     "moveit/execute_trajectory": Operation(execute_trajectory, Lane.DRIVING),
     "moveit/follow_joint_trajectory": Operation(follow_joint_trajectory, Lane.DRIVING),
 }
