@@ -93,6 +93,7 @@ SCENE: dict[str, Any] = {
     "two edits in one": {"remove": {"name": "a"}, "add": {"name": "a", "shape": {"sphere": {"radius": 1}}}},
     "an object in itself": {"move": {"name": "a", "placement": {"xyz": [0, 0, 0]}, "frame": "a"}},
     "self given": {"remove": {"self": 1, "name": "a"}},
+    "self taken away": {"remove": {"self": None, "name": "a"}},
     "a frame nobody knows": {"add": {"name": "b", "shape": {"sphere": {"radius": 0.1}}, "frame": "nowhere"}},
     "a quaternion of no length": {
         "add": {"name": "c", "shape": {"sphere": {"radius": 0.1}}, "placement": {"quaternion": [0, 0, 0, 0]}}

@@ -1,7 +1,9 @@
 """What can be asked for: each operation on a planar arm or a Panda, without processes."""
 
 import json
+from contextlib import suppress
 from dataclasses import replace
+from inspect import signature
 from threading import Timer
 from typing import Any
 
@@ -13,6 +15,7 @@ from trajopt.io.document import Node
 from trajopt.model.initial_positions import initial_positions
 from trajopt.server import Refusal, SessionState, Watch
 from trajopt.server.operation import operations_of
+from trajopt.server.operations.edits import SCENE_EDITS
 from trajopt.server.sizes import check_sizes
 
 OPERATIONS = operations_of(("trajopt.server.operations",))
@@ -140,6 +143,48 @@ def test_edits_are_made_all_or_none_and_named_where_wrong() -> None:
         ask("edit", {"edits": [{"__init__": {}}]}, held)
     document, _ = ask("read", {}, held)
     assert document["objects"] == {}
+
+
+WRONG: tuple[Any, ...] = (
+    None,
+    -1,
+    "x",
+    "ball",
+    [],
+    {},
+    [[1, 2]],
+    {"xyz": [0, 0, 0]},
+    {"sphere": {"radius": 1}},
+)
+"""What an argument may be that is not meant so."""
+GIVEN: dict[str, dict[str, Any]] = {
+    "add": {"name": "n", "shape": {"sphere": {"radius": 0.1}}},
+    "move": {"name": "ball", "placement": {"xyz": [0, 0, 0]}},
+    "attach": {"name": "ball", "link": "tool"},
+}
+
+
+@pytest.mark.parametrize("edit", SCENE_EDITS)
+def test_no_argument_of_an_edit_is_a_fault_of_the_server(edit: str) -> None:
+    """What raises anything but a typed error would be told as one."""
+    held = state()
+    held = replace(held, scene=held.scene.add("ball", to.Sphere(0.1), to.placement((0.65, 0.65, 0.1))))
+    for name in signature(SCENE_EDITS[edit]).parameters:
+        for value in WRONG:
+            given = GIVEN.get(
+                edit, {"name": "ball"} if "name" in signature(SCENE_EDITS[edit]).parameters else {}
+            )
+            with suppress(to.TrajoptError):
+                ask("edit", {"edits": [{edit: {**given, name: value}}]}, held)
+
+
+@pytest.mark.parametrize("member", signature(to.Problem).parameters)
+def test_no_member_of_a_problem_is_a_fault_of_the_server(member: str) -> None:
+    still = [{"time_from_start": t, "positions": [0.0, 0.5]} for t in (0.0, 1.0)]
+    trajectory = {"joint_names": ["joint1", "joint2"], "points": still}
+    for value in WRONG:
+        with suppress(to.TrajoptError):
+            ask("check", {"problem": {**REACH, member: value}, "trajectory": trajectory})
 
 
 def test_what_is_read_of_an_object_makes_it_again() -> None:

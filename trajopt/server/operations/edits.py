@@ -62,7 +62,7 @@ def _once(state: SessionState, edit: str, node: Node) -> SessionState:
     given: dict[str, object] = {"self": state.scene}
     if edit == "detach" or (edit == "attach" and not node.has("placement")):
         given["at"] = state.positions
-    if node.has("self"):
+    if "self" in node.keys():
         raise node.error("unknown key self")
     return replace(state, scene=called(SCENE_EDITS[edit], node, **given))
 
