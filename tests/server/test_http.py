@@ -12,7 +12,9 @@ import httpx
 import pytest
 
 import trajopt as to
+from tests.commander.conftest import SRDF, URDF
 from tests.server.serving import SMALL, Serving, serving
+from trajopt.cli.serve import loaded, sources_of
 from trajopt.client import Client, ServerError
 from trajopt.server.http import HttpOptions
 
@@ -148,6 +150,20 @@ def test_a_server_that_is_killed_has_its_sessions_again_when_it_is_started_anew(
                         assert list(session.read()["objects"]) == ["ball"]
             finally:
                 process.kill()
+
+
+def test_files_beside_are_those_of_the_description_and_not_of_installed_robots(tmp_path: Path) -> None:
+    urdf, srdf = tmp_path / "arm.urdf", tmp_path / "arm.srdf"
+    urdf.write_text(URDF)
+    srdf.write_text(SRDF)
+    sources = sources_of(["planar2", str(urdf)], srdf, None, (tmp_path,), False, 1.0, False)
+    robots = loaded(sources)
+    first, second = robots.items()
+    assert first[0] == "planar2" and "arm" in second[1].groups
+    with pytest.raises(to.TrajoptError, match="brings its own files"):
+        loaded(sources_of(["planar2"], srdf, None, (), False, 1.0, False))
+    with pytest.raises(to.TrajoptError, match="of one robot"):
+        sources_of([str(urdf), str(urdf)], srdf, None, (), False, 1.0, False)
 
 
 def test_the_command_refuses_to_be_open(capfd: pytest.CaptureFixture[str]) -> None:

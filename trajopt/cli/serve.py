@@ -109,9 +109,8 @@ def serve(
     except ModuleNotFoundError as error:
         raise MissingExtra(str(error.name), "server") from error
 
-    folders = tuple(package_dir or ())
-    beside = (srdf, limits, folders, exact_meshes, torque_scaling, limit_jerk)
-    sources = [RobotSource(each, *beside) for each in robot]
+    stated_files = (srdf, limits, tuple(package_dir or ()))
+    sources = sources_of(robot, *stated_files, exact_meshes, torque_scaling, limit_jerk)
     robots = loaded(sources)
     megabytes = None if memory is None else memory * MEGABYTE
     most = Limits(**stated(workers=workers, waiting=waiting, seconds=timeout, memory=megabytes))
@@ -160,6 +159,29 @@ def http_face(options: "HttpOptions", metrics: "Metrics") -> "Face":
 def stated(**limits: float | None) -> dict[str, Any]:
     """Return what is stated of limits."""
     return {key: value for key, value in limits.items() if value is not None}
+
+
+def sources_of(
+    robots: list[str],
+    srdf: Path | None,
+    limits: Path | None,
+    folders: tuple[Path, ...],
+    *more: Any,
+) -> list[RobotSource]:
+    """Return where robots are from: files beside are of the description, and installed robots bring theirs.
+
+    Raises:
+        ModelError: If an SRDF or limits are given beside several descriptions.
+    """
+    own = [each for each in robots if Path(each).is_file()]
+    if len(own) > 1 and (srdf is not None or limits is not None):
+        raise ModelError(f"--srdf and --limits are of one robot, and {len(own)} descriptions are given")
+    return [
+        RobotSource(each, srdf, limits, folders, *more)
+        if each in own or not own
+        else RobotSource(each, None, None, (), *more)
+        for each in robots
+    ]
 
 
 def loaded(sources: list[RobotSource]) -> dict[str, Robot]:
