@@ -57,6 +57,23 @@ def test_a_motion_at_its_limits_holds_them_as_it_is_read_back(tmp_path: Path, na
     assert [list(point.positions) for point in sent.points] == back.positions.tolist()
 
 
+@pytest.mark.parametrize("name", ["urscript", "urscript-movej"])
+def test_a_program_in_urscript_is_told_from_a_broken_file(tmp_path: Path, name: str) -> None:
+    ur = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    rows = np.linspace(np.zeros(6), np.full(6, 0.2), 3)
+    still = np.zeros_like(rows)
+    motion = to.Trajectory(
+        tuple(f"{each}_joint" for each in ur), np.array((0.0, 1.0, 2.0)), rows, still, still
+    )
+    export(motion, tmp_path / "motion.script", to=name)
+    with pytest.raises(
+        FileFormatError, match=r"motion\.script: is a program in URScript, which is not read back"
+    ):
+        read_trajectory(tmp_path / "motion.script")
+    with pytest.raises(FileFormatError, match="No such file"):
+        read_trajectory(tmp_path / "other.script")
+
+
 def test_a_table_may_leave_out_derivatives_and_mix_its_columns(tmp_path: Path) -> None:
     file = tmp_path / "t.CSV"
     file.write_text("position_b, velocity_a,time,position_a,velocity_b\n1,2,0,3,4\n5,6,0.5,7,8\n\n")

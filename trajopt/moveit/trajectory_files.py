@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+from trajopt.errors import FileFormatError
 from trajopt.errors.arguments import checked
-from trajopt.io.document import read_document
+from trajopt.io.document import Node, read_document
+from trajopt.io.files import read_bytes
 from trajopt.model.trajectory import Trajectory
 from trajopt.moveit.joint_trajectory import read_points
 from trajopt.moveit.robot_trajectory import read_joint_trajectory
@@ -36,7 +38,7 @@ def read_trajectory(path: Path | str) -> Trajectory:
     """
     if Path(path).suffix.lower() == ".csv":
         return read_table(path)
-    document = read_document(path)
+    document = _document(path)
     if document.has("status") and not document["points"].elements():
         raise document.error(f"holds no motion: {document['message'].text('')}")
     if document.has("trajectory"):
@@ -49,3 +51,13 @@ def read_trajectory(path: Path | str) -> Trajectory:
     if not document.has("joint_names"):
         raise document.error(f"holds no trajectory (joint_names and points); what can be read: {FORMATS}")
     return read_points(document)
+
+
+def _document(path: Path | str) -> Node:
+    try:
+        return read_document(path)
+    except FileFormatError as error:
+        if any(word in read_bytes(Path(path)) for word in (b"servoj(", b"movej(")):
+            reason = f"is a program in URScript, which is not read back; what can be read: {FORMATS}"
+            raise FileFormatError(str(path), reason) from error
+        raise

@@ -69,6 +69,9 @@ def joint_positions(
 ) -> JointPositions:
     """Require joints at given positions.
 
+    Joints that are not named are free: a goal for some joints leaves the others wherever suits the motion
+    and what else is required, often where they start. To keep them there, name them too.
+
     Args:
         positions: Joint -> position [rad | m]; at least one.
         tolerance: Largest deviation, one for all or by joint [rad | m]; 1e-4 where none is given.
