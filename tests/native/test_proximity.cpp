@@ -147,7 +147,7 @@ TEST(a_closed_surface_encloses_the_points_inside_it) {
   const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
   std::vector<Solid::Triangle> shell;
   for (const auto& face : faces) shell.push_back({corners[face[0]], corners[face[1]], corners[face[2]]});
-  const Solid tetrahedron({}, shell, nullptr, nullptr), point({Vector3::Zero()}, {}, nullptr, nullptr);
+  const Solid tetrahedron({}, shell, nullptr, {}), point({Vector3::Zero()}, {}, nullptr, {});
   for (int trial = 0; trial < 500; ++trial) {
     const Vector3 at = random_vector(rng, 1.0);
     CHECK(tetrahedron.encloses(point, Matrix3::Identity(), at) == (at.minCoeff() > 0.0 && at.sum() < 1.0));

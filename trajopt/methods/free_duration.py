@@ -72,7 +72,7 @@ class FreeDuration:
         first = self.seed.program(problem, seed, waypoint_knots)
         stop = stopping_motion(problem) if problem.starts_moving else None
         if stop is not None:
-            first = replace(first, nlp=first.nlp.starting_at(stop.positions[-1]))
+            first = first.starting_at(stop.positions[-1])
         return FreeDurationProgram(self, problem, first, tuple(waypoint_knots), stop)
 
 
@@ -127,7 +127,7 @@ class FreeDurationProgram(Printed):
         ever_less = np.linspace(1.0, 0.0, len(seed))[:, None]
         solved = self.first.solve(seed + ever_less * (rest - seed[0]), progress=progress)
         if not solved.feasible:
-            from_start = replace(self.first, nlp=self.first.nlp.starting_at(begin))
+            from_start = self.first.starting_at(begin)
             return from_start.solve(seed + ever_less * (begin - seed[0]), progress=progress)
         (onward,) = self.first.decode(solved)
         smooth = with_jerk(self.problem.limits)

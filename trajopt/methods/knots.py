@@ -1,14 +1,16 @@
 """Knots: joint positions at knots, solved by any solver of an `Nlp`, timed afterwards."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 
-from trajopt.arrays import Floats
+from trajopt.arrays import Floats, Printed
 from trajopt.errors.arguments import checked
-from trajopt.methods.method import Decoded, NlpProgram, Progress, moving_start
+from trajopt.methods.method import Decoded, Progress, moving_start
 from trajopt.problem import Problem
+from trajopt.query import Counts
 from trajopt.solvers import HasBriefForm, HasNearForm, Solver, SolveResult, Sqp
-from trajopt.transcription import KnotsNlp, transcribe
+from trajopt.transcription import KnotsNlp, transcribe, transcribe_covered
 
 SHARES = (0.4, 0.16, 0.064)
 """Shares of the margins beyond what is required that are tried where a gap is too narrow for all of them. The
@@ -42,21 +44,62 @@ class Knots:
     @checked
     def program(self, problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> "KnotsProgram":
         """Transcribe a problem over knots; see `Method.program`."""
-        return KnotsProgram(transcribe(problem, seed, waypoint_knots), self.solver)
+        counts = Counts()
+        covered = transcribe_covered(problem, seed, waypoint_knots, counts)
+        if covered is not None:
+            later = partial(transcribe, problem, seed, waypoint_knots, counts)
+            return KnotsProgram(counts, self.solver, covered, later)
+        nlp = transcribe(problem, seed, waypoint_knots, counts)
+        return KnotsProgram(counts, self.solver, None, lambda: nlp)
 
 
 @dataclass(frozen=True, eq=False)
-class KnotsProgram(NlpProgram[KnotsNlp]):
-    """A problem over knots and what solves it."""
+class KnotsProgram(Printed):
+    """A problem over knots and what solves it.
 
+    Attributes:
+        counts: The work done so far.
+        solver: Solves it.
+        covered: The problem with boxes in the place of clouds, which is tried first, if there are any.
+        transcribed: Transcribes the problem as it is.
+    """
+
+    counts: Counts
     solver: Solver
+    covered: KnotsNlp | None
+    transcribed: Callable[[], KnotsNlp]
+
+    @cached_property
+    def nlp(self) -> KnotsNlp:
+        """The problem as it is, transcribed when it is first needed."""
+        return self.transcribed()
+
+    @property
+    def scale(self) -> Floats:
+        """A step of ordinary size, shape (n,) [rad | m]."""
+        return (self.covered or self.nlp).scale
+
+    def starting_at(self, positions: Floats) -> "KnotsProgram":
+        """Return the program with its first knot elsewhere: where a start in motion can come to rest."""
+        covered = None if self.covered is None else self.covered.starting_at(positions)
+        return replace(self, covered=covered, transcribed=lambda: self.nlp.starting_at(positions))
 
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed; see `Program.solve`.
 
+        Beside boxes that contain the clouds first: a path that keeps clear of these is one, whatever else is.
         Where nothing but margins is missing in the end, a gap may be too narrow for them: then it goes on
         with smaller ones, never with less clearance than is required.
         """
+        if self.covered is None:
+            return self._solve(seed, progress)
+        first = self.solver.solve(self.covered, seed, progress=progress)
+        if first.feasible:
+            return first
+        solved = self._solve(seed, progress)
+        return replace(solved, log=(*first.log, *solved.log))
+
+    def _solve(self, seed: Floats, progress: Progress | None) -> SolveResult:
         nlp, wide = self.nlp, self.solver.solve(self.nlp, seed, progress=progress)
         solved, log = wide, [*wide.log]
         for share in SHARES:
@@ -74,7 +117,7 @@ class KnotsProgram(NlpProgram[KnotsNlp]):
     def solve_near(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed that is nearly a solution; see `SupportsNearSeeds`."""
         solver = self.solver.near() if isinstance(self.solver, HasNearForm) else self.solver
-        return replace(self, solver=solver).solve(seed, progress=progress)
+        return replace(self, solver=solver, transcribed=lambda: self.nlp).solve(seed, progress=progress)
 
     def solve_briefly(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Take a few steps, where the solver has a brief form, else all; see `SupportsEarlyStop`."""
@@ -83,4 +126,6 @@ class KnotsProgram(NlpProgram[KnotsNlp]):
 
     def decode(self, solved: SolveResult) -> tuple[Decoded]:
         """Return the path through the knots; see `Program.decode`."""
-        return (Decoded(self.nlp.decode(solved.x), narrow=isinstance(solved, NarrowResult)),)
+        return (
+            Decoded((self.covered or self.nlp).decode(solved.x), narrow=isinstance(solved, NarrowResult)),
+        )

@@ -1,6 +1,7 @@
 """Kinematics of all samples and rows of close pairs; see `trajopt.query`."""
 
 from collections.abc import Callable
+from typing import overload
 
 import coal
 import pinocchio as pin
@@ -14,6 +15,15 @@ class Solid:
     def __init__(
         self, points: Floats, closed: Floats, geometry: coal.CollisionGeometry, cloud: Floats
     ) -> None: ...
+
+class CloudCover:
+    """Few boxes that contain a cloud; never changed."""
+
+    def __init__(self, solid: Solid, cell: float, most: int) -> None: ...
+    def axes(self) -> Floats: ...
+    def pieces(self) -> tuple[Floats, Floats]: ...
+    def cut(self, solid: Solid, chosen: Ints, edge: float, parts: int) -> CloudCover: ...
+    def points_within(self, solid: Solid, chosen: Ints) -> Floats: ...
 
 class Cell:
     """A robot among its obstacles; never changed, shared by threads."""
@@ -48,7 +58,10 @@ class Dynamics(RobotDynamics):
 class Query(RobotQuery):
     """What one thread asks a cell with."""
 
+    @overload
     def __init__(self, cell: Cell) -> None: ...
+    @overload
+    def __init__(self, cell: Cell, stands_for: Ints, count: int) -> None: ...
     def close_pairs(
         self, positions: Floats, reach: Floats
     ) -> tuple[Ints, Ints, Floats, Floats, Floats, Floats, Floats]: ...

@@ -1,5 +1,6 @@
 """Numbers of given configurations: placements, signed distances, dynamics."""
 
+from trajopt.query.covered import covered_query as covered_query
 from trajopt.query.path_search import SearchSpace as SearchSpace
 from trajopt.query.path_search import search_path as search_path
 from trajopt.query.query import Contacts as Contacts

@@ -1,6 +1,7 @@
 """Shapes as Coal's collision geometries, and the boxes and spheres that bound the bodies of a model."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import coal
 import numpy as np
@@ -96,6 +97,16 @@ class BoundingBoxes:
         centre = (rotation @ (0.5 * (lower + upper))[:, :, None])[:, :, 0] + translation
         half = 0.5 * (upper - lower)
         return BoundingBoxes(joint, rotation, translation, centre, half, np.linalg.norm(half, axis=1))
+
+    @staticmethod
+    def joined(several: Sequence["BoundingBoxes"]) -> "BoundingBoxes":
+        """Return the boxes of several lists of bodies, one after the other."""
+        names = [each.name for each in fields(BoundingBoxes)]
+        return BoundingBoxes(*(np.concatenate([getattr(each, name) for each in several]) for name in names))
+
+    def take(self, numbers: Ints) -> "BoundingBoxes":
+        """Return the boxes of some of the bodies, by their numbers, shape (k,)."""
+        return BoundingBoxes(*(getattr(self, each.name)[numbers] for each in fields(self)))
 
 
 @cached_per_value

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
+import coal
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Value
@@ -104,17 +105,20 @@ class Query:
         counts: The work done so far.
     """
 
-    def __init__(self, reduced: ReducedModel, counts: Counts | None = None) -> None:
+    def __init__(
+        self, reduced: ReducedModel, counts: Counts | None = None, core: proximity.Query | None = None
+    ) -> None:
         """Pass the model and the geometries to the core; once for each reduced model.
 
         Args:
             reduced: The robot and its surroundings.
             counts: Takes the work done; counts of its own when None.
+            core: What measures, where other shapes stand for those of the model; one of these when None.
         """
         self.reduced = reduced
         self.counts = Counts() if counts is None else counts
         self._supports = reduced.derived_of_robot(_supports)
-        self._core = proximity.Query(cell(reduced))
+        self._core = proximity.Query(cell(reduced)) if core is None else core
 
     @property
     def core(self) -> proximity.Query:
@@ -210,26 +214,61 @@ def cell(reduced: ReducedModel) -> proximity.Cell:
 
 
 def _cell(reduced: ReducedModel) -> proximity.Cell:
-    boxes = BoundingBoxes.of(reduced)
+    return cell_of(reduced, BodyParts.of(reduced), reduced.pairs.first, reduced.pairs.second)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyParts:
+    """The bodies of a cell.
+
+    Attributes:
+        geometries: Coal's, one for each.
+        solids: What is made of each shape.
+        boxes: Where they are, and the boxes around them.
+    """
+
+    geometries: list[coal.CollisionGeometry]
+    solids: list[proximity.Solid]
+    boxes: BoundingBoxes
+
+    @staticmethod
+    def of(reduced: ReducedModel) -> "BodyParts":
+        """Return the bodies of a reduced model."""
+        shapes = [body.shape for body in reduced.bodies]
+        geometries = [collision_geometry(shape) for shape in shapes]
+        return BodyParts(geometries, [solid_of(shape) for shape in shapes], BoundingBoxes.of(reduced))
+
+
+def cell_of(reduced: ReducedModel, bodies: BodyParts, first: Ints, second: Ints) -> proximity.Cell:
+    """Return a robot among bodies as the core needs it.
+
+    Args:
+        reduced: The robot.
+        bodies: Its bodies, and those around it.
+        first: Of each pair the first body, shape (p,).
+        second: The second, shape (p,).
+    """
+    boxes = bodies.boxes
     return proximity.Cell(
         model=reduced.model,
         expand=np.ascontiguousarray(reduced.mimic_matrix),
         offset=reduced.mimic_offset,
-        geometries=[collision_geometry(body.shape) for body in reduced.bodies],
-        solids=[_solid(body.shape) for body in reduced.bodies],
+        geometries=bodies.geometries,
+        solids=bodies.solids,
         joint=boxes.joint,
         rotation=boxes.rotation,
         translation=boxes.translation,
         centre=boxes.centre,
         half=boxes.half,
-        first=reduced.pairs.first,
-        second=reduced.pairs.second,
+        first=first,
+        second=second,
         accuracy=(GJK_TOLERANCE, *EPA_TOLERANCES),
     )
 
 
 @cached_per_value
-def _solid(shape: Shape) -> proximity.Solid:
+def solid_of(shape: Shape) -> proximity.Solid:
+    """Return what the core makes of a shape; made once for each."""
     return proximity.Solid(
         np.ascontiguousarray(part_points(shape)),
         np.ascontiguousarray(closed_triangles(shape)),

@@ -16,7 +16,7 @@ from trajopt.model.requirements import During, Requirement, together
 from trajopt.model.trajectory import Path
 from trajopt.nlp import Linearisation
 from trajopt.problem import PathConstraint, Problem
-from trajopt.query import Counts, Query
+from trajopt.query import Counts, Query, covered_query
 from trajopt.terms import Clearance, Constraint, Window, constrain, constraint
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 from trajopt.terms.motion import Motion
@@ -174,7 +174,9 @@ def shortest_duration(limits: JointLimits, start: Floats, goal: Floats) -> float
 
 
 @checked
-def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = ()) -> KnotsNlp:
+def transcribe(
+    problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (), counts: Counts | None = None
+) -> KnotsNlp:
     """Transcribe a problem into a program over knots.
 
     Args:
@@ -182,15 +184,43 @@ def transcribe(problem: Problem, seed: Floats, waypoint_knots: Sequence[int] = (
         seed: The knots to start from, shape (N, n): the motion's duration is estimated
             from it, for windows of allowed contact.
         waypoint_knots: The knot that each waypoint is held at, increasing, neither first nor last.
+        counts: Takes the work done; counts of its own when None.
 
     Raises:
         ProblemError: If a requirement has no term, or requires a joint outside the group to move, or there is
             not one knot for each waypoint.
     """
     _check_waypoints(problem, waypoint_knots)
-    reduced = problem.reduced
-    counts = Counts()
-    query = Query(reduced, counts)
+    return _transcribed(problem, seed, waypoint_knots, Query(problem.reduced, counts))
+
+
+@checked
+def transcribe_covered(
+    problem: Problem, seed: Floats, waypoint_knots: Sequence[int], counts: Counts
+) -> KnotsNlp | None:
+    """Transcribe a problem with boxes in the place of clouds, which are larger and sooner looked at.
+
+    What holds for a path then holds beside the clouds too. It may be that no path does although one is free.
+
+    Args:
+        problem: See `transcribe`.
+        seed: See `transcribe`.
+        waypoint_knots: See `transcribe`.
+        counts: Takes the work done.
+
+    Returns:
+        The program; None where there is no cloud that boxes can stand for.
+    """
+    _check_waypoints(problem, waypoint_knots)
+    stops = seed[list(waypoint_knots)]
+    query = covered_query(
+        problem.reduced, counts, np.vstack((problem.reduced.start_positions, stops, seed[-1]))
+    )
+    return None if query is None else _transcribed(problem, seed, waypoint_knots, query)
+
+
+def _transcribed(problem: Problem, seed: Floats, waypoint_knots: Sequence[int], query: Query) -> KnotsNlp:
+    reduced, counts = problem.reduced, query.counts
     limits, count = reduced.limits, problem.knots
     goal = fixed_goal(problem)
     lower, upper = (np.tile(side, (count, 1)) for side in (limits.lower, limits.upper))

@@ -87,7 +87,8 @@ class Points(Value):
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
         """Lower and upper corner of the axis-aligned box around the balls, (3,) [m]."""
-        lower, upper = self.points.min(axis=0), self.points.max(axis=0)
+        columns = self.points.T  # one after the other: along the rows numpy is ten times slower
+        lower, upper = (np.array([side(column) for column in columns]) for side in (np.min, np.max))
         return readonly(lower - self.radius), readonly(upper + self.radius)
 
     @cached_property

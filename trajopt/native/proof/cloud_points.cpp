@@ -2,39 +2,103 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace proof {
 
-PointTree::PointTree(std::vector<Vec> points) : points_(std::move(points)) {
-  nodes_.reserve(points_.size() / 2 + 1);
-  build(0, int(points_.size()));
+namespace {
+
+constexpr int bits_along = 10, digits = 1 << bits_along;
+
+struct Around {
+  Vec low, high;
+};
+
+Around around(const std::vector<Vec>& points, int begin, int end) {
+  Around box{points[begin], points[begin]};
+  for (int i = begin + 1; i < end; ++i) box.low = box.low.cwiseMin(points[i]), box.high = box.high.cwiseMax(points[i]);
+  return box;
 }
 
-void PointTree::build(int begin, int end) {
-  Vec low = points_[begin], high = low;
-  for (int i = begin + 1; i < end; ++i) low = low.cwiseMin(points_[i]), high = high.cwiseMax(points_[i]);
-  const size_t number = nodes_.size();
-  // Half a box is rounded up, so that no rounding leaves a point outside.
-  const Vec middle = (low + high) / 2.0;
-  const Vec half = (high - middle).cwiseMax(middle - low);
-  nodes_.push_back({middle, half, begin, end, -1});
-  if (end - begin <= most_in_leaf) return;
-  Eigen::Index axis;
-  half.maxCoeff(&axis);
-  int split = begin;
-  for (int i = begin; i < end; ++i) {
-    if (points_[i][axis] <= middle[axis]) std::swap(points_[i], points_[split++]);
+// Ten bits, two places between each.
+std::uint32_t spread_bits(std::uint32_t bits) {
+  bits = (bits | bits << 16) & 0x030000ff;
+  bits = (bits | bits << 8) & 0x0300f00f;
+  bits = (bits | bits << 4) & 0x030c30c3;
+  return (bits | bits << 2) & 0x09249249;
+}
+
+int highest_bit(std::uint32_t bits) {
+  int bit = 0;
+  while (bits >>= 1) ++bit;
+  return bit;
+}
+
+// A point's place in Morton's order, in which each half of the numbers is one half of a box, and so on.
+struct Placed {
+  std::uint32_t place;
+  int point;
+};
+
+// Places of all points, in order.
+std::vector<Placed> in_order(const std::vector<Vec>& points) {
+  const Around box = around(points, 0, int(points.size()));
+  const double edge = (box.high - box.low).maxCoeff() * (1.0 + 1e-9) / digits;
+  const double scale = edge > 0.0 ? 1.0 / edge : 0.0;
+  std::vector<Placed> placed(points.size()), sorted(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    std::uint32_t place = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int cell = std::min(int((points[i][axis] - box.low[axis]) * scale), digits - 1);
+      place |= spread_bits(std::uint32_t(cell)) << axis;
+    }
+    placed[i] = {place, int(i)};
   }
-  // Unless one half holds nearly all: then the tree would grow deep.
-  if (std::min(split - begin, end - split) < (end - begin) / least_share) {
-    split = begin + (end - begin) / 2;
-    std::nth_element(points_.begin() + begin, points_.begin() + split, points_.begin() + end,
-                     [axis](const Vec& a, const Vec& b) { return a[axis] < b[axis]; });
+  for (int shift = 0; shift < 3 * bits_along; shift += bits_along) {
+    std::vector<int> next(digits + 1, 0);
+    for (const Placed& each : placed) ++next[(each.place >> shift & (digits - 1)) + 1];
+    for (int digit = 0; digit < digits; ++digit) next[digit + 1] += next[digit];
+    for (const Placed& each : placed) sorted[next[each.place >> shift & (digits - 1)]++] = each;
+    placed.swap(sorted);
   }
-  build(begin, split);
-  nodes_[number].second = int(nodes_.size());
-  build(split, end);
+  return placed;
+}
+
+}  // namespace
+
+PointTree::PointTree(std::vector<Vec> points) : points_(points.size()) {
+  nodes_.reserve(points.size() / 2 + 1);
+  const std::vector<Placed> placed = in_order(points);
+  for (size_t i = 0; i < placed.size(); ++i) points_[i] = points[placed[i].point];
+  const auto grow = [&](const auto& self, int begin, int end) -> Around {
+    const size_t number = nodes_.size();
+    nodes_.push_back({Vec::Zero(), Vec::Zero(), begin, end, -1});
+    Around box;
+    if (end - begin <= most_in_leaf) {
+      box = around(points_, begin, end);
+    } else {
+      // The highest bit in which two places differ halves the box; where none does, any half will do.
+      int split = begin + (end - begin) / 2;
+      const std::uint32_t apart = placed[begin].place ^ placed[end - 1].place;
+      if (apart != 0) {
+        const std::uint32_t upper = placed[end - 1].place & ~((std::uint32_t{1} << highest_bit(apart)) - 1);
+        split = int(std::lower_bound(placed.begin() + begin, placed.begin() + end, upper,
+                                     [](const Placed& each, std::uint32_t place) { return each.place < place; }) -
+                    placed.begin());
+      }
+      const Around one = self(self, begin, split);
+      nodes_[number].second = int(nodes_.size());
+      const Around other = self(self, split, end);
+      box = {one.low.cwiseMin(other.low), one.high.cwiseMax(other.high)};
+    }
+    // Half a box is rounded up, so that no rounding leaves a point outside.
+    Node& node = nodes_[number];
+    node.middle = (box.low + box.high) / 2.0;
+    node.half = (box.high - node.middle).cwiseMax(node.middle - box.low);
+    return box;
+  };
+  grow(grow, 0, int(points_.size()));
 }
 
 Vec PointTree::corner(int part, const Vec& d) const {

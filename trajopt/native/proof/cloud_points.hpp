@@ -45,12 +45,10 @@ class PointTree {
     Vec middle, half;
     int begin, end, second = -1;  // The first child follows its node; without children it holds points.
   };
-  static constexpr int most_in_leaf = 8, least_share = 16;
+  static constexpr int most_in_leaf = 8;
 
   std::vector<Vec> points_;  // In the order of the leaves.
   std::vector<Node> nodes_;
-
-  void build(int begin, int end);
 };
 
 }  // namespace proof

@@ -30,7 +30,7 @@ double from_sides(const Vector3& apart) {
 struct View {
   View(const Body& a, const coal::Transform3s& at_a, const Body& b, const coal::Transform3s& at_b, bool first_is_cloud)
       : cloud_first(first_is_cloud), cloud(first_is_cloud ? a : b), other(first_is_cloud ? b : a),
-        at_cloud(first_is_cloud ? at_a : at_b), at_other(first_is_cloud ? at_b : at_a), tree(*cloud.solid->cloud()) {
+        at_cloud(first_is_cloud ? at_a : at_b), at_other(first_is_cloud ? at_b : at_a), tree(cloud.solid->tree()) {
     const Matrix3& rotation = at_cloud.getRotation();
     turn = at_other.getRotation().transpose() * rotation;
     spread = turn.cwiseAbs();
@@ -247,7 +247,7 @@ Nearest CloudPhase::Search::measure(const View& seen, int point, double reach, b
 
 // Of two clouds the nearest two: each ball or cube of the smaller one is a body that the other sees.
 void CloudPhase::Search::between_clouds(const View& seen, double reach) {
-  const CloudTree& others = *seen.other.solid->cloud();
+  const CloudTree& others = seen.other.solid->tree();
   const bool fewer = others.nodes()[0].end < seen.tree.nodes()[0].end;
   const Body &many = fewer ? seen.cloud : seen.other, &few = fewer ? seen.other : seen.cloud;
   const coal::Transform3s &at_many = fewer ? seen.at_cloud : seen.at_other, &at_few = fewer ? seen.at_other : seen.at_cloud;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -21,7 +22,7 @@ class Solid {
   using Triangle = std::array<Vector3, 3>;
 
   Solid(std::vector<Vector3> points, std::vector<Triangle> shell, std::unique_ptr<const Polytope> polytope,
-        std::unique_ptr<const CloudTree> cloud)
+        std::vector<Vector3> cloud)
       : polytope_(std::move(polytope)), cloud_(std::move(cloud)), points_(std::move(points)), shell_(std::move(shell)) {
     for (const Triangle& triangle : shell_) {
       for (const Vector3& corner : triangle) low_ = low_.cwiseMin(corner), high_ = high_.cwiseMax(corner);
@@ -31,8 +32,14 @@ class Solid {
   // Of a convex polytope; none for other shapes.
   const Polytope* polytope() const { return polytope_.get(); }
 
-  // Of a cloud; none for other shapes.
-  const CloudTree* cloud() const { return cloud_.get(); }
+  // Of a cloud the centres of its balls or cubes; none for other shapes.
+  const std::vector<Vector3>& cloud() const { return cloud_; }
+
+  // Of a cloud; made when it is first asked for: beside boxes that contain the cloud nobody may ever ask.
+  const CloudTree& tree() const {
+    std::call_once(planted_, [&] { tree_ = std::make_unique<const CloudTree>(cloud_); });
+    return *tree_;
+  }
 
   // Whether the closed surface winds around a part of a body that is placed in this one's frame.
   bool encloses(const Solid& body, const Eigen::Matrix3d& rotation, const Vector3& translation) const {
@@ -45,7 +52,9 @@ class Solid {
 
  private:
   std::unique_ptr<const Polytope> polytope_;
-  std::unique_ptr<const CloudTree> cloud_;
+  std::vector<Vector3> cloud_;
+  mutable std::once_flag planted_;
+  mutable std::unique_ptr<const CloudTree> tree_;
   std::vector<Vector3> points_;   // One of each connected part.
   std::vector<Triangle> shell_;   // Closed, seen counter-clockwise from outside.
   Vector3 low_ = Vector3::Constant(INFINITY), high_ = Vector3::Constant(-INFINITY);

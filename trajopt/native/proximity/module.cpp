@@ -10,6 +10,7 @@
 #include "../coal_boxes.hpp"
 #include "../gil.hpp"
 #include "../leaks.hpp"
+#include "cloud_cover.hpp"
 #include "dynamics.hpp"
 #include "path_search.hpp"
 #include "query.hpp"
@@ -60,7 +61,7 @@ Solid* make_solid(const Matrix<double>& points, const Block<double>& closed, con
   std::vector<Vector3> centres(cloud.shape(0));
   for (size_t i = 0; i < centres.size(); ++i) centres[i] = vector_at(cloud, i);
   return new Solid(std::move(inner), std::move(shell), convex == nullptr ? nullptr : std::make_unique<const Polytope>(*convex),
-                   centres.empty() ? nullptr : std::make_unique<const CloudTree>(std::move(centres)));
+                   std::move(centres));
 }
 
 // One ball or cube of a cloud, about its origin.
@@ -92,7 +93,7 @@ void make_cell(Cell* made, const nb::object& model, const Matrix<double>& expand
     const Matrix3 turn = Eigen::Map<const Rotation>(rotation.data() + 9 * i);
     const Vector3 shift = vector_at(translation, i), around = vector_at(centre, i);
     const Vector3 middle = turn.transpose() * (around - shift);
-    const bool cloud = solid->cloud() != nullptr;
+    const bool cloud = !solid->cloud().empty();
     auto element = cloud ? make_element(geometry, solid, support) : nullptr;
     bodies.push_back({static_cast<int>(joint(i)), turn, shift, around, box, box.norm(), std::move(geometry), std::move(solid),
                       cloud ? Support() : support, middle, std::move(element)});
@@ -113,11 +114,11 @@ void expect_positions(const Query& query, const Matrix<double>& positions) {
 // Rows of close pairs: sample, pair, distance, normal, point on the first body, on the second, Jacobian row.
 auto close_pairs(Query& query, const Matrix<double>& positions, const Vector<double>& reach) {
   expect_positions(query, positions);
-  expect(reach.shape(0) == query.cell.pairs.size(), "one reach for each pair");
+  expect(static_cast<int>(reach.shape(0)) == query.pairs(), "one reach for each pair");
   ClosePairs found;
   {
     gil::Released released;
-    found = query.tracker.close_pairs(positions.data(), static_cast<int>(positions.shape(0)),
+    found = query.close_pairs(positions.data(), static_cast<int>(positions.shape(0)),
                                       {reach.data(), reach.data() + reach.shape(0)});
   }
   const size_t count = found.pair.size();
@@ -126,6 +127,58 @@ auto close_pairs(Query& query, const Matrix<double>& positions, const Vector<dou
                          hand_over(std::move(found.distance), {count}), hand_over(std::move(found.normal), {count, 3}),
                          hand_over(std::move(found.first), {count, 3}), hand_over(std::move(found.second), {count, 3}),
                          hand_over(std::move(found.jacobian), {count, dofs}));
+}
+
+void make_query_for(Query* made, const Cell& cell, const Vector<std::int64_t>& stands_for, int count) {
+  expect(stands_for.shape(0) == cell.pairs.size(), "one number for each pair");
+  for (size_t pair = 0; pair < stands_for.shape(0); ++pair) {
+    expect(stands_for(pair) >= 0 && stands_for(pair) < count, "pairs that are asked about");
+  }
+  new (made) Query(cell, {stands_for.data(), stands_for.data() + stands_for.shape(0)}, count);
+}
+
+void make_cover(CloudCover* made, const Solid& solid, double cell, std::int64_t most) {
+  expect(!solid.cloud().empty() && cell > 0.0 && most > 0, "a cloud, and cells to cut it into");
+  gil::Released released;
+  new (made) CloudCover(solid.cloud(), cell, static_cast<size_t>(most));
+}
+
+std::vector<char> marked(const CloudCover& cover, const Vector<std::int64_t>& chosen) {
+  std::vector<char> taken(cover.pieces().size(), 0);
+  for (size_t at = 0; at < chosen.shape(0); ++at) {
+    expect(chosen(at) >= 0 && chosen(at) < static_cast<std::int64_t>(taken.size()), "pieces of the cover");
+    taken[chosen(at)] = 1;
+  }
+  return taken;
+}
+
+CloudCover cut(const CloudCover& cover, const Solid& solid, const Vector<std::int64_t>& chosen, double edge, int parts) {
+  expect(edge > 0.0 && parts > 0, "parts of some size");
+  return cover.cut(solid.cloud(), marked(cover, chosen), edge, parts);
+}
+
+// Lower and upper corners of the pieces along the cover's axes.
+auto pieces(const CloudCover& cover) {
+  std::vector<double> low, high;
+  for (const CloudCover::Piece& piece : cover.pieces()) {
+    low.insert(low.end(), piece.low.data(), piece.low.data() + 3);
+    high.insert(high.end(), piece.high.data(), piece.high.data() + 3);
+  }
+  const size_t count = cover.pieces().size();
+  return std::make_tuple(hand_over(std::move(low), {count, 3}), hand_over(std::move(high), {count, 3}));
+}
+
+// Columns: the cover's axes in the cloud's frame.
+Numpy<double> axes(const CloudCover& cover) {
+  const Matrix3 transposed = cover.axes().transpose();
+  return hand_over(std::vector<double>(transposed.data(), transposed.data() + 9), {3, 3});
+}
+
+Numpy<double> points_within(const CloudCover& cover, const Solid& solid, const Vector<std::int64_t>& chosen) {
+  std::vector<double> points;
+  for (const Vector3& point : cover.within(solid.cloud(), marked(cover, chosen))) points.insert(points.end(), point.data(), point.data() + 3);
+  const size_t count = points.size() / 3;
+  return hand_over(std::move(points), {count, 3});
 }
 
 // Rotations and translations of all joints, and the velocity of each at the world's origin at unit speed.
@@ -268,6 +321,12 @@ NB_MODULE(proximity, m) {
   coal_boxes::settle();
   nb::module_::import_("trajopt.native.descent");  // which knows what a RobotQuery is
   nb::class_<Solid>(m, "Solid").def(nb::new_(&make_solid), "points"_a, "closed"_a, "geometry"_a, "cloud"_a);
+  nb::class_<CloudCover>(m, "CloudCover")
+      .def("__init__", &make_cover, "solid"_a, "cell"_a, "most"_a)
+      .def("axes", &axes)
+      .def("pieces", &pieces)
+      .def("cut", &cut, "solid"_a, "chosen"_a, "edge"_a, "parts"_a)
+      .def("points_within", &points_within, "solid"_a, "chosen"_a);
   nb::class_<Cell>(m, "Cell").def("__init__", &make_cell, "model"_a, "expand"_a, "offset"_a, "geometries"_a, "solids"_a,
                                   "joint"_a, "rotation"_a, "translation"_a, "centre"_a, "half"_a, "first"_a, "second"_a,
                                   "accuracy"_a, nb::keep_alive<1, 2>());
@@ -280,6 +339,7 @@ NB_MODULE(proximity, m) {
       .def("gravity", &gravity, "positions"_a);
   nb::class_<Query, robot::RobotQuery>(m, "Query")
       .def(nb::init<const Cell&>(), "cell"_a, nb::keep_alive<1, 2>())
+      .def("__init__", &make_query_for, "cell"_a, "stands_for"_a, "count"_a, nb::keep_alive<1, 2>())
       .def("close_pairs", &close_pairs, "positions"_a, "reach"_a)
       .def("placements", &placements, "positions"_a)
       .def("displacement", &displacement, "start"_a, "end"_a)

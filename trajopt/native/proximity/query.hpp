@@ -7,15 +7,28 @@
 namespace proximity {
 
 struct Query : robot::RobotQuery {
-  explicit Query(const Cell& asked) : cell(asked), kinematics(asked.robot), tracker(asked) {}
+  // stands_for: of each pair of the cell the pair that is asked about; as they are where it is empty.
+  Query(const Cell& asked, std::vector<int> stands_for, int count)
+      : cell(asked), kinematics(asked.robot), tracker(asked), stands_for_(std::move(stands_for)), pairs_(count) {}
+  explicit Query(const Cell& asked) : Query(asked, {}, static_cast<int>(asked.pairs.size())) {}
 
   int positions() const override { return cell.robot.dofs(); }
   int joints() const override { return cell.robot.joints(); }
-  int pairs() const override { return static_cast<int>(cell.pairs.size()); }
+  int pairs() const override { return pairs_; }
 
   robot::Near near(const double* positions, int samples, const std::vector<double>& reach) override {
-    const ClosePairs& found = tracker.close_pairs(positions, samples, reach);
+    const ClosePairs& found = close_pairs(positions, samples, reach);
     return {found.pair.size(), found.sample.data(), found.pair.data(), found.distance.data(), found.jacobian.data()};
+  }
+
+  // Near pairs by the numbers that are asked about.
+  const ClosePairs& close_pairs(const double* positions, int samples, const std::vector<double>& reach) {
+    if (stands_for_.empty()) return tracker.close_pairs(positions, samples, reach);
+    reach_.resize(stands_for_.size());
+    for (std::size_t pair = 0; pair < reach_.size(); ++pair) reach_[pair] = reach[stands_for_[pair]];
+    found_ = tracker.close_pairs(positions, samples, reach_);
+    for (std::int64_t& pair : found_.pair) pair = stands_for_[pair];
+    return found_;
   }
 
   void see(const robot::View& view, const double* positions, robot::Seen& seen) override {
@@ -46,6 +59,12 @@ struct Query : robot::RobotQuery {
   const Cell& cell;
   Kinematics kinematics;
   Tracker tracker;
+
+ private:
+  std::vector<int> stands_for_;
+  int pairs_;
+  std::vector<double> reach_;
+  ClosePairs found_;
 };
 
 }  // namespace proximity
