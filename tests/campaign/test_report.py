@@ -119,7 +119,12 @@ def test_the_map_of_places_finds_the_best() -> None:
     assert found is not None and found.best == (0.1, -0.5, 0.0, 1.0)
     assert found.verified.tolist() == [[0.0, 2.0, 0.0], [0.0, 1.0, 0.0]] and (found.rows == 2).all()
     drawn = map_of(found)
-    assert drawn.count("<rect") == 6 and "<circle" in drawn and "x 0.1 m, y 0.5 m: 50%" in drawn
+    assert (
+        drawn.count("<rect") == 6
+        and "<circle" in drawn
+        and "dark: all" in drawn
+        and "x 0.1 m, y 0.5 m: 50%" in drawn
+    )
 
 
 def test_a_campaign_without_rows_has_no_report(scene: to.Scene, tmp_path: Path) -> None:

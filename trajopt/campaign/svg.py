@@ -13,6 +13,7 @@ LEFT, RIGHT, TOP, BOTTOM = 60, 16, 14, 42
 """Room for the axes' numbers and names [px]."""
 CELL = 26
 """Of a map [px]."""
+MAP_AXES = "x of the base [m], y upward [m]; white: nothing is verified, dark: all"
 MOST_POINTS = 400
 """Of a curve: more are not seen."""
 
@@ -69,7 +70,7 @@ def shares(names: Sequence[str], values: Sequence[tuple[float, float, float]]) -
 
 
 def heat_map(x: Floats, y: Floats, values: Floats, mark: tuple[float, float] | None = None) -> str:
-    """Return a map of shares: the darker, the more; x to the right, y upward.
+    """Return a map of shares, white for none and dark for all; x to the right, y upward.
 
     Args:
         x: Places along x, shape (a,) [m].
@@ -93,13 +94,17 @@ def heat_map(x: Floats, y: Floats, values: Floats, mark: tuple[float, float] | N
             if mark is not None and mark == (float(x[j]), float(y[i])):
                 centre = f'cx="{left + CELL / 2}" cy="{top + CELL / 2}"'
                 parts.append(f'<circle {centre} r="6" fill="none" stroke="#cf222e" stroke-width="3"/>')
-    below = TOP + CELL * rows
+    below, right = TOP + CELL * rows, LEFT + CELL * columns
+    for ends in ((LEFT, TOP, right, TOP), (LEFT, below, right, below)):
+        parts.append(_line(*ends))
+    for across in (LEFT, right):
+        parts.append(_line(across, TOP, across, below))
     for j in range(0, columns, max(1, columns // 6)):
         parts.append(_text(LEFT + CELL * (j + 0.5), below + 16, f"{x[j]:.3g}", "middle"))
     for i in range(0, rows, max(1, rows // 6)):
         parts.append(_text(LEFT - 6, TOP + CELL * (rows - 1 - i + 0.5) + 4, f"{y[i]:.3g}", "end"))
-    parts.append(_text(LEFT + CELL * columns / 2, below + 34, "x of the base [m]; y upward [m]", "middle"))
-    return _drawing(LEFT + CELL * columns + RIGHT, below + 42, parts)
+    parts.append(_text((LEFT + right) / 2, below + 34, MAP_AXES, "middle"))
+    return _drawing(right + RIGHT, below + 42, parts)
 
 
 def _drawing(width: float, height: float, parts: Sequence[str]) -> str:
