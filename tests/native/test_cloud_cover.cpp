@@ -10,6 +10,8 @@ namespace {
 
 using Vector3 = CloudCover::Vector3;
 
+constexpr double kRounding = 1e-12;  // Of a point that is turned here and there.
+
 // Points on the faces of a box, turned.
 void add_box(std::vector<Vector3>& points, std::mt19937& rng, const Vector3& size, const Vector3& at, int count) {
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.4, Vector3(0.1, 0.2, 1.0).normalized()).toRotationMatrix();
@@ -25,7 +27,7 @@ void contains(const CloudCover& cover, const std::vector<Vector3>& points) {
     const Vector3 seen = cover.axes().transpose() * point;
     bool inside = false;
     for (const CloudCover::Piece& piece : cover.pieces()) {
-      inside = inside || ((seen - piece.low).minCoeff() >= 0.0 && (piece.high - seen).minCoeff() >= 0.0);
+      inside = inside || ((seen - piece.low).minCoeff() >= -kRounding && (piece.high - seen).minCoeff() >= -kRounding);
     }
     CHECK(inside);
   }

@@ -68,7 +68,7 @@ std::vector<Placed> in_order(const std::vector<Vec>& points) {
 }  // namespace
 
 PointTree::PointTree(std::vector<Vec> points) : points_(points.size()) {
-  nodes_.reserve(points.size() / 2 + 1);
+  nodes_.reserve(points.size() / 4 + 1);
   const std::vector<Placed> placed = in_order(points);
   for (size_t i = 0; i < placed.size(); ++i) points_[i] = points[placed[i].point];
   const auto grow = [&](const auto& self, int begin, int end) -> Around {

@@ -45,7 +45,7 @@ class PointTree {
     Vec middle, half;
     int begin, end, second = -1;  // The first child follows its node; without children it holds points.
   };
-  static constexpr int most_in_leaf = 8;
+  static constexpr int most_in_leaf = 16;
 
   std::vector<Vec> points_;  // In the order of the leaves.
   std::vector<Node> nodes_;

@@ -65,10 +65,12 @@ Block grown(const Index& corner, const CellGrid& solid) {
 // The cells with points in them.
 class Filled {
  public:
-  Filled(const std::vector<Vector3>& points, CellGrid& grid) : grid_(grid), at_(grid.cells(), -1) {
-    in.reserve(points.size());
+  // The points of a cloud, turned: they are turned anew rather than kept, which takes longer.
+  Filled(const std::vector<Vector3>& cloud, const Matrix3& turn, CellGrid& grid) : grid_(grid), at_(grid.cells(), -1) {
+    in.reserve(cloud.size());
     grid.clear();
-    for (const Vector3& point : points) {
+    for (const Vector3& each : cloud) {
+      const Vector3 point = turn * each;
       const Index at = grid.of(point);
       std::int32_t& known = at_[grid.number(at)];
       if (known < 0) {
@@ -131,12 +133,15 @@ class Filled {
 
 CloudCover::CloudCover(const std::vector<Vector3>& cloud, double cell, std::size_t most) : axes_(axes_of(cloud)) {
   const Matrix3 turn = axes_.transpose();
-  std::vector<Vector3> points(cloud.size());
-  for (std::size_t index = 0; index < cloud.size(); ++index) points[index] = turn * cloud[index];
-  const Bounds bounds(points);
+  Piece bounds{turn * cloud[0], turn * cloud[0]};
+  for (const Vector3& each : cloud) {
+    const Vector3 point = turn * each;
+    bounds.low = bounds.low.cwiseMin(point);
+    bounds.high = bounds.high.cwiseMax(point);
+  }
   if (CellGrid::cells_of(bounds.low, bounds.high, cell) > kMostCells) return;
   CellGrid grid(bounds.low, bounds.high, cell);
-  Filled filled(points, grid);
+  Filled filled(cloud, turn, grid);
   grid.close_gaps();
   grid.enclose();
   for (const std::int32_t number : filled.in_order()) {
@@ -148,7 +153,8 @@ CloudCover::CloudCover(const std::vector<Vector3>& cloud, double cell, std::size
       return;
     }
   }
-  for (const std::int32_t each : filled.in) piece_.push_back(filled.cells[each].piece);
+  piece_ = std::move(filled.in);
+  for (std::int32_t& each : piece_) each = filled.cells[each].piece;
 }
 
 CloudCover CloudCover::cut(const std::vector<Vector3>& cloud, const std::vector<char>& chosen, double edge, int parts) const {
