@@ -87,25 +87,25 @@ class KnotsProgram(Printed):
     def solve(self, seed: Floats, *, progress: Progress | None = None) -> SolveResult:
         """Solve from a seed; see `Program.solve`.
 
-        Beside boxes that contain the clouds first: a path that keeps clear of these is one, whatever else is.
+        Beside boxes that contain the clouds first: a path that keeps clear of these keeps clear of them.
         Where nothing but margins is missing in the end, a gap may be too narrow for them: then it goes on
         with smaller ones, never with less clearance than is required.
         """
         if self.covered is None:
-            return self._solve(seed, progress)
-        first = self.solver.solve(self.covered, seed, progress=progress)
+            return self._solve(self.nlp, seed, progress)
+        first = self._solve(self.covered, seed, progress)
         if first.feasible:
             return first
-        solved = self._solve(seed, progress)
+        solved = self._solve(self.nlp, seed, progress)
         return replace(solved, log=(*first.log, *solved.log))
 
-    def _solve(self, seed: Floats, progress: Progress | None) -> SolveResult:
-        nlp, wide = self.nlp, self.solver.solve(self.nlp, seed, progress=progress)
+    def _solve(self, whole: KnotsNlp, seed: Floats, progress: Progress | None) -> SolveResult:
+        nlp, wide = whole, self.solver.solve(whole, seed, progress=progress)
         solved, log = wide, [*wide.log]
         for share in SHARES:
             if solved.feasible or not nlp.lacks_margin_only(solved.at):
                 break
-            nlp = self.nlp.keeping(share)
+            nlp = whole.keeping(share)
             solved = self.solver.solve(nlp, solved.x, progress=progress)
             log += solved.log
         if solved is wide:
