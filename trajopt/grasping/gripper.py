@@ -122,6 +122,29 @@ class Gripper(Value):
         """
         return dict(zip(self.joint_names, (-force / self._yield(width)).tolist(), strict=True))
 
+    @checked
+    def driven_together(self, robot: Robot, positions: Floats) -> Mapping[str, tuple[str, float, float]]:
+        """Return the driven joints that follow the first in proportion, with factor and offset.
+
+        A gripper opens and closes as one, so its fingers are moved by one drive also where each is a joint of
+        its own: two that are pressed alone would let go of nothing, and hold nothing in its place either.
+
+        Args:
+            robot: The robot.
+            positions: Of all its joints; one that does not stand as it would have to is left out [rad | m].
+        """
+        first, lead = self.joint_names[0], self.positions[:, 0]
+        stroke = float(lead[-1] - lead[0])
+        found: dict[str, tuple[str, float, float]] = {}
+        for joint, follows in zip(self.joint_names[1:], self.positions.T[1:], strict=True):
+            factor = float(follows[-1] - follows[0]) / stroke if stroke else 0.0
+            offset = float(follows[0] - factor * lead[0])
+            here, there = positions[robot.index([first, joint])].tolist()
+            strays = max(np.abs(factor * lead + offset - follows).max(), abs(factor * here + offset - there))
+            if strays < IN_PROPORTION:
+                found[joint] = first, factor, offset
+        return found
+
     def _yield(self, width: float) -> Floats:
         """Return m dq_i/d(opening) at an opening, shape (m,)."""
         place = int(np.clip(np.searchsorted(self.openings, width), 1, len(self.openings) - 1))
@@ -143,6 +166,8 @@ class Gripper(Value):
         return robot.followed(moved)
 
 
+IN_PROPORTION = 1e-6
+"""Joints of a gripper that stray less than this from proportion are moved by one drive [rad | m]."""
 SAMPLES = 17
 """Openings that are measured."""
 FAR = 10.0

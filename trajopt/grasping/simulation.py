@@ -150,6 +150,7 @@ def simulate_handling(
         [_phase(result, segment) for segment in segments],
         loose=result.name,
         fingers=result.gripper.fingers,
+        driven_together=result.gripper.driven_together(result.scene.robot, result.start),
         friction=friction or Friction(),
         options=options or SimulationOptions(dt=STEP),
     )

@@ -1,6 +1,6 @@
 """Execution of trajectories in MuJoCo: one motion, or several with an object that only friction holds."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, overload
 
@@ -150,6 +150,7 @@ def simulate_phases(
     *,
     loose: str,
     fingers: tuple[str, ...],
+    driven_together: Mapping[str, tuple[str, float, float]],
     friction: Friction,
     options: SimulationOptions,
 ) -> SequenceLog:
@@ -164,6 +165,8 @@ def simulate_phases(
         phases: The motions.
         loose: The object.
         fingers: Links with rubber on them.
+        driven_together: Joint of the fingers -> the one that it follows, with factor and offset, though the
+            robot's description couples them by no mimic: one drive moves them.
         friction: Of the object.
         options: Step, gains, settling time, which follows the last phase.
 
@@ -172,7 +175,7 @@ def simulate_phases(
     """
     from trajopt.simulate.loose import add_loose
     from trajopt.simulate.plant import Plant
-    from trajopt.simulate.spec import describe
+    from trajopt.simulate.spec import couple, describe
 
     joints = tuple(dict.fromkeys(name for phase in phases for name in phase.reduced.joint_names))
     whole = whole_robot(scene.remove(loose), joints, start)
@@ -188,6 +191,8 @@ def simulate_phases(
     moving = {joint for phase in phases for joint in phase.presses}
     for joint in _with_followers(whole, moving):
         report.spec.joint(joint).armature = FINGER_INERTIA
+    for follower, (leader, factor, offset) in driven_together.items():
+        couple(report.spec, follower, leader, factor, offset)
     for rule in report.spec.equalities:
         rule.solimp = np.array(COUPLING_IMPEDANCE)
     plant = Plant(whole, options.dt, report)

@@ -213,8 +213,14 @@ def _add_motors(spec: mujoco.MjSpec, reduced: ReducedModel) -> None:
         if name in reduced.joint_names:
             continue
         source = int(np.flatnonzero(reduced.mimic_matrix[row])[0]) if reduced.mimic_matrix[row].any() else 0
-        rule = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=name)
-        rule.name2 = reduced.joint_names[source]
-        rule.objtype = mujoco.mjtObj.mjOBJ_JOINT
-        rule.data[:2] = reduced.mimic_offset[row], reduced.mimic_matrix[row, source]
-        rule.solref, rule.solimp = np.array(STIFF), np.array(RIGID)
+        follow = reduced.mimic_matrix[row, source], reduced.mimic_offset[row]
+        couple(spec, name, reduced.joint_names[source], *map(float, follow))
+
+
+def couple(spec: mujoco.MjSpec, follower: str, leader: str, factor: float, offset: float) -> None:
+    """Let a joint follow another rigidly: position = factor * leader + offset."""
+    rule = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, name1=follower)
+    rule.name2 = leader
+    rule.objtype = mujoco.mjtObj.mjOBJ_JOINT
+    rule.data[:2] = offset, factor
+    rule.solref, rule.solimp = np.array(STIFF), np.array(RIGID)
