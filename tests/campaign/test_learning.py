@@ -15,6 +15,7 @@ from trajopt.campaign import (
     remember,
     run_campaign,
 )
+from trajopt.campaign.columns import encoded
 from trajopt.experience import Experience
 from trajopt.planning.seeds import SeedKind
 from trajopt.warehouse import Warehouse
@@ -32,12 +33,17 @@ def test_a_warehouse_remembers_what_a_campaign_planned(planned: CampaignFolder, 
         assert remember(planned, kept.experience()) == 0, "it is remembered already"
 
 
-def test_two_campaigns_of_the_same_problems_teach_the_same(planned: CampaignFolder) -> None:
-    one, other = Experience(), Experience()
-    remember(planned, one)
-    remember(planned, other)
-    for number, memory in one.storage.all().items():
-        assert np.array_equal(memory.knots, other.storage.all()[number].knots)
+def test_the_files_that_rows_are_in_do_not_matter(
+    planned: CampaignFolder, small: Campaign, tmp_path: Path
+) -> None:
+    rows = sorted(planned.rows(), key=lambda row: row["id"])
+    other = CampaignFolder.begin(small, tmp_path)
+    for row in rows:
+        other.write(encoded([row]))
+    first, second = Experience(most=5), Experience(most=5)
+    assert remember(planned, first) == remember(other, second) == 5
+    for number, memory in first.storage.all().items():
+        assert np.array_equal(memory.knots, second.storage.all()[number].knots)
 
 
 def test_what_was_learnt_before_stays_when_it_is_full(planned: CampaignFolder) -> None:
