@@ -46,7 +46,10 @@ def alive(pid: int) -> bool:
 def running(tmp_path: Path) -> Iterator[tuple["subprocess.Popen[str]", set[int]]]:
     """A campaign that has written its first rows, and its workers."""
     command = (*RUN, "--out", str(tmp_path / "out"), "--workers", "2")
+    # What tests run in the background are deaf to, whatever they start is deaf to as well.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    signal.signal(signal.SIGINT, before)
     try:
         while not list((tmp_path / "out" / "results").glob("[!.]*.parquet")):
             assert process.poll() is None, process.communicate()

@@ -16,6 +16,7 @@ from trajopt.campaign.campaign import Task
 from trajopt.campaign.engine import Block, Planned
 from trajopt.campaign.local import LocalPool, setup_of
 from trajopt.campaign.supervisor import AHEAD, LETTERS, Supervisor, Worked
+from trajopt.errors import CampaignError
 
 pytestmark = pytest.mark.timeout(200)
 
@@ -57,6 +58,30 @@ def test_a_worker_goes_on_with_its_next_block_by_itself(scene: to.Scene, tmp_pat
 def test_more_problems_than_are_sent_at_once_have_their_rows(scene: to.Scene, tmp_path: Path) -> None:
     with watched([random_motions(scene, AHEAD + 9)], tmp_path) as (supervisor, tasks):
         assert ids(supervisor.run(tasks)) == [task.id for task in tasks]
+
+
+def test_a_worker_that_is_killed_while_it_starts_is_started_once_more(
+    scene: to.Scene, tmp_path: Path
+) -> None:
+    with watched([random_motions(scene, 3)], tmp_path) as (supervisor, tasks):
+        supervisor._process.kill()
+        assert ids(supervisor.run(tasks)) == [task.id for task in tasks]
+
+
+def test_workers_that_are_always_killed_while_they_start_are_an_error(
+    scene: to.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with watched([random_motions(scene, 3)], tmp_path) as (supervisor, tasks):
+        start = Supervisor._start
+
+        def killed(self: Supervisor) -> None:
+            start(self)
+            self._process.kill()
+
+        monkeypatch.setattr(Supervisor, "_start", killed)
+        supervisor._process.kill()
+        with pytest.raises(CampaignError, match=r"before it was ready \(signal SIGKILL\)"):
+            supervisor.run(tasks)
 
 
 def test_a_worker_that_ends_leaves_both_blocks_to_the_next(

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cli.process import trajopt
@@ -96,7 +97,8 @@ def test_export_writes_the_plan_for_a_controller(folder: Path, plan_file: Path) 
     assert done.returncode == 0 and "the motion's own points" in done.stdout, done.stderr
     message = json.loads((folder / "goal.json").read_text())["trajectory"]
     assert message["joint_names"] == ["pan", "reach", "elbow", "wrist"]
-    assert [point["positions"] for point in message["points"]] == [point["positions"] for point in points]
+    positions = [[point["positions"] for point in each] for each in (message["points"], points)]
+    assert np.array(positions[0]) == pytest.approx(np.array(positions[1]), abs=1e-8)  # at whole nanoseconds
     table = folder / "plan.csv"
     said = json.loads(
         trajopt("export", plan_file, "--to", "csv", "--hz", 50, "--out", table, "--json").stdout

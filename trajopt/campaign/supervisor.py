@@ -57,6 +57,7 @@ class Supervisor:
         self._sent: deque[Task] = deque()  # those that the worker has: it is at the first
         self._rows: list[tuple[Row, float]] = []
         self._deaths: dict[str, int] = {}
+        self._killed = 0  # so often in a row before it was ready
         self._start()
 
     @property
@@ -168,7 +169,7 @@ class Supervisor:
         if isinstance(said, Ready):
             if said.reason:
                 raise CampaignError(said.reason)
-            self._ready = True
+            self._ready, self._killed = True, 0
         else:
             self._sent.popleft()
             self._rows.append(cast("tuple[Row, float]", said))
@@ -179,8 +180,11 @@ class Supervisor:
         """Note the death of the worker, and go on with another."""
         how = self._ending()
         if not self._ready:
-            raise CampaignError(f"a worker ended before it was ready ({how}); what it said is above")
-        if self._sent:
+            # A machine that lacks memory kills what has just begun; what ends by itself would do so again.
+            self._killed += 1
+            if self._process.returncode >= 0 or self._killed >= ATTEMPTS:
+                raise CampaignError(f"a worker ended before it was ready ({how}); what it said is above")
+        elif self._sent:
             first = self._sent[0]
             self._deaths[first.id] = self._deaths.get(first.id, 0) + 1
             if self._deaths[first.id] >= ATTEMPTS:

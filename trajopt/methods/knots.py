@@ -9,7 +9,7 @@ from trajopt.errors.arguments import checked
 from trajopt.methods.method import Decoded, Progress, moving_start
 from trajopt.problem import Problem
 from trajopt.query import Counts
-from trajopt.solvers import HasBriefForm, HasNearForm, Solver, SolveResult, Sqp
+from trajopt.solvers import HasBriefForm, HasNearForm, Iteration, Solver, SolveResult, Sqp
 from trajopt.transcription import KnotsNlp, transcribe, transcribe_covered
 
 SHARES = (0.4, 0.16, 0.064)
@@ -91,26 +91,23 @@ class KnotsProgram(Printed):
         Where nothing but margins is missing in the end, a gap may be too narrow for them: then it goes on
         with smaller ones, never with less clearance than is required.
         """
-        if self.covered is None:
-            return self._solve(self.nlp, seed, progress)
-        first = self._solve(self.covered, seed, progress)
-        if first.feasible:
-            return first
-        solved = self._solve(self.nlp, seed, progress)
-        return replace(solved, log=(*first.log, *solved.log))
-
-    def _solve(self, whole: KnotsNlp, seed: Floats, progress: Progress | None) -> SolveResult:
-        nlp, wide = whole, self.solver.solve(whole, seed, progress=progress)
-        solved, log = wide, [*wide.log]
+        log = list[Iteration]()
+        if self.covered is not None:
+            covered = self.covered
+            beside = replace(self, covered=None, transcribed=lambda: covered).solve(seed, progress=progress)
+            if beside.feasible:
+                return beside
+            log += beside.log
+        nlp, wide = self.nlp, self.solver.solve(self.nlp, seed, progress=progress)
+        solved = wide
+        log += wide.log
         for share in SHARES:
             if solved.feasible or not nlp.lacks_margin_only(solved.at):
                 break
-            nlp = whole.keeping(share)
+            nlp = self.nlp.keeping(share)
             solved = self.solver.solve(nlp, solved.x, progress=progress)
             log += solved.log
-        if solved is wide:
-            return wide
-        if solved.feasible:
+        if solved.feasible and solved is not wide:
             return NarrowResult(solved.status, solved.x, solved.at, tuple(log))
         return replace(wide, log=tuple(log))
 
