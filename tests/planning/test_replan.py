@@ -1,13 +1,15 @@
 """Planning again on the way: near to what is left of the motion where that will do, anew where not."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import trajopt as to
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.planning import Budget, Status, Stop, on_the_way, replan
+from trajopt.methods.space_time import SpaceTimeProgram
+from trajopt.planning import Budget, Status, Stop, Stopped, on_the_way, replan
 from trajopt.planning.seeds import SeedKind
 
 NAMES = ("past_pillar_ur5", "past_pillar_xarm7", "bookshelf_panda")
@@ -134,6 +136,21 @@ def test_a_budget_ends_it_with_a_reason() -> None:
     assert result.status is Status.OUT_OF_WORK and result.stopped is Stop.WORK and result.reason
     improved = replan(problem, running, 0.5, budget=Budget(attempts=2, improve=True))
     assert improved.verified and improved.method == "free-duration"
+
+
+def test_what_was_proven_before_the_budget_ran_out_is_the_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = to.named_problem("past_pillar_ur5")
+    running = to.plan(problem).require().trajectory
+    solve_from = SpaceTimeProgram.solve_from
+
+    def stopped_late(self: SpaceTimeProgram, *given: Any, **named: Any) -> None:
+        solve_from(self, *given, **named)
+        raise Stopped(Stop.CLOCK)
+
+    monkeypatch.setattr(SpaceTimeProgram, "solve_from", stopped_late)
+    result = replan(problem, running, 0.3 * running.duration)
+    assert result.verified and result.stopped is Stop.CLOCK
+    joins(result, running, 0.3 * running.duration)
 
 
 def test_misuse_is_refused() -> None:
