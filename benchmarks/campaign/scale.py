@@ -17,6 +17,7 @@ start, until the first rows are on disk, costs the same for ten problems and for
 """
 
 import argparse
+import compileall
 import json
 import os
 import shutil
@@ -167,6 +168,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/campaign"))
     parser.add_argument("--results", type=Path, default=Path("benchmarks/results/campaign_scale.jsonl"))
     given = parser.parse_args()
+    compileall.compile_dir(str(Path(to.__file__).parent), quiet=1)  # as pip does when it installs
     for engine in given.engines.split(","):
         with ExitStack() as stack:
             nodes = stack.enter_context(cluster(given.out / "ray", WORKERS)) if engine == "ray" else None

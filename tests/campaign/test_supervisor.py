@@ -1,10 +1,13 @@
 """A worker has its next block before the first ends; whoever watches it never waits for it to listen."""
 
+import os
 from collections import Counter
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from io import BytesIO
+from multiprocessing import Pipe
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -15,7 +18,9 @@ from trajopt.campaign import Campaign, CampaignFolder, Local, Source, installed,
 from trajopt.campaign.campaign import Task
 from trajopt.campaign.engine import Block, Planned
 from trajopt.campaign.local import LocalPool, setup_of
+from trajopt.campaign.setup import MARK, Ready
 from trajopt.campaign.supervisor import AHEAD, LETTERS, Supervisor, Worked
+from trajopt.campaign.worker import BUNCH, serve
 from trajopt.errors import CampaignError
 
 pytestmark = pytest.mark.timeout(200)
@@ -46,11 +51,11 @@ def ids(worked: Worked) -> list[str]:
 
 
 def test_a_worker_goes_on_with_its_next_block_by_itself(scene: to.Scene, tmp_path: Path) -> None:
-    with watched([random_motions(scene, 6)], tmp_path) as (supervisor, tasks):
+    with watched([random_motions(scene, 2 * BUNCH + 2)], tmp_path) as (supervisor, tasks):
         supervisor.give(tasks[:2])
         supervisor.give(tasks[2:])
         assert ids(next_of(supervisor)) == [task.id for task in tasks[:2]]
-        assert supervisor.pipe.poll(60.0)  # a row of the next block, for which nobody had to ask
+        assert supervisor.pipe.poll(60.0)  # rows of the next block, for which nobody had to ask
         assert ids(next_of(supervisor)) == [task.id for task in tasks[2:]]
         assert supervisor.advance() is None
 
@@ -95,6 +100,49 @@ def test_a_worker_that_ends_leaves_both_blocks_to_the_next(
         assert ids(second) == [task.id for task in tasks[2:]]
 
 
+def test_a_worker_that_ends_amid_problems_costs_none_of_those_before_and_behind(
+    faulty: Path, scene: to.Scene, tmp_path: Path
+) -> None:
+    sources = [random_motions(scene, 5), installed("ends"), random_motions(scene, 9, seed=1)]
+    with watched(sources, tmp_path) as (supervisor, tasks):
+        worked = supervisor.run(tasks)
+        assert ids(worked) == [task.id for task in tasks]
+        assert [row["status"] for row in worked.rows] == ["SOLVED"] * 5 + ["CRASHED"] + ["SOLVED"] * 9
+
+
+def test_only_what_hangs_is_given_up_not_what_was_planned_and_not_yet_told(
+    faulty: Path, scene: to.Scene, tmp_path: Path
+) -> None:
+    sources = [random_motions(scene, 5), installed("hangs"), random_motions(scene, 4, seed=1)]
+    with watched(sources, tmp_path, 6.0) as (supervisor, tasks):
+        worked = supervisor.run(tasks)
+        assert ids(worked) == [task.id for task in tasks]
+        assert [row["status"] for row in worked.rows] == ["SOLVED"] * 5 + ["RAN_OVER"] + ["SOLVED"] * 4
+        assert worked.rows[5]["wall_seconds"] > 6.0
+
+
+@pytest.mark.parametrize(("seconds", "at_once"), [(1e9, [BUNCH, BUNCH, 3]), (-1.0, [1] * (2 * BUNCH + 3))])
+def test_a_worker_tells_rows_in_bunches_or_when_time_is_up(
+    scene: to.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float, at_once: list[int]
+) -> None:
+    monkeypatch.setattr("trajopt.campaign.worker.BUNCH_SECONDS", seconds)
+    folder = CampaignFolder.begin(Campaign("x", [random_motions(scene, sum(at_once))]), tmp_path)
+    mine, its = Pipe()
+    read, written = os.pipe()
+    with ThreadPoolExecutor(1) as pool, its, open(read, "rb") as marks, open(written, "wb"):
+        with mine:
+            served = pool.submit(serve, its, written)
+            mine.send(setup_of(folder))
+            mine.send(list(folder.tasks()))
+            assert mine.recv() == Ready()
+            told = [mine.recv() for _ in at_once]
+        served.result()  # it ends with the pipe
+        assert [len(each.rows) for each in told] == at_once
+        assert [row["id"] for each in told for row in each.rows] == [task.id for task in folder.tasks()]
+        begun = [MARK.unpack(marks.read(MARK.size))[0] for _ in range(sum(at_once))]
+        assert begun == list(range(1, sum(at_once) + 1))
+
+
 def test_who_watches_a_worker_that_hangs_is_not_held_up_by_long_recipes(
     faulty: Path, scene: to.Scene, tmp_path: Path
 ) -> None:
@@ -121,3 +169,13 @@ def test_each_worker_of_this_machine_takes_two_blocks(scene: to.Scene, tmp_path:
         assert {id(each.block) for each in ended} == set(map(id, blocks)) and pool.idle == 4
         tables = [pq.read_table(BytesIO(each.shard)) for each in ended]
         assert sorted(Counter(table["process"][0].as_py() for table in tables).values()) == [2, 2]
+
+
+def test_blocks_that_end_with_the_same_rows_are_both_returned(scene: to.Scene, tmp_path: Path) -> None:
+    folder = CampaignFolder.begin(Campaign("x", [random_motions(scene, 2)]), tmp_path)
+    with Local(1).pool(folder) as pool:
+        for task in folder.tasks():
+            pool.submit(Block([task]))
+        ended = 0
+        while ended < 2:
+            ended += len(pool.wait(1.0))

@@ -50,6 +50,35 @@ def test_two_that_make_the_file_at_once_make_one(tmp_path: Path) -> None:
         assert len(kept.find()) == 6
 
 
+FORKED = """
+import os, sys
+from trajopt.warehouse import State, Warehouse
+
+kept = Warehouse(sys.argv[1])
+kept.add("before", State("arm", {"joint": 0.0}))
+written, closed = os.pipe(), os.pipe()
+child = os.fork()
+if child == 0:
+    kept.add("beside", State("arm", {"joint": 1.0}))
+    os.write(written[1], b".")
+    os.read(closed[0], 1)
+    kept.add("after", State("arm", {"joint": 2.0}))
+    os._exit(0)
+os.read(written[0], 1)
+kept.close()
+os.write(closed[1], b".")
+assert os.waitpid(child, 0)[1] == 0
+print(*sorted(entry.name for entry in kept.find()))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
+def test_what_a_forked_process_keeps_is_not_lost_when_its_parent_closes_the_file(tmp_path: Path) -> None:
+    run_here = [sys.executable, "-c", FORKED, str(tmp_path / "kept.warehouse")]
+    told = subprocess.run(run_here, cwd=ROOT, capture_output=True, text=True, timeout=100, check=True)
+    assert told.stdout.split() == ["after", "before", "beside"]
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked here")
 def test_a_forked_process_opens_the_file_anew(kept: Warehouse) -> None:
     kept.add("home", State("arm", {"joint": 0.0}))

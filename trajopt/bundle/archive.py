@@ -5,17 +5,16 @@ none is encrypted or there twice, and what they say they hold is bounded for eac
 beyond that is not read.
 """
 
-import os
 import re
 import zipfile
 import zlib
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 
 from trajopt.bundle.members import LARGEST, LARGEST_ARRAY, Members
 from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import is_file
+from trajopt.io.whole import written_whole
 
 MOST_MEMBERS = 20_000
 """Members of a bundle: objects of a large scene have some arrays each."""
@@ -105,21 +104,10 @@ def write_archive(path: Path | str, members: Mapping[str, bytes]) -> None:
     Raises:
         FileFormatError: If it cannot be written, or holds more than can be read again.
     """
-    target = Path(path)
     if len(members) > MOST_MEMBERS or sum(map(len, members.values())) > LARGEST:
         raise FileFormatError(str(path), f"would hold more than {LARGEST >> 20} MB or {MOST_MEMBERS} members")
-    draft = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as file:
-                for name, data in members.items():
-                    item = zipfile.ZipInfo(name, _EPOCH)
-                    item.compress_type = zipfile.ZIP_DEFLATED
-                    file.writestr(item, data)
-            draft.replace(target)
-        finally:
-            with suppress(FileNotFoundError):
-                draft.unlink()
-    except OSError as error:
-        raise FileFormatError(str(path), f"cannot be written: {error}") from error
+    with written_whole(path) as draft, zipfile.ZipFile(draft, "w", zipfile.ZIP_DEFLATED) as file:
+        for name, data in members.items():
+            item = zipfile.ZipInfo(name, _EPOCH)
+            item.compress_type = zipfile.ZIP_DEFLATED
+            file.writestr(item, data)

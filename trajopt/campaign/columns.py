@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trajopt.campaign.tables import table_of
 from trajopt.errors import CampaignError, MissingExtra
 
 if TYPE_CHECKING:
@@ -89,11 +90,9 @@ def encoded(rows: Sequence[Row]) -> bytes:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    columns = row_columns()
     stream = pa.BufferOutputStream()
-    table = pa.Table.from_pylist([dict(row) for row in rows], schema=columns)
     pq.write_table(
-        table,
+        table_of(rows, row_columns()),
         stream,
         compression="zstd",
         use_dictionary=list(REPEATED),
@@ -111,23 +110,22 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
     Raises:
         CampaignError: If it cannot be written.
     """
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
     columns, seen, draft = task_columns(), set[bytes](), path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with draft.open("wb") as file, pq.ParquetWriter(file, columns, compression="zstd") as writer:
-            some: list[dict[str, Any]] = []
+            some: list[Row] = []
             for task in tasks:
                 key = bytes.fromhex(task["id"])
                 if key in seen:
                     continue
                 seen.add(key)
-                some.append(dict(task))
+                some.append(task)
                 if len(some) == ROWS_AT_ONCE:
-                    writer.write_table(pa.Table.from_pylist(some, schema=columns))
+                    writer.write_table(table_of(some, columns))
                     some = []
-            writer.write_table(pa.Table.from_pylist(some, schema=columns))
+            writer.write_table(table_of(some, columns))
         replace_by(draft, path)
     except OSError as error:
         raise CampaignError(f"{path} cannot be written: {error}") from error

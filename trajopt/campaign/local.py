@@ -79,8 +79,7 @@ class LocalPool:
         overdue = [each for each in pipes.values() if each.until < time.monotonic()]
         ended: list[Planned | Lost] = []
         for worker in dict.fromkeys((*(pipes[pipe] for pipe in ready), *overdue)):  # pyright: ignore
-            worked = worker.advance()
-            if worked is not None:
+            while (worked := worker.advance()) is not None:  # what is told at once may end both of its blocks
                 ended.append(planned(self._blocks[worker].popleft(), worked))
         return ended
 

@@ -1,10 +1,15 @@
 """What a worker is told first, and what it answers."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from struct import Struct
 
+from trajopt.campaign.columns import Row
 from trajopt.campaign.documents import Documents
 from trajopt.campaign.options import Options
+
+MARK = Struct("<Qd")
+"""Written by a worker that begins a problem: how many it has begun, and when, by the monotonic clock [s]."""
 
 
 @dataclass(frozen=True)
@@ -29,3 +34,16 @@ class Ready:
     """The worker waits for problems; why not, where it cannot plan."""
 
     reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Bunch:
+    """Rows of some problems, which the worker tells at once.
+
+    Attributes:
+        rows: In the order in which it was given them.
+        waited: Wall-clock time that it waited for problems since it told of others [s].
+    """
+
+    rows: Sequence[Row]
+    waited: float

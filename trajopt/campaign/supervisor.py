@@ -11,12 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 from multiprocessing.connection import Connection, wait
-from typing import cast
 
 from trajopt.campaign.campaign import Task
 from trajopt.campaign.columns import Row
 from trajopt.campaign.row import Fate, lost_row
-from trajopt.campaign.setup import Ready, Setup
+from trajopt.campaign.setup import MARK, Bunch, Ready, Setup
 from trajopt.errors import CampaignError
 
 START = 120.0
@@ -52,10 +51,11 @@ class Supervisor:
     def __init__(self, setup: Setup) -> None:
         """Start a worker; it is not yet ready when this returns."""
         self._setup = setup
-        self._sizes: deque[int] = deque()  # of the blocks that are not yet returned
+        self._blocks: deque[Sequence[Task]] = deque()  # that are not yet returned
         self._unsent: deque[Task] = deque()
-        self._sent: deque[Task] = deque()  # those that the worker has: it is at the first
-        self._rows: list[tuple[Row, float]] = []
+        self._sent: deque[Task] = deque()  # those that the worker has, and has not told of
+        self._rows: dict[str, Row] = {}  # of the blocks, by id
+        self._waited = 0.0
         self._deaths: dict[str, int] = {}
         self._killed = 0  # so often in a row before it was ready
         self._start()
@@ -72,7 +72,7 @@ class Supervisor:
 
     def give(self, block: Sequence[Task]) -> None:
         """Hand over problems, to be planned after those that it has."""
-        self._sizes.append(len(block))
+        self._blocks.append(block)
         self._unsent += block
         if self._ready:
             self._hand_over()
@@ -95,9 +95,9 @@ class Supervisor:
             self._ran_over()
         if not self._whole:
             return None
-        size = self._sizes.popleft()
-        rows, self._rows = self._rows[:size], self._rows[size:]
-        return Worked([row for row, _ in rows], sum(waited for _, waited in rows))
+        worked = Worked([self._rows.pop(task.id) for task in self._blocks.popleft()], self._waited)
+        self._waited = 0.0
+        return worked
 
     def run(self, block: Sequence[Task]) -> Worked:
         """Plan a block, and return what came of it.
@@ -113,6 +113,7 @@ class Supervisor:
     def close(self) -> None:
         """End the worker, whatever it does, and wait until it has ended."""
         self._pipe.close()
+        self._marks.close()
         if self._process.poll() is None:
             self._process.kill()
         self._process.wait()
@@ -120,17 +121,22 @@ class Supervisor:
     @property
     def _whole(self) -> bool:
         """Whether each problem of the first block has its row."""
-        return bool(self._sizes) and len(self._rows) >= self._sizes[0]
+        if not self._blocks or len(self._rows) < len(self._blocks[0]):
+            return False
+        return all(task.id in self._rows for task in self._blocks[0])
 
     def _start(self) -> None:
         mine, its = socket.socketpair()
-        with its:
+        read, written = os.pipe()
+        os.set_blocking(read, False)
+        self._marks = open(read, "rb", buffering=0)
+        with its, open(written, "wb", buffering=0) as marks:
             for end in (mine, its):
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, ROOM)
                 end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "trajopt.campaign.worker", str(its.fileno())],
-                pass_fds=(its.fileno(),),
+                [sys.executable, "-m", "trajopt.campaign.worker", str(its.fileno()), str(marks.fileno())],
+                pass_fds=(its.fileno(), marks.fileno()),
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 start_new_session=True,  # the terminal's Ctrl-C is for whoever runs the campaign
@@ -138,6 +144,7 @@ class Supervisor:
             )
         self._pipe: Connection[object, object] = Connection(mine.detach())
         self._ready, self._until = False, time.monotonic() + START
+        self._told = self._marked = 0  # problems that this worker told of, and began
         self._say(self._setup)
 
     def _hand_over(self) -> None:
@@ -146,12 +153,15 @@ class Supervisor:
             return
         waits = not self._sent
         letters = sum(len(task.recipe) for task in islice(self._sent, 1, None))
+        some: list[Task] = []
         while self._unsent and len(self._sent) < AHEAD:
             letters += len(self._unsent[0].recipe) if self._sent else 0
             if letters > LETTERS:
                 break
-            self._sent.append(self._unsent.popleft())
-            self._say(self._sent[-1])
+            some.append(self._unsent.popleft())
+            self._sent.append(some[-1])
+        if some:
+            self._say(some)
         if waits:
             self._begin()
 
@@ -162,17 +172,33 @@ class Supervisor:
             pass  # it has ended, which the next reading tells
 
     def _begin(self) -> None:
-        self._begun = time.monotonic()
+        """Set the clock for the problem that the worker is at, or is to begin now."""
+        self._read_marks()
+        if self._marked <= self._told:
+            self._begun = time.monotonic()
         self._until = self._begun + self._setup.most_seconds if self._sent else float("inf")
+
+    def _read_marks(self) -> None:
+        """Note how many problems the worker has begun, and when the last of them."""
+        marks = self._marks.read(2 * AHEAD * MARK.size)
+        if marks:
+            self._marked, self._begun = MARK.unpack(marks[-MARK.size :])
+
+    def _at(self) -> Task:
+        """Return what the worker is at, or was last, of the problems that it has not told of."""
+        self._read_marks()
+        return self._sent[min(max(self._marked - self._told, 1), len(self._sent)) - 1]
 
     def _take(self, said: object) -> None:
         if isinstance(said, Ready):
             if said.reason:
                 raise CampaignError(said.reason)
             self._ready, self._killed = True, 0
-        else:
-            self._sent.popleft()
-            self._rows.append(cast("tuple[Row, float]", said))
+        elif isinstance(said, Bunch):
+            for row in said.rows:
+                self._rows[self._sent.popleft().id] = row
+            self._told += len(said.rows)
+            self._waited += said.waited
         self._begin()
         self._hand_over()
 
@@ -185,26 +211,36 @@ class Supervisor:
             if self._process.returncode >= 0 or self._killed >= ATTEMPTS:
                 raise CampaignError(f"a worker ended before it was ready ({how}); what it said is above")
         elif self._sent:
-            first = self._sent[0]
-            self._deaths[first.id] = self._deaths.get(first.id, 0) + 1
-            if self._deaths[first.id] >= ATTEMPTS:
-                self._give_up(Fate.CRASHED, how)
+            at = self._at()
+            self._deaths[at.id] = self._deaths.get(at.id, 0) + 1
+            if self._deaths[at.id] >= ATTEMPTS:
+                self._give_up(at, Fate.CRASHED, how)
         self._again()
 
     def _ran_over(self) -> None:
+        """Give up the problem that the worker is at, unless it began that later than was known.
+
+        Raises:
+            CampaignError: If the worker has not come up.
+        """
         if not self._ready:
             raise CampaignError(f"a worker was not ready after {START:g} s")
+        at = self._at()
+        self._until = self._begun + self._setup.most_seconds
+        if time.monotonic() <= self._until:
+            return
         self._ending()
-        self._give_up(Fate.RAN_OVER, f"{self._setup.most_seconds:g} s")
+        self._give_up(at, Fate.RAN_OVER, f"{self._setup.most_seconds:g} s")
         self._again()
 
-    def _give_up(self, fate: Fate, why: str) -> None:
-        """Write the row of the problem that the worker was at."""
-        row = lost_row(self._sent.popleft(), fate, why, time.monotonic() - self._begun)
-        self._rows.append((row, 0.0))
+    def _give_up(self, task: Task, fate: Fate, why: str) -> None:
+        """Write the row of a problem that does not come back."""
+        self._sent.remove(task)
+        self._rows[task.id] = lost_row(task, fate, why, time.monotonic() - self._begun)
 
     def _again(self) -> None:
-        """Start another worker, which is sent what the last one left once it is ready."""
+        """Start another worker, which is sent what the last one did not tell of once it is ready."""
+        self._marks.close()
         self._unsent.extendleft(reversed(self._sent))
         self._sent.clear()
         self._start()

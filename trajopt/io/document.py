@@ -1,6 +1,5 @@
 """Documents on disk, read value by value: every error names the file and the place in it."""
 
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -10,6 +9,7 @@ from typing import cast
 
 from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import number_of, parse_json, read_text
+from trajopt.io.whole import written_whole
 
 
 @dataclass(frozen=True)
@@ -183,17 +183,8 @@ def write_text(path: Path | str, text: str) -> None:
     Raises:
         FileFormatError: If it cannot be written.
     """
-    target = Path(path)
-    draft = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            draft.write_text(text, encoding="utf-8")
-            draft.replace(target)
-        finally:
-            draft.unlink(missing_ok=True)
-    except OSError as error:
-        raise FileFormatError(str(path), f"cannot be written: {error}") from error
+    with written_whole(path) as draft:
+        draft.write_text(text, encoding="utf-8")
 
 
 def _say(value: object) -> str:

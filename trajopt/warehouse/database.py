@@ -4,16 +4,15 @@ SQLite's write-ahead log: readers see whole transactions only, one process write
 and what was committed is on the disk before the call returns.
 """
 
-import os
 import sqlite3
 import time
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import RLock
 
 from trajopt.errors import FileFormatError, shown
 from trajopt.io.files import is_file
+from trajopt.warehouse.forking import Forked
 
 APPLICATION = 0x74726A77
 """Marks the file as a warehouse of trajopt's ("trjw"), in the header where SQLite has a place for that."""
@@ -47,8 +46,8 @@ once; the last number that was given to a version; what experience remembers."""
 Tables = dict[str, tuple[str, str]]
 
 
-class Database:
-    """The file of a warehouse. Threads take turns; a process that was forked opens it anew.
+class Database(Forked):
+    """The file of a warehouse. Threads take turns; it is closed before a fork, and both open it anew.
 
     Attributes:
         path: The file.
@@ -60,9 +59,9 @@ class Database:
         Raises:
             FileFormatError: If it is missing, cannot be opened, is no warehouse, or newer than this trajopt.
         """
-        self.path = path
-        self._lock, self._depth = RLock(), 0
-        self._connection, self._process = None, 0
+        self.path, self._depth = path, 0
+        self._connection: sqlite3.Connection | None = None
+        super().__init__()
         if not create and not is_file(path):
             raise self.error("there is no such file")
         with self._translated():
@@ -76,9 +75,13 @@ class Database:
 
     def close(self) -> None:
         """Close the file; it opens again when it is used again."""
-        with self._lock:
-            if self._connection is not None and self._process == os.getpid():
-                self._connection.close()
+        with self.lock:
+            self.disconnect()
+
+    def disconnect(self) -> None:
+        """Close the connection, unless a transaction of this very thread is under way; the lock is held."""
+        if self._connection is not None and not self._depth:
+            self._connection.close()
             self._connection = None
 
     @contextmanager
@@ -103,7 +106,7 @@ class Database:
 
     @contextmanager
     def _transaction(self, begin: str) -> Generator[sqlite3.Connection]:
-        with self._lock, self._translated():
+        with self.lock, self._translated():
             connection = self._opened(create=False)
             if self._depth:
                 raise RuntimeError("a transaction within a transaction")
@@ -135,8 +138,8 @@ class Database:
             raise self.error(f"cannot be used: {error}") from error
 
     def _opened(self, *, create: bool) -> sqlite3.Connection:
-        """Return the connection of this process, open."""
-        if self._connection is not None and self._process == os.getpid():
+        """Return the connection, open."""
+        if self._connection is not None:
             return self._connection
         mode = "rwc" if create else "rw"
         connection = sqlite3.connect(
@@ -151,7 +154,7 @@ class Database:
         except BaseException:
             connection.close()
             raise
-        self._connection, self._process = connection, os.getpid()
+        self._connection = connection
         return connection
 
     def _prepared(self, connection: sqlite3.Connection) -> None:

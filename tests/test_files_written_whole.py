@@ -1,0 +1,74 @@
+"""A file that is written is there as a whole: also where two write it at once, or one fails in the midst."""
+
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from trajopt.bundle.archive import Archive, write_archive
+from trajopt.errors import FileFormatError
+from trajopt.io.document import write_text
+
+
+def test_two_that_write_one_bundle_at_once_leave_a_whole_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, begun, written = tmp_path / "x.trajopt", list[str](), zipfile.ZipFile.writestr
+
+    def in_the_midst(file: zipfile.ZipFile, item: zipfile.ZipInfo, data: bytes) -> Any:
+        done = written(file, item, data)
+        if not begun:
+            begun.append("the other")
+            write_archive(target, {"a": b"2" * 1000, "b": b"2" * 10})
+        return done
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", in_the_midst)
+    write_archive(target, {"a": b"1" * 1000, "b": b"1" * 10})
+    found = Archive(target)
+    assert (found.read("a"), found.read("b")) == (b"1" * 1000, b"1" * 10)
+    assert [each.name for each in tmp_path.iterdir()] == [target.name]
+
+
+def test_two_that_write_one_text_at_once_leave_a_whole_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, begun, written = tmp_path / "x.json", list[str](), Path.write_text
+
+    def in_the_midst(path: Path, text: str, **options: Any) -> int:
+        done = written(path, text, **options)
+        if not begun:
+            begun.append("the other")
+            write_text(target, "second")
+        return done
+
+    monkeypatch.setattr(Path, "write_text", in_the_midst)
+    write_text(target, "first")
+    assert target.read_text() == "first"
+    assert [each.name for each in tmp_path.iterdir()] == [target.name]
+
+
+@pytest.mark.parametrize("name", ["x" * 250, "x\0y", "folder/\0", "/"])
+def test_a_name_that_no_file_can_have_is_refused_and_a_long_one_is_written(tmp_path: Path, name: str) -> None:
+    if name.startswith("x" * 250):
+        write_text(tmp_path / name, "long")
+        assert (tmp_path / name).read_text() == "long"
+        return
+    with pytest.raises(FileFormatError, match="cannot be written"):
+        write_text(tmp_path / name, "text")
+
+
+def test_what_fails_in_the_midst_leaves_what_there_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "x.trajopt"
+    write_archive(target, {"a": b"old"})
+
+    def fails(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(zipfile.ZipFile, "writestr", fails)
+    with pytest.raises(MemoryError):
+        write_archive(target, {"a": b"new"})
+    assert Archive(target).read("a") == b"old"
+    assert [each.name for each in tmp_path.iterdir()] == [target.name]
