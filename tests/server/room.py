@@ -6,6 +6,8 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 import trajopt as to
 from trajopt.io.document import Node
 from trajopt.server import Answer, Lane, Operation, SessionState, Watch
@@ -41,6 +43,15 @@ def grow(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     return Answer({"length": len(bytearray(int(arguments["bytes"].number())))})
 
 
+HOARD = list[bytearray]()
+
+
+def hoard(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Take memory, and never give it back."""
+    HOARD.append(bytearray(int(arguments["bytes"].number())))
+    return Answer({"length": len(HOARD[-1])})
+
+
 def fault(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Have a fault that no client caused."""
     raise ZeroDivisionError("/etc/secret")
@@ -67,14 +78,26 @@ def move(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     return Answer({})
 
 
+def brake(state: SessionState, arguments: Node, watch: Watch) -> Answer:
+    """Have the robot be on its way until it is cancelled, and roll on until the scene is another."""
+    watch.tell({"moves": True}, list(arguments["to"].numbers()))
+    watch.cancel.wait(60.0)
+    until = time.monotonic() + 60.0
+    while watch.changed() is None and time.monotonic() < until:
+        time.sleep(0.01)
+    return Answer({}, replace(state, positions=np.array(arguments["rest"].numbers())))
+
+
 OPERATIONS: Mapping[str, Operation] = {
     "echo": Operation(echo, Lane.QUICK),
     "wait": Operation(wait),
     "stubborn": Operation(stubborn),
     "die": Operation(die),
     "grow": Operation(grow),
+    "hoard": Operation(hoard),
     "fault": Operation(fault),
     "add": Operation(add, edits=True),
     "add_when_told": Operation(add_when_told, edits=True),
     "move": Operation(move, Lane.DRIVING),
+    "brake": Operation(brake, Lane.DRIVING),
 }

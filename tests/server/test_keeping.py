@@ -4,7 +4,9 @@ import asyncio
 import logging
 import os
 import signal
+import sqlite3
 from collections.abc import Awaitable, Callable
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -96,6 +98,20 @@ def test_only_what_holds_now_is_kept(file: Path) -> None:
         with Warehouse(file) as kept:
             assert sorted(each.kind.name for each in kept.find()) == ["SCENE", "STATE"]
             assert kept.state(session.id).positions["joint1"] == 0.3
+
+    served(file, test)
+
+
+def test_a_change_is_kept_though_the_clock_was_set_back(file: Path) -> None:
+    async def test(service: Service) -> None:
+        session = service.create()
+        await edit(service, session, {"add": BALL})
+        with closing(sqlite3.connect(file)) as later, later:
+            later.execute("UPDATE entries SET made = '2999-01-01T00:00:00.000000+00:00'")
+        await edit(service, session, {"remove": {"name": "ball"}})
+        with Warehouse(file) as kept:
+            assert not kept.scene(session.id).objects
+            assert len(kept.find(kind=Kind.SCENE)) == 1
 
     served(file, test)
 

@@ -66,6 +66,14 @@ def again_after(response: httpx.Response) -> float | None:
     return max(float(response.headers.get(AGAIN, response.headers.get("retry-after", "1"))), SHORTEST)
 
 
+def refusal_of(document: Document) -> ServerError:
+    """Return the error that a refusal among events states: its number is in it, since HTTP's has gone by."""
+    error = error_of(int(document.get("status", 200)), document)
+    after = document.get("retry_after")
+    error.retry_after = max(float(after), SHORTEST) if after is not None and error.status == FULL else None
+    return error
+
+
 class Events:
     """Server-sent events, line by line."""
 
@@ -87,6 +95,6 @@ class Events:
         if self._name == "answer":
             return document
         if self._name == "refusal":
-            raise error_of(200, document)
+            raise refusal_of(document)
         self._listener(document)
         return None

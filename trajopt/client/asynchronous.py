@@ -89,6 +89,10 @@ class AsyncClient:
                 answer, after = await self._once(call)
             except httpx.HTTPError as error:
                 raise ServerError(0, "unreachable", str(error) or type(error).__name__) from error
+            except ServerError as error:
+                if error.retry_after is None or time.monotonic() + error.retry_after > until:
+                    raise
+                answer, after = error, error.retry_after
             if after is None or time.monotonic() + after > until:
                 return document_of(answer) if isinstance(answer, httpx.Response) else answer
             await asyncio.sleep(after)

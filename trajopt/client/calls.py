@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 from urllib.parse import quote
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Value
 from trajopt.client.answers import Listener
-from trajopt.errors import ShapeError, shown
+from trajopt.errors import ProblemError, ShapeError, shown
 from trajopt.errors.arguments import checked
 
 Reply = TypeVar("Reply")
@@ -46,21 +46,54 @@ class Call(Value):
         headers = {"x-request-name": self.name} if self.name else {}
         if self.data is not None:
             headers["content-type"] = "application/octet-stream"
+        elif self.body is not None:
+            headers["content-type"] = "application/json"
         return {**headers, "accept": "text/event-stream"} if self.listener is not None else headers
 
     @property
     def parameters(self) -> dict[str, str]:
-        """What goes into the address."""
+        """What goes into the address.
+
+        Raises:
+            ProblemError: If an argument is no plain data.
+        """
         stated = {} if self.timeout is None else {"timeout": f"{self.timeout:g}"}
         if self.data is None:
             return stated
         arguments = (self.body or {}).items()
-        return stated | {key: each if isinstance(each, str) else json.dumps(each) for key, each in arguments}
+        return stated | {key: each if isinstance(each, str) else _json(key, each) for key, each in arguments}
 
     @property
     def content(self) -> dict[str, Any]:
-        """The body, as httpx takes it."""
-        return {"json": self.body} if self.data is None else {"content": self.data}
+        """The body, as httpx takes it.
+
+        Raises:
+            ProblemError: If an argument is no plain data.
+        """
+        if self.data is not None:
+            return {"content": self.data}
+        if self.body is None:
+            return {}
+        members = (f"{json.dumps(str(key))}:{_json(str(key), each)}" for key, each in self.body.items())
+        return {"content": f"{{{','.join(members)}}}".encode()}
+
+
+def _json(name: str, value: object) -> str:
+    """Return an argument as JSON; arrays and numbers of numpy's are lists and numbers.
+
+    Raises:
+        ProblemError: If it is no plain data.
+    """
+    try:
+        return json.dumps(value, default=_plain, allow_nan=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ProblemError(f"{name}: cannot be sent, as JSON does not hold it: {error}") from error
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.ndarray | np.generic):
+        return cast("object", value.tolist())
+    raise TypeError(f"it has {shown(value)}")
 
 
 def cloud_bytes(points: ArrayLike) -> bytes:

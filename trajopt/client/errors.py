@@ -10,7 +10,11 @@ class ServerError(TrajoptError):
         status: HTTP's number of it; 0 where the server could not be reached.
         kind: The server's word for it, such as "malformed" or "full".
         reason: What was wrong, in a sentence.
+        retry_after: When a server that is full says to come again [s]; None where it is not full, or says so
+            otherwise.
     """
+
+    retry_after: float | None = None
 
     def __init__(self, status: int, kind: str, reason: str) -> None:
         """Keep all three."""

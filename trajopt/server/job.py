@@ -105,11 +105,15 @@ class Job:
             self._worker.send(Changed(self.number, scene.robot, scene.data, scene.key))
 
     def tell(self, feedback: Feedback) -> None:
-        """Pass on how far it is."""
+        """Pass on how far it is; who asked is told of a listener that fails, and the worker ends."""
         if feedback.positions is not None and self.assignment.moved is not None:
             self.assignment.moved(feedback.positions)
         if self.assignment.listener is not None and not self.over:
-            self.assignment.listener(msgspec.Raw(feedback.body))
+            try:
+                self.assignment.listener(msgspec.Raw(feedback.body))
+            except Exception as error:
+                self.cancel()
+                self.done.set_exception(error)
 
     def answer(self, answered: Answered) -> None:
         """Answer it."""

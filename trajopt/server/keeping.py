@@ -30,8 +30,10 @@ def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
         if arguments["positions"].value:
             kept.add(name, State(state.robot, state.named_positions), tags=tags)
         for kind in KINDS:
-            for entry in kept.find(kind=kind, name=name)[1:]:
-                kept.remove(name, kind=kind, version=entry.version)
+            # By version: a clock that was set back has what was kept last be older than what was before.
+            versions = sorted(entry.version for entry in kept.find(kind=kind, name=name))
+            for version in versions[:-1]:
+                kept.remove(name, kind=kind, version=version)
     return Answer({})
 
 

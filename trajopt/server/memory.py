@@ -20,6 +20,8 @@ def memory_used(pid: int | None = None) -> int:
 def limit_memory(more: int) -> None:
     """Let this process take so much more memory than it has now, and no more: then it gets a `MemoryError`.
 
+    Each call counts anew, and takes the place of the one before.
+
     Systems other than Linux do not bound it.
 
     Args:
@@ -27,8 +29,8 @@ def limit_memory(more: int) -> None:
     """
     if sys.platform == "linux":
         # What is only reserved, as by the stacks of threads, does not count: so data, not address space.
-        bound = _pages(os.getpid(), 5) + more
-        resource.setrlimit(resource.RLIMIT_DATA, (bound, bound))
+        bound, (_, hard) = _pages(os.getpid(), 5) + more, resource.getrlimit(resource.RLIMIT_DATA)
+        resource.setrlimit(resource.RLIMIT_DATA, (bound if hard < 0 else min(bound, hard), hard))
 
 
 def _pages(pid: int, column: int) -> int:

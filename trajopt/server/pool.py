@@ -50,6 +50,7 @@ class Pool:
         self._eager = eager
         self._queue: FairQueue[Job] = FairQueue()
         self._slots: list[asyncio.Task[None]] = []
+        self._closed = False
         self._workers: dict[int, WorkerProcess] = {}
         self._up, self._numbers, self._mean = asyncio.Semaphore(0), count(1), 0.0
 
@@ -83,12 +84,13 @@ class Pool:
                 raise next(error for slot in self._slots if slot.done() and (error := slot.exception()))
 
     async def close(self) -> None:
-        """End all workers and refuse what waits."""
+        """End all workers, and refuse what waits and what is asked from now on."""
+        self._closed = True
         for slot in self._slots:
             slot.cancel()
         await asyncio.gather(*self._slots, return_exceptions=True)
         while self.waiting:
-            (await self._queue.take()).refuse(Refusal(Why.CLOSING, "the server is closing"))
+            (await self._queue.take()).refuse(_closing())
 
     def submit(self, owner: str, assignment: Assignment) -> Job:
         """Let a request wait for a worker.
@@ -98,8 +100,10 @@ class Pool:
             assignment: What is to be done.
 
         Raises:
-            Refusal: If too many wait, of this session or of all.
+            Refusal: If too many wait, of this session or of all, or the pool is closed.
         """
+        if self._closed:
+            raise _closing()
         if self._queue.of(owner) >= self._limits.waiting_per_session:
             raise self._full(f"{self._queue.of(owner)} requests of this session wait already")
         if self.waiting >= self._limits.waiting:
@@ -128,6 +132,9 @@ class Pool:
                     job.refuse(lost(error))
                     await asyncio.sleep(AGAIN)
                     continue
+                except asyncio.CancelledError:
+                    job.refuse(_closing())
+                    raise
                 if not await self._served(worker, job):
                     self._workers.pop(worker.pid)
                     await worker.close()
@@ -161,7 +168,7 @@ class Pool:
             self._over(job, lost(error))
             return False
         except asyncio.CancelledError:
-            self._over(job, Refusal(Why.CLOSING, "the server is closing"))
+            self._over(job, _closing())
             raise
         finally:
             self.busy -= 1
@@ -185,3 +192,7 @@ class Pool:
             job.answer(ended)
         else:
             job.refuse(ended)
+
+
+def _closing() -> Refusal:
+    return Refusal(Why.CLOSING, "the server is closing")

@@ -1,5 +1,9 @@
 """A request as who asks sees it: the answer, how it ended, and how to end it from elsewhere."""
 
+import asyncio
+import time
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -7,7 +11,7 @@ import msgspec
 
 from trajopt.arrays import Value
 from trajopt.server.job import Job
-from trajopt.server.refusals import Why
+from trajopt.server.refusals import Refusal, Why
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,33 @@ class Done:
     waited: float = 0.0
     seconds: float = 0.0
     cpu: float = 0.0
+
+
+@contextmanager
+def counted(session: str, operation: str, observer: Callable[[Done], None] | None) -> Generator[Done]:
+    """Take note of how a request ends, and tell the observer when it is over.
+
+    Args:
+        session: Id of its session.
+        operation: What is asked.
+        observer: Told; nobody when None.
+    """
+    begin, done = time.monotonic(), Done(operation, session)
+    try:
+        yield done
+    except Refusal as refusal:
+        done.why, done.reason = refusal.why, refusal.reason
+        raise
+    except asyncio.CancelledError:
+        done.why, done.reason = Why.CANCELLED, "nobody waits for it any more"
+        raise
+    except Exception as error:
+        done.why, done.reason = Why.FAILED, f"{type(error).__name__}: {error}"
+        raise
+    finally:
+        done.seconds = time.monotonic() - begin
+        if observer is not None:
+            observer(done)
 
 
 class Cancellation:

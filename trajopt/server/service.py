@@ -2,9 +2,8 @@
 
 import asyncio
 import pickle
-import time
-from collections.abc import AsyncGenerator, Callable, Generator, Mapping
-from contextlib import asynccontextmanager, contextmanager
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager, nullcontext
 from types import TracebackType
 from typing import Any, cast
 
@@ -22,7 +21,7 @@ from trajopt.server.messages import Answered, Hello
 from trajopt.server.operation import Lane, Operation, operations_of
 from trajopt.server.pool import Pool
 from trajopt.server.refusals import Refusal, Why
-from trajopt.server.requests import Cancellation, Done, Reply
+from trajopt.server.requests import Cancellation, Done, Reply, counted
 from trajopt.server.session import Session, Sessions
 from trajopt.server.state import PackedScene, SessionState, packed
 from trajopt.server.worker_process import WorkerLost
@@ -82,20 +81,22 @@ class Service:
         if self._keeper is not None:
             self.pools[Lane.KEEPING] = self._keeper.pool
         self._observer, self._closing = observer, False
-        self._asking: set[asyncio.Task[Any]] = set()
+        self._asking, self._driving = set[asyncio.Task[Any]](), set[asyncio.Task[Answered]]()
         self._empty: dict[str, tuple[PackedScene, list[float]]] = {}
 
     async def __aenter__(self) -> "Service":
         """Start the workers; returns when they are ready."""
         try:
             await asyncio.gather(*(pool.start() for pool in self.pools.values()))
-        except WorkerLost as error:
+            if self._keeper is not None:
+                empty = {name: self._empty_scene(name) for name in self.robots}
+                for session in await self._keeper.restored(empty, self.limits.sessions):
+                    self.sessions.put(session)
+        except BaseException as error:
             await self.close(drain=0.0)
-            raise Refusal(Why.WORKER_LOST, f"a worker did not come up: {error}") from error
-        if self._keeper is not None:
-            empty = {name: self._empty_scene(name) for name in self.robots}
-            for session in await self._keeper.restored(empty, self.limits.sessions):
-                self.sessions.put(session)
+            if isinstance(error, WorkerLost):
+                raise Refusal(Why.WORKER_LOST, f"a worker did not come up: {error}") from error
+            raise
         return self
 
     async def __aexit__(
@@ -112,9 +113,10 @@ class Service:
             drain: How long requests that a worker has begun with may still take [s].
         """
         self._closing = True
-        if drain and self._asking:
-            await asyncio.wait(self._asking, timeout=drain)
+        if drain and (under_way := self._asking | self._driving):
+            await asyncio.wait(under_way, timeout=drain)
         await asyncio.gather(*(pool.close() for pool in self.pools.values()))
+        await asyncio.gather(*self._driving, return_exceptions=True)
 
     @property
     def closing(self) -> bool:
@@ -155,7 +157,7 @@ class Service:
         Raises:
             Refusal: If there are too many sessions.
         """
-        return self.sessions.add(session.scene, session.positions)
+        return self.sessions.add(session.scene, session.positions, stamps=session.stamps)
 
     @checked
     async def keep(self, session: Session) -> None:
@@ -210,17 +212,17 @@ class Service:
         Raises:
             Refusal: If it is not answered.
         """
-        with self._counted(session, operation) as done:
+        with self._asked(), counted(session.id, operation, self._observer) as done:
             found = self.operations.get(operation)
             if found is None:
                 raise Refusal(
                     Why.UNKNOWN, f"no operation {shown(operation)}; known: {listed(sorted(self.operations))}"
                 )
-            body = arguments if isinstance(arguments, bytes) else _JSON.encode(arguments)
+            body = arguments if isinstance(arguments, bytes) else _written(arguments)
             self._check(session, found, len(body) + len(attachment))
             most = self.limits.run_seconds if found.lane is Lane.DRIVING else self.limits.seconds
             allowed = most if seconds is None else min(seconds, most)
-            async with self._turn(session, found):
+            async with session.change() if found.edits else nullcontext():
                 moved = session.move if found.lane is Lane.DRIVING else None
                 assignment = Assignment(
                     operation,
@@ -254,31 +256,31 @@ class Service:
                 Why.FULL, f"{session.editors} changes of this session wait already", retry_after=1.0
             )
 
-    @asynccontextmanager
-    async def _turn(self, session: Session, operation: Operation) -> AsyncGenerator[None]:
-        """Wait until it is the turn of a request that changes its session; others need not wait."""
-        if not operation.edits:
-            yield
-            return
-        session.editors += 1
-        try:
-            async with session.editing:
-                yield
-        finally:
-            session.editors -= 1
-
     async def _answered(self, session: Session, operation: Operation, job: Job) -> Answered:
-        """Wait for the answer, and have the session hold what it changed."""
-        if operation.lane is Lane.DRIVING:
-            session.run = job
+        """Wait for the answer, and have the session hold what it changed; who is cancelled cancels it."""
         try:
-            await asyncio.wait((job.done,))  # a task that is cancelled would cancel the future
+            if operation.lane is not Lane.DRIVING:
+                return await self._held(session, operation, job)
+            # Also without anybody who waits, the robot is driven until it stands, and then stands there.
+            driving = asyncio.ensure_future(self._held(session, operation, job))
+            session.run = job
+            self._driving.add(driving)
+            driving.add_done_callback(lambda _: session.stand())
+            driving.add_done_callback(self._stands)
+            await asyncio.wait((driving,))
+            return driving.result()
         except asyncio.CancelledError:
             job.cancel()
             raise
-        finally:
-            if operation.lane is Lane.DRIVING:
-                session.run = None
+
+    def _stands(self, driving: asyncio.Task[Answered]) -> None:
+        self._driving.discard(driving)
+        if not driving.cancelled():
+            driving.exception()  # nobody may wait
+
+    async def _held(self, session: Session, operation: Operation, job: Job) -> Answered:
+        """Wait for the answer, and have the session hold what it changed."""
+        await asyncio.wait((job.done,))  # a task that is cancelled would cancel the future
         answered = job.done.result()
         scene = None if answered.scene is None else PackedScene.of(session.robot, answered.scene)
         if scene is not None and len(scene.data) > self.limits.session_bytes:
@@ -288,13 +290,18 @@ class Service:
         if operation.edits and (session.run is not None or positions == list(job.assignment.positions)):
             positions = None  # a robot that is driven has gone on meanwhile: it says itself where it is
         driven = operation.lane is Lane.DRIVING
-        await self._settled(session, scene if operation.edits else None, positions, driven=driven)
-        if operation.edits and scene is not None:
-            session.stamps = answered.stamps
+        changed = scene if operation.edits else None
+        await self._settled(session, changed, positions, answered.stamps, driven=driven)
         return answered
 
     async def _settled(
-        self, session: Session, scene: PackedScene | None, positions: list[float] | None, *, driven: bool
+        self,
+        session: Session,
+        scene: PackedScene | None,
+        positions: list[float] | None,
+        stamps: dict[str, float],
+        *,
+        driven: bool,
     ) -> None:
         """Have a session hold what was changed, once it is kept; who is cancelled meanwhile waits for that.
 
@@ -309,7 +316,7 @@ class Service:
                 except Refusal:
                     if not driven:
                         raise
-            session.replace(scene, positions)
+            session.replace(scene, positions, stamps)
 
         settling = asyncio.ensure_future(settle())
         try:
@@ -319,22 +326,23 @@ class Service:
             raise
 
     @contextmanager
-    def _counted(self, session: Session, operation: str) -> Generator[Done]:
-        """Keep count of a request, and tell the observer when it is over."""
-        task = asyncio.current_task()
-        begin, done = time.monotonic(), Done(operation, session.id)
+    def _asked(self) -> Generator[None]:
+        """Know who asks, so that closing gives them a moment."""
+        task = cast("asyncio.Task[Any]", asyncio.current_task())
+        self._asking.add(task)
         try:
-            if task is not None:
-                self._asking.add(task)
-            yield done
-        except Refusal as refusal:
-            done.why, done.reason = refusal.why, refusal.reason
-            raise
-        except asyncio.CancelledError:
-            done.why, done.reason = Why.CANCELLED, "nobody waits for it any more"
-            raise
+            yield
         finally:
-            self._asking.discard(cast("asyncio.Task[Any]", task))
-            done.seconds = time.monotonic() - begin
-            if self._observer is not None:
-                self._observer(done)
+            self._asking.discard(task)
+
+
+def _written(arguments: Mapping[str, Any]) -> bytes:
+    """Return plain data as JSON.
+
+    Raises:
+        Refusal: If it is something else.
+    """
+    try:
+        return _JSON.encode(arguments)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise Refusal(Why.MALFORMED, f"the arguments are no plain data that JSON holds: {error}") from error

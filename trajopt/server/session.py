@@ -4,6 +4,8 @@ import asyncio
 import re
 import secrets
 import time
+from collections.abc import AsyncGenerator, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 from trajopt.server.job import Job
@@ -31,8 +33,7 @@ class Session:
         revision: How many times the scene was changed.
         kept: Whether it stays although nobody uses it.
         used: When it was last used, on the monotonic clock [s].
-        editing: Held while the scene is changed: one change at a time.
-        editors: How many changes wait for that.
+        editors: How many changes of the scene are under way or wait for their turn.
         run: The request that drives the robot, if one does.
     """
 
@@ -43,21 +44,39 @@ class Session:
     revision: int = 0
     face: str = ""
     used: float = field(default_factory=time.monotonic)
-    editing: asyncio.Lock = field(default_factory=asyncio.Lock)
     editors: int = 0
     run: Job | None = None
+    _editing: asyncio.Lock = field(default_factory=asyncio.Lock)
 
     @property
     def robot(self) -> str:
         """Name by which the server knows the robot."""
         return self.scene.robot
 
+    @asynccontextmanager
+    async def change(self) -> AsyncGenerator[None]:
+        """Wait for the turn to change the scene: one change at a time."""
+        self.editors += 1
+        try:
+            async with self._editing:
+                yield
+        finally:
+            self.editors -= 1
+
+    def stand(self) -> None:
+        """Take note that the robot is driven no more."""
+        self.run = None
+
     def move(self, positions: list[float]) -> None:
         """Take note of where the robot is [rad | m]."""
         self.positions = positions
 
-    def replace(self, scene: PackedScene | None, positions: list[float] | None) -> None:
-        """Take what a worker returned: a new scene, or where the robot is now."""
+    def replace(
+        self, scene: PackedScene | None, positions: list[float] | None, stamps: dict[str, float]
+    ) -> None:
+        """Take what a worker returned: a new scene with its clouds' stamps, or where the robot is now."""
+        if scene is not None:
+            self.stamps = stamps
         if scene is not None and scene.key != self.scene.key:
             self.scene, self.revision = scene, self.revision + 1
             if self.run is not None:
@@ -95,7 +114,14 @@ class Sessions:
         gone, self._gone = self._gone, []
         return gone
 
-    def add(self, scene: PackedScene, positions: list[float], *, face: str = "") -> Session:
+    def add(
+        self,
+        scene: PackedScene,
+        positions: list[float],
+        *,
+        face: str = "",
+        stamps: Mapping[str, float] | None = None,
+    ) -> Session:
         """Add a session; the one that is unused for longest goes where there are too many.
 
         Raises:
@@ -103,7 +129,8 @@ class Sessions:
         """
         if len(self._all) >= self._limits.sessions:
             self._forget_one()
-        session = Session(secrets.token_urlsafe(ID_BYTES), scene, list(positions), face=face)
+        name = secrets.token_urlsafe(ID_BYTES)
+        session = Session(name, scene, list(positions), dict(stamps or {}), face=face)
         self._all[session.id] = session
         return session
 

@@ -89,12 +89,12 @@ class Worker:
 
     def serve(self) -> None:
         """Do requests until the server closes the socket."""
-        limit_memory(self._hello.memory)
         Thread(target=self._listen, name="listen", daemon=True).start()
         self._channel.send(Ready(memory_used()))
         while True:
             request, watch = self._waiting.get()
             begin = time.process_time()
+            limit_memory(self._hello.memory)
             try:
                 said = self._answered(request, watch)
             except Refusal as refusal:

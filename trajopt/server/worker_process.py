@@ -7,7 +7,6 @@ import socket
 import subprocess
 import sys
 
-from trajopt.server.memory import memory_used
 from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, Ready, ToWorker, framed
 from trajopt.server.refusals import Refusal, Why
 
@@ -46,30 +45,29 @@ class WorkerProcess:
         """Start a worker, and wait until it has loaded its robots.
 
         Raises:
-            WorkerLost: If it ends before, or takes too long.
+            WorkerLost: If it cannot be started, ends before, or takes too long.
         """
-        mine, its = socket.socketpair()
-        with its:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "trajopt.server.worker", str(its.fileno())],
-                pass_fds=(its.fileno(),),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                start_new_session=True,  # the terminal's Ctrl-C is for the server, which ends its workers
-                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
-            )
-        worker = WorkerProcess(process, *await asyncio.open_connection(sock=mine, limit=READ_AT_ONCE))
         try:
+            process, mine = _started()
+        except OSError as error:
+            raise WorkerLost(f"it could not be started: {error}") from error
+        worker = None
+        try:
+            worker = WorkerProcess(process, *await asyncio.open_connection(sock=mine, limit=READ_AT_ONCE))
             worker.send(hello)
             ready = await asyncio.wait_for(worker.receive(), START)
-        except TimeoutError as error:
-            raise WorkerLost(f"it was not ready after {START:g} s") from error
-        finally:
-            if not worker.memory:
-                worker.memory = memory_used(worker.pid)
-        if not isinstance(ready, Ready):
-            worker.kill()
-            raise WorkerLost("it did not say that it was ready")
+            if not isinstance(ready, Ready):
+                raise WorkerLost("it did not say that it was ready")
+        except BaseException as error:  # who starts it may be cancelled, and nobody else knows of it yet
+            process.kill()
+            process.wait()
+            if worker is None:
+                mine.close()
+            else:
+                await worker.close()
+            if isinstance(error, TimeoutError):
+                raise WorkerLost(f"it was not ready after {START:g} s") from error
+            raise
         worker.memory = ready.memory
         return worker
 
@@ -106,6 +104,29 @@ class WorkerProcess:
         code = await asyncio.to_thread(self._process.wait)
         self._writer.close()
         return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
+
+
+def _started() -> tuple[subprocess.Popen[bytes], socket.socket]:
+    """Start a process, and return it with this end of the socket to it.
+
+    Raises:
+        OSError: If the system has no room for either.
+    """
+    mine, its = socket.socketpair()
+    try:
+        with its:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "trajopt.server.worker", str(its.fileno())],
+                pass_fds=(its.fileno(),),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,  # the terminal's Ctrl-C is for the server, which ends its workers
+                env={**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
+            )
+    except BaseException:
+        mine.close()
+        raise
+    return process, mine
 
 
 def lost(error: WorkerLost) -> Refusal:

@@ -122,6 +122,21 @@ def test_messages_in_pieces(tmp_path: Path) -> None:
     talk(tmp_path, test)
 
 
+def test_a_message_in_many_pieces_is_told_as_a_whole(tmp_path: Path) -> None:
+    async def test(client: Client) -> None:
+        told = {"data": "x" * 5000}
+        await client.say(op="advertise", topic="/long", type="std_msgs/String")
+        await client.say(op="publish", topic="/long", msg=told, latch=True)
+        await client.say(op="subscribe", topic="/long", fragment_size=10)
+        heard = [await asyncio.wait_for(client.hear(op="fragment"), 10.0)]
+        for _ in range(heard[0]["total"] - 1):
+            heard.append(await asyncio.wait_for(client.hear(op="fragment"), 10.0))
+        assert len(heard) > 500
+        assert json.loads("".join(each["data"] for each in heard))["msg"] == told
+
+    talk(tmp_path, test)
+
+
 def test_what_the_server_tells_of_itself(tmp_path: Path) -> None:
     async def test(client: Client) -> None:
         assert await client.call("/rosapi/get_ros_version") == {"version": 2, "distro": "jazzy"}

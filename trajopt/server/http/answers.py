@@ -143,7 +143,9 @@ async def _events(ask: Asking) -> AsyncGenerator[bytes]:
         try:
             yield event("answer", (await task).body)
         except TrajoptError as error:
-            yield event("refusal", _ENCODER.encode(refusal_of(error).as_dict()))
+            refusal = refusal_of(error)
+            more = {"status": STATUS[refusal.why], "retry_after": refusal.retry_after}
+            yield event("refusal", _ENCODER.encode({**refusal.as_dict(), **more}))
     finally:
         task.cancel()
 

@@ -2,7 +2,7 @@
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
 from contextlib import suppress
 from typing import Protocol
 
@@ -53,7 +53,7 @@ class Connection:
     def __init__(self, bridge: Bridge, socket: Socket) -> None:
         """Take a connected socket."""
         self.bridge, self._socket = bridge, socket
-        self._out: asyncio.Queue[bytes] = asyncio.Queue(WAITING)
+        self._out: asyncio.Queue[Iterable[bytes]] = asyncio.Queue(WAITING)
         self._fragments = Fragments(bridge.largest)
         self._tasks: set[asyncio.Task[None]] = set()
         self._goals: dict[str, Goal] = {}
@@ -79,14 +79,13 @@ class Connection:
     async def write(self) -> None:
         """Send what is to be sent, one message after the other, until that fails."""
         while True:
-            message = await self._out.get()
-            await self._socket.send(message.decode())
+            for piece in await self._out.get():
+                await self._socket.send(piece.decode())
 
     def offer(self, message: bytes, fragment_size: int | None = None) -> None:
         """Send a message soon, or leave it out where the client is too slow."""
-        for piece in pieces(message, fragment_size, "publish"):
-            with suppress(asyncio.QueueFull):
-                self._out.put_nowait(piece)
+        with suppress(asyncio.QueueFull):
+            self._out.put_nowait(pieces(message, fragment_size, "publish"))  # all of them, or none
 
     async def take(self, text: str | bytes) -> None:
         """Do what a message of the client says; it is told if that cannot be done."""
@@ -109,7 +108,7 @@ class Connection:
 
     async def call(self, message: bytes) -> None:
         """Send a message that must arrive."""
-        await self._out.put(message)
+        await self._out.put((message,))
 
     async def _do(self, incoming: Incoming) -> None:
         if incoming.op in NOT_HERE:
@@ -156,8 +155,7 @@ class Connection:
     async def _respond(self, incoming: Incoming, service: str, values: object, *, ok: bool) -> None:
         response = {"op": "service_response", "service": service, "values": values, "result": ok}
         whole = written(response if incoming.id is None else {**response, "id": incoming.id})
-        for piece in pieces(whole, incoming.fragment_size, str(incoming.id)):
-            await self.call(piece)
+        await self._out.put(pieces(whole, incoming.fragment_size, str(incoming.id)))
 
     async def _service_response(self, incoming: Incoming) -> None:
         self.bridge.offered.answered(self, incoming)
