@@ -8,6 +8,10 @@ its default QP solver. It knows no limits of acceleration and jerk. Joints that 
 of the servo, the whole acceleration in 0.1 s. Both drive an ideal robot. What comes of it is measured in the
 same way, from positions and velocities at the ticks: accelerations and jerks are differences, contacts are
 MuJoCo's, and distances Coal's. Times are CPU time of a tick.
+
+What the limits alone cost is measured as well: a robot with nothing around it and without any delay, each of
+whose joints has the velocity that the twist asks of it as soon as its own limits allow. It is no bound, for
+joints that wait for each other can follow a little more.
 """
 
 import argparse
@@ -25,6 +29,7 @@ from benchmarks.page import table, write_section
 from trajopt.arrays import Floats
 from trajopt.execution import IdealExecutor, Played, Said, Servo, ServoOptions, Stream, Twist, guide
 from trajopt.execution.servo_order import Order
+from trajopt.execution.servo_task import Tool
 from trajopt.methods.stopping import with_jerk
 from trajopt.model.reduced import tool_frame
 from trajopt.model.requirements.singularity_distance import LENGTH
@@ -40,10 +45,6 @@ ROBOTS = {
 PERIOD = 0.01
 BOXES, EDGE, ROOM = 20, 0.1, 0.05
 """Boxes around the arm, their edges, and how far from the arm as it begins they are at least [m]."""
-FASTEST, TURNING = 0.3, 1.0
-"""Largest twist, along and about each axis [m/s], [rad/s]."""
-LASTS = (0.2, 0.8)
-"""Least and most time for which a twist is said [s]."""
 SILENT = 0.1
 """Share of twists in whose place nothing is said."""
 DETECTED = 0.05
@@ -53,8 +54,30 @@ KEPT = 0.8
 Panda, 40 of 313 of a UR5. Were there fewer, it would not be told right what to keep apart."""
 ROUNDING = 1e-3
 """Limits are broken by more than this share of themselves; positions by as many radians or metres."""
+FINE = 10
+"""Steps of a tick in which joints follow within their limits."""
+DAMPED = 1e-3
+"""Of the pseudo-inverse by which a twist asks joints for velocities, beside singular values [m]."""
 KINDS = ("position", "velocity", "acceleration", "jerk")
-WAYS = ("trajopt", "mink")
+WAYS = ("trajopt", "mink", "limits alone")
+
+
+@dataclass(frozen=True)
+class Hand:
+    """How somebody leads a robot.
+
+    Attributes:
+        fastest: Largest twist along each axis [m/s].
+        turning: Largest about each [rad/s].
+        lasts: Least and most time for which a twist is said [s].
+    """
+
+    fastest: float
+    turning: float
+    lasts: tuple[float, float]
+
+
+HANDS = {"brisk": Hand(0.3, 1.0, (0.2, 0.8)), "calm": Hand(0.1, 0.3, (1.0, 3.0))}
 
 
 @dataclass
@@ -107,14 +130,17 @@ def crowded(name: str, rng: np.random.Generator) -> Problem:
     return problem
 
 
-def spoken(rng: np.random.Generator, seconds: float) -> Stream:
+def spoken(rng: np.random.Generator, seconds: float, hand: Hand) -> Stream:
     """Draw a stream of twists."""
     said, at = list[Said](), 0.0
     while at < seconds:
-        lasts = float(rng.uniform(*LASTS))
-        twist = Twist(rng.uniform(-FASTEST, FASTEST, 3), rng.uniform(-TURNING, TURNING, 3))
+        lasts = float(rng.uniform(*hand.lasts))
+        along, about = (
+            rng.uniform(-hand.fastest, hand.fastest, 3),
+            rng.uniform(-hand.turning, hand.turning, 3),
+        )
         if rng.uniform() > SILENT:
-            said.append(Said(Order(command=twist), at, min(at + lasts - PERIOD, seconds)))
+            said.append(Said(Order(command=Twist(along, about)), at, min(at + lasts - PERIOD, seconds)))
         at += lasts
     return Stream(said)
 
@@ -186,6 +212,29 @@ def by_mink(problem: Problem, stream: Stream, ticks: int) -> Iterator[tuple[Floa
         yield positions, velocity, time.process_time() - begun
 
 
+def by_limits(problem: Problem, stream: Stream, ticks: int) -> Iterator[tuple[Floats, Floats, float]]:
+    """Yield positions and velocities at each tick, and no time."""
+    reduced, limits, played = problem.reduced, with_jerk(problem.limits), Played(stream)
+    query, frame, step = Query(reduced), tool_frame(reduced), PERIOD / FINE
+    q = reduced.start_positions.copy()
+    v, a = np.zeros_like(q), np.zeros_like(q)
+    for tick in range(ticks):
+        yield q.copy(), v.copy(), 0.0
+        order, asked = played.read(tick * PERIOD), np.zeros(6)
+        if order is not None and isinstance(order.command, Twist):
+            asked = np.concatenate((order.command.linear, LENGTH * order.command.angular))
+        jacobian = Tool.at(query, q, frame, len(q)).jacobian
+        wanted = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + DAMPED**2 * np.eye(6), asked)
+        wanted /= max(1.0, float((np.abs(wanted) / limits.velocity).max()))
+        for _ in range(FINE):
+            # The velocity that is left to gain where the acceleration is let go of says which way to jerk.
+            left = wanted - v - a * np.abs(a) / (2.0 * limits.jerk)
+            jerk = np.clip((left / step - a) / step, -limits.jerk, limits.jerk)
+            jerk = np.clip(jerk, (-limits.acceleration - a) / step, (limits.acceleration - a) / step)
+            q = q + step * (v + step * (a / 2.0 + step * jerk / 6.0))
+            v, a = v + step * (a + step * jerk / 2.0), a + step * jerk
+
+
 def count(
     tally: Tally, problem: Problem, stream: Stream, rows: Sequence[tuple[Floats, Floats, float]]
 ) -> None:
@@ -225,14 +274,24 @@ def count(
     tally.seconds += [row[2] for row in rows]
 
 
-def page(tallies: dict[str, dict[str, Tally]]) -> str:
+def page(tallies: dict[tuple[str, str], dict[str, Tally]]) -> str:
     """Return the section of the page."""
     heads = [
         "", "ticks", "median [ms]", "p99", "p99.9", *(f"ticks beyond {kind}" for kind in KINDS),
         "in contact (MuJoCo)", "below 0 (Coal)", "nearest [mm]", "followed",
     ]  # fmt: skip
-    rows = [[f"{way}, {name}", *tally.row()] for name, ways in tallies.items() for way, tally in ways.items()]
-    return table(heads, rows)
+    rows = [
+        [f"{way}, {', '.join(names)}", *tally.row()]
+        for names, ways in tallies.items()
+        for way, tally in ways.items()
+        if way != "limits alone"
+    ]
+    alone = [
+        [f"{', '.join(names)}", *(f"{ways[way].gone / ways[way].asked:.0%}" for way in (WAYS[2], WAYS[0]))]
+        for names, ways in tallies.items()
+    ]
+    followed = table(["followed", "joints within limits, nothing around", "trajopt, among boxes"], alone)
+    return "\n".join((table(heads, rows), "", followed))
 
 
 def main(words: Sequence[str] | None = None) -> None:
@@ -242,15 +301,18 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--seconds", type=float, default=6.0, help="of each stream")
     parser.add_argument("--page", type=Path)
     asked = parser.parse_args(words)
-    tallies = {name: {way: Tally() for way in WAYS} for name in ROBOTS}
+    tallies = {(name, hand): {way: Tally() for way in WAYS} for name in ROBOTS for hand in HANDS}
     ticks = round(asked.seconds / PERIOD)
-    for name, ways in tallies.items():
+    for (name, hand), ways in tallies.items():
         for seed in range(asked.seeds):
             rng = np.random.default_rng(seed)
             problem = crowded(name, rng)
-            stream = spoken(rng, asked.seconds)
-            for way, drive in (("trajopt", by_servo), ("mink", by_mink)):
-                count(ways[way], problem, stream, list(drive(problem, stream, ticks)))
+            stream = spoken(rng, asked.seconds, HANDS[hand])
+            free = replace(problem, scene=to.Scene(problem.scene.robot))
+            for way, drive, led in zip(
+                WAYS, (by_servo, by_mink, by_limits), (problem, problem, free), strict=True
+            ):
+                count(ways[way], led, stream, list(drive(led, stream, ticks)))
     text = page(tallies)
     print(text)
     if asked.page is not None:

@@ -9,6 +9,8 @@ python -m benchmarks.driving [--runs 10000] [--beside 500] [--beyond 500] [--pag
 
 The runs go around the problems, one seed after the other. Rows are kept in --out; what has one is not driven
 again, unless it is named in --anew, as failures are that were mended: "cup_past_pillar 17 late supervisor".
+Several processes share the seeds, each with its own --out: --share 1/2 and --share 2/2. The table of all is
+written with the folders of the others in --also.
 """
 
 import argparse
@@ -17,6 +19,7 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from math import inf
 from pathlib import Path
 
 import trajopt as to
@@ -71,10 +74,22 @@ def motion_of(name: str, tolerance: float) -> to.Trajectory:
     return undisturbed(problem_of(name), tolerance=tolerance)
 
 
-def keys(names: Sequence[str], runs: int, beside: int, beyond: int) -> Iterator[tuple[str, int, Part, str]]:
-    """Yield what is to be driven: problem, seed, part and way; the comparisons spread among the runs."""
+def keys(
+    names: Sequence[str], runs: int, beside: int, beyond: int, *, share: tuple[int, int] = (1, 1)
+) -> Iterator[tuple[str, int, Part, str]]:
+    """Yield what is to be driven: problem, seed, part and way; the comparisons spread among the runs.
+
+    Args:
+        names: Of the problems.
+        runs: How many of the supervisor, within the errors that were stated.
+        beside: Of these, so many by other rules too.
+        beyond: How many beyond the errors.
+        share: Only the seeds of one share of so many.
+    """
     for number in range(max(runs, beside, beyond)):
         name, seed = names[number % len(names)], number // len(names)
+        if seed % share[1] != share[0] - 1:
+            continue
         if number < runs:
             yield name, seed, part_of(seed), SUPERVISOR
         if number < beyond:
@@ -85,7 +100,12 @@ def keys(names: Sequence[str], runs: int, beside: int, beyond: int) -> Iterator[
 
 
 def row_of(key: str, part: Part, done: Run, seconds: float) -> dict[str, object]:
-    """Return what is kept of a run: its events, where it failed."""
+    """Return what is kept of a run: its events, where it failed.
+
+    A robot at rest that is run into is pushed off where it has to be: that it says so then is no failure.
+    """
+    touched = min((contact.start for contact in done.contacts), default=inf)
+    lost = [each for each in done.events if each.kind in (Kind.OFF_TRACK, Kind.FAULT) and each.time < touched]
     row: dict[str, object] = {
         "key": key,
         "part": part.value,
@@ -99,7 +119,7 @@ def row_of(key: str, part: Part, done: Run, seconds: float) -> dict[str, object]
         "stops": done.count(Kind.STOPPING),
         "replans": done.count(Kind.REPLANNED),
         "plans": done.count(Kind.REPLANNED, Kind.STARTED),
-        "off_track": done.count(Kind.OFF_TRACK, Kind.FAULT),
+        "off_track": len(lost),
         "cpu": seconds,
     }
     if failed(row) or not done.reached:
@@ -123,6 +143,18 @@ def driven(name: str, seed: int, part: Part, way: Way, key: str) -> dict[str, ob
     return row_of(key, part, done, time.process_time() - begun)
 
 
+def share_of(words: str) -> tuple[int, int]:
+    """Read which share of how many is meant: 1/2.
+
+    Raises:
+        ValueError: If there is no such share.
+    """
+    own, count = map(int, words.split("/"))
+    if not 1 <= own <= count:
+        raise ValueError(words)
+    return own, count
+
+
 def main(words: Sequence[str] | None = None) -> None:
     """Drive what has no row yet, and write the table of all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -132,23 +164,31 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--problems", default=",".join(PROBLEMS), help="names, separated by commas")
     parser.add_argument("--out", type=Path, default=Path("out/driving"), help="folder of the rows")
     parser.add_argument("--anew", default="", help="keys whose rows are dropped first, separated by commas")
+    parser.add_argument("--share", type=share_of, default=(1, 1), help="of the seeds: 1/2 is the first half")
+    parser.add_argument("--also", default="", help="other folders of rows for the table, separated by commas")
     parser.add_argument("--json", type=Path, help="file for the numbers")
     parser.add_argument("--page", type=Path, help="Markdown file with the section's markers")
     asked = parser.parse_args(words)
     rows = Rows(asked.out / "rows.jsonl")
-    dropped = {key.strip() for key in asked.anew.split(",")}
-    for name, seed, part, way in keys(asked.problems.split(","), asked.runs, asked.beside, asked.beyond):
+    others = {
+        key: row
+        for folder in filter(None, asked.also.split(","))
+        for key, row in Rows(Path(folder) / "rows.jsonl").done.items()
+    }
+    names, dropped = asked.problems.split(","), {key.strip() for key in asked.anew.split(",")}
+    for name, seed, part, way in keys(names, asked.runs, asked.beside, asked.beyond, share=asked.share):
         key = f"{name} {seed} {part.value} {way}"
-        if key in rows.done and key not in dropped:
+        if key not in dropped and (key in rows.done or key in others):
             continue
         row = driven(name, seed, part, WAYS[way], key)
         rows.append(row)
         if failed(row):
             print(json.dumps(row), flush=True)
-    text = page(rows.done.values(), asked.problems.split(","))
+    driven_all = [*(others | rows.done).values()]
+    text = page(driven_all, names)
     print(text)
     if asked.json is not None:
-        asked.json.write_text(json.dumps(list(rows.done.values()), indent=1))
+        asked.json.write_text(json.dumps(driven_all, indent=1))
     if asked.page is not None:
         write_section(asked.page, "driving", text)
 

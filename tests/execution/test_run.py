@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import trajopt as to
+from benchmarks.driving.__main__ import keys
 from benchmarks.driving.drawing import TOLERANCE, Part, drawn
 from trajopt.errors import FileFormatError, ObjectNotFound
 from trajopt.execution import (
@@ -159,6 +160,34 @@ def test_every_part_of_the_driving_benchmark_is_drawn(part: Part) -> None:
         assert run.part is part
         # What is driven keeps farther away where less is known of where the robot is.
         assert asked.pop() == pytest.approx(TOLERANCE + run.surprises.sensors.error, abs=1e-12)
+
+
+def test_a_try_from_a_motion_that_is_blocked_is_bent_around_as_others_are() -> None:
+    """What the try decided on is the duration too, which is no joint."""
+    problem = named("level_tray_ur5")
+    late = drawn(problem, lambda tolerance: undisturbed(problem, tolerance=tolerance), Part.LATE, 186)
+    done = run(problem, surprises=late.surprises)
+    assert done.reached and not done.contacts
+
+
+def test_a_random_box_does_not_appear_in_a_robot_that_began_to_move_a_little_later() -> None:
+    """A supervisor plans a tenth of a second ahead: so far behind the motion's clock the robot is."""
+    problem = named("cage_ur5")
+    motion = undisturbed(problem)
+    (box,) = random_surprise(problem, motion, 222).objects
+    seen = Surprises(objects=(box,)).seen(problem.scene, box.at)
+    reduced = to.Problem(**{**fields(problem), "scene": seen}).reduced
+    for behind in np.arange(0.0, 0.1, 0.01):
+        near = to.examine(reduced, motion(max(box.at - behind, 0.0))).collisions
+        assert not any("surprise" in (pair.first, pair.second) for pair in near), f"{behind:.2f} s behind"
+
+
+def test_shares_of_the_driving_benchmark_are_all_of_it_once() -> None:
+    whole = list(keys(("one", "two"), 90, 30, 20))
+    shares = [list(keys(("one", "two"), 90, 30, 20, share=(own, 3))) for own in (1, 2, 3)]
+    assert sorted(map(str, whole)) == sorted(str(key) for share in shares for key in share)
+    assert {part for share in shares for _, _, part, _ in share} == set(Part)
+    assert min(map(len, shares)) > 0
 
 
 def test_a_random_box_leaves_the_robot_room_until_it_could_have_come_to_rest() -> None:

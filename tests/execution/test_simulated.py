@@ -1,5 +1,8 @@
 """A supervised robot under physics: faults on request, and a world that is not as the planner was told."""
 
+import gc
+from weakref import ref
+
 import numpy as np
 import pytest
 
@@ -87,6 +90,64 @@ def test_a_world_that_moves_is_passed(problem: to.Problem) -> None:
     run(arm, supervisor, 8.0)
     assert kinds(supervisor)[-1] is Kind.REACHED
     assert arm.contacts_at_fault == ()
+
+
+def test_worlds_that_were_seen_and_left_behind_are_let_go(problem: to.Problem) -> None:
+    """Else hours among things that move would take more and more memory."""
+    track = to.Track.constant_velocity(to.placement((0.44, 1.5, 0.25)), (0.0, -0.1, 0.0))
+    world = problem.scene.add("ball", to.Sphere(0.06), motion=track)
+    arm, supervisor = driven(problem, world=world)
+    seen = list[ref[to.Scene]]()
+    for _ in range(5):
+        scene = world.at(arm.now())
+        seen.append(ref(scene))
+        supervisor.see(scene)
+        run(arm, supervisor, arm.now() + 2.0 * CYCLE)
+    supervisor.see(problem.scene)
+    run(arm, supervisor, arm.now() + 4.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED
+    gc.collect()
+    assert [each() for each in seen[:3]] == [None] * 3  # judges of the last two worlds are kept
+
+
+def run_into(problem: to.Problem) -> SimulatedExecutor:
+    """A robot that stands, and a ball that comes to its hand at 0.2 m/s."""
+    hand = problem.scene.placement_of("panda_hand", problem.start_positions).translation
+    track = to.Track.constant_velocity(to.placement(hand - (0.0, 0.2, 0.0)), (0.0, 0.2, 0.0), end=5.0)
+    world = problem.scene.add("ball", to.Sphere(0.05), motion=track)
+    return SimulatedExecutor(world, problem.start_positions)
+
+
+def test_a_robot_at_rest_that_is_run_into_is_not_at_fault_while_it_is_pushed(problem: to.Problem) -> None:
+    arm = run_into(problem)
+    rested = arm.truth().positions
+    arm.advance(1.0)
+    assert any("ball" in contact.pair for contact in arm.contacts)
+    assert np.abs(arm.truth().positions - rested).max() > 1e-3
+    assert arm.contacts_at_fault == ()
+
+
+def test_a_robot_that_is_run_into_is_at_fault_once_it_moves_of_its_own(problem: to.Problem) -> None:
+    arm = run_into(problem)
+    while not arm.contacts:
+        arm.advance(0.01)
+    begun = arm.now() + 0.02
+    assert arm.splice(to.plan(problem).require().trajectory, begun) == ""
+    arm.advance(0.3)
+    assert [contact.start >= begun for contact in arm.contacts_at_fault][:1] == [True]
+
+
+def test_a_robot_that_is_driven_into_something_is_at_fault_from_the_first_touch(problem: to.Problem) -> None:
+    motion = to.plan(problem).require().trajectory
+    there = problem.scene.placement_of(
+        "panda_hand", problem.reduced.all_positions(motion(0.5 * motion.duration))
+    ).translation
+    world = problem.scene.add("box", to.Box(0.05, 0.05, 0.05), to.placement(there))
+    arm = SimulatedExecutor(world, problem.start_positions)
+    assert arm.splice(motion, arm.latency) == ""
+    arm.advance(motion.duration)
+    (met, *_), (at_fault, *_) = arm.contacts, arm.contacts_at_fault
+    assert met.pair == at_fault.pair and met.start == at_fault.start
 
 
 def test_a_fault_names_its_joint(problem: to.Problem) -> None:

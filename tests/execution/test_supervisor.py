@@ -7,6 +7,8 @@ import pytest
 
 import trajopt as to
 from trajopt.execution import IdealExecutor, Kind, Supervisor
+from trajopt.execution.guard import Seen, guard_of
+from trajopt.methods.stopping import stopping_motion
 from trajopt.planning import on_the_way
 from trajopt.verify import examine
 
@@ -258,3 +260,55 @@ def named(name: str) -> to.Problem:
         return to.named_problem(name)
     except to.MissingExtra as error:
         pytest.skip(str(error))
+
+
+def cup_at(problem: to.Problem, configuration: np.ndarray) -> np.ndarray:
+    return problem.scene.placement_of("cup", problem.reduced.all_positions(configuration)).translation
+
+
+def walled(problem: to.Problem, arm: IdealExecutor, supervisor: Supervisor) -> to.Scene | None:
+    """A wall that only a stop off the path is clear of, in which the cup tilts too much; or None."""
+    begin, names, plan = arm.now() + arm.latency, problem.reduced.joint_names, supervisor.intended
+    ahead = supervisor.committed.ahead(begin, names)
+    assert ahead is not None and plan is not None
+    off = stopping_motion(on_the_way(problem, ahead, 0.0))
+    guard, seen = guard_of(problem, arm), Seen(problem.scene, 0.0)
+    if guard.proven(off, seen, begin):
+        return None
+    on_path = [ahead, plan.stops.earliest(begin - plan.begin).trajectory]
+
+    def clear(stop: to.Trajectory, scene: to.Scene) -> bool:
+        return guard.proven(stop, Seen(scene, 0.0), begin, requirements=False)
+
+    begins, ends = cup_at(problem, off(0.0)), cup_at(problem, off(off.duration))
+    towards = np.append((ends - begins)[:2], 0.0)
+    towards /= np.linalg.norm(towards)
+    turn = float(np.arctan2(towards[1], towards[0]))
+    for away in np.arange(0.06, 0.3, 0.002):
+        where = to.placement(ends + away * towards + (0.0, 0.0, 0.1), rpy=(0.0, 0.0, turn))
+        scene = problem.scene.add("wall", to.Box(0.01, 0.3, 0.3), where)
+        if clear(off, scene):
+            return None if any(clear(stop, scene) for stop in on_path) else scene
+    return None
+
+
+def test_from_a_stop_off_the_path_the_robot_comes_back_to_where_all_holds_and_goes_on(
+    problem: to.Problem,
+) -> None:
+    """The cup tilts too much in the only stop that is clear: no motion that keeps it upright begins there."""
+    arm, supervisor = supervised(problem)
+    scene = None
+    while scene is None and supervisor.busy:
+        run(arm, supervisor, arm.now() + CYCLE)
+        scene = walled(problem, arm, supervisor) if supervisor.moving else None
+    assert scene is not None
+    for _ in range(4):  # seen again and again it is no other stop
+        supervisor.see(scene)
+        run(arm, supervisor, arm.now() + CYCLE)
+    assert kinds(supervisor).count(Kind.STOPPING) == 1
+    run(arm, supervisor, arm.now() + 0.4)
+    supervisor.see(problem.scene)
+    run(arm, supervisor, arm.now() + 5.0)
+    assert kinds(supervisor)[-1] is Kind.REACHED and Kind.UNPROVEN_STOP not in kinds(supervisor)
+    back = kinds(supervisor).index(Kind.RECOVERING)
+    assert Kind.STARTED in kinds(supervisor)[back:] and "cup" in supervisor.events[back].words

@@ -1,5 +1,7 @@
 """Planning again on the way: near to what is left of the motion where that will do, anew where not."""
 
+import subprocess
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +14,16 @@ from trajopt.methods.space_time import SpaceTimeProgram
 from trajopt.planning import Budget, Status, Stop, Stopped, on_the_way, replan
 from trajopt.planning.seeds import SeedKind
 
+ON_THE_WAY = """
+import sys
+import trajopt as to
+from trajopt.planning import replan
+problem = to.named_problem("past_pillar_ur5")
+running = to.plan(problem).require().trajectory
+before = set(sys.modules)
+assert replan(problem, running, 0.3 * running.duration).verified
+print(*sorted({name.split(".")[0] for name in set(sys.modules) - before} - {"numpy"}))
+"""
 NAMES = ("past_pillar_ur5", "past_pillar_xarm7", "bookshelf_panda")
 
 
@@ -53,6 +65,11 @@ def test_where_nothing_is_new_what_is_left_is_the_answer(
     assert left - 1e-9 <= result.require().trajectory.duration <= 1.05 * left
     anew = to.plan(on_the_way(problem, running, time))
     assert result.counts["forward_kinematics"] < 0.5 * anew.counts["forward_kinematics"]
+
+
+def test_no_library_is_imported_while_a_robot_drives() -> None:
+    done = subprocess.run([sys.executable, "-c", ON_THE_WAY], capture_output=True, text=True, check=True)
+    assert not done.stdout.split()
 
 
 def test_what_is_left_gives_way_to_a_box(under_way: tuple[to.Problem, to.Trajectory, float]) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from trajopt.transcription.basis import SplineBasis, fitted
+from trajopt.transcription.basis import SplineBasis, even_basis, fitted
 
 BREAKS = np.array((0.0, 0.1, 0.15, 0.4, 0.7, 0.75, 1.0))
 
@@ -37,6 +37,15 @@ def test_derivatives_lie_between_their_control_points(basis: SplineBasis) -> Non
         assert (dense.min(axis=0) >= points.min(axis=0) - 1e-9).all()
 
 
+def test_weights_are_those_of_unit_splines_to_the_last_bit(basis: SplineBasis) -> None:
+    at = np.sort(np.concatenate((BREAKS, np.random.default_rng(4).uniform(size=60))))
+    unit = BSpline(basis.knots, np.eye(basis.count), basis.degree)
+    for order in range(basis.degree + 1):
+        found = basis.derivative_at(at, order)
+        expected = np.take_along_axis(np.asarray(unit(at, order)), found.support, axis=1)
+        assert np.array_equal(found.weight, expected)
+
+
 def test_parameters_are_breaks_and_even_ones_between(basis: SplineBasis) -> None:
     found = basis.parameters(np.array((2, 1, 5, 1, 1, 2)))
     assert np.isin(BREAKS, found).all() and len(found) == 13
@@ -50,3 +59,15 @@ def test_a_spline_is_found_again_by_fitting() -> None:
     control[:3], control[-3:] = control[0], control[-1]
     at = np.linspace(0.0, 1.0, 60)
     assert fitted(basis, at, basis.at(at)(control), resting=3) == pytest.approx(control, abs=1e-4)
+
+
+def test_samples_that_are_kept_are_those_made_anew() -> None:
+    basis = even_basis(3, 12)
+    assert even_basis(3, 12) is basis
+    for exact in (np.zeros(0), np.array((0.31, 0.5))):
+        for sampling in (np.full(12, 2), np.full(12, 3), np.arange(1, 13), np.full(12, 2)):
+            parameters, stencils = basis.sampled(sampling, exact)
+            asked = np.union1d(basis.parameters(sampling), exact)
+            assert np.array_equal(parameters, asked)
+            assert np.array_equal(stencils.support, basis.at(asked).support)
+            assert np.array_equal(stencils.weight, basis.at(asked).weight)

@@ -1,6 +1,7 @@
 """The program in space and time: its derivatives, its limits, and what it keeps clear of when."""
 
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from trajopt.errors import ProblemError
 from trajopt.methods.space_time import SpaceTime
 from trajopt.nlp import Linearisation, Rows
 from trajopt.planning.seeds import straight_line
+from trajopt.query import Counts
 from trajopt.solvers import Sqp
 from trajopt.solvers.descent import Limits
 from trajopt.solvers.native_descent import native_descent
@@ -23,6 +25,7 @@ from trajopt.transcription.bspline import BsplineNlp
 from trajopt.transcription.clearance_in_time import ClearanceInTime
 from trajopt.transcription.knots import SWEEP
 from trajopt.transcription.space_time import SpaceTimeNlp
+from trajopt.transcription.world import World
 
 SMALL = 1e-6
 
@@ -143,6 +146,26 @@ def test_what_is_not_there_yet_or_no_longer_has_no_rows(tmp_path: Path) -> None:
     assert len(within.times) < len(motion.times)
     places = block.rows.place[np.isin(block.rows.component, list(flashes))]
     assert within.place.min() - 1e-9 <= places.min() <= places.max() <= within.place.max() + 1e-9
+
+
+def test_it_is_found_when_there_is_time_to_stay(tmp_path: Path) -> None:
+    asked = crossed(tmp_path)
+    scene = asked.scene.remove("block").remove("flash")
+    hand = scene.robot.links[-1]
+    place = scene.placement_of(hand, scene.robot.positions(GOAL)).translation
+    for name, appears, expires in (("first", 0.0, 0.6), ("second", 0.9, 1.5)):
+        scene = scene.add(name, to.Sphere(0.05), to.placement(place), appears=appears, expires=expires)
+    world = World.of(replace(asked, scene=scene), Counts())
+    assert world is not None
+    goal = np.array([GOAL[name] for name in asked.reduced.joint_names])
+
+    def first(begin: float, until: float, dwell: float) -> float:
+        return world.first_clear(goal, begin, until, dwell)
+
+    assert first(0.1, inf, 0.0) == pytest.approx(0.61, abs=0.02)
+    assert first(0.7, inf, 0.0) == 0.7
+    assert first(0.1, inf, 0.5) == pytest.approx(1.51, abs=0.02), "between the two there is no time"
+    assert first(0.1, 0.5, 0.0) == inf
 
 
 def test_samples_are_dense_where_what_changes_comes_near(tmp_path: Path) -> None:

@@ -15,8 +15,11 @@ from trajopt.execution.replanned import replanned
 from trajopt.execution.retimed import retimed
 from trajopt.execution.running import Pause, Progress, Running
 from trajopt.execution.uncertain import too_uncertain
+from trajopt.execution.way_back import way_back
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.moving.waiting import JOLT
+from trajopt.planning.result import Result
+from trajopt.planning.status import Status
 
 SOONER = 0.95
 """A new motion is taken in place of one that waits only if it is over in less than this part of its time."""
@@ -150,11 +153,26 @@ class Agenda(Printed):
         with commitment.journal.stage("plan"):
             result = replanned(running, goal, at, hurry=self._hurry)
         late = commitment.soonest > at
+        if not late and not in_motion and self._goes_back(goal, at, result):
+            return
         if late or not result.verified:
             kind = Kind.MISSED_DEADLINE if late else Kind.NO_PLAN
             self._not_planned(kind, "" if late else result.reason, same=not late and not in_motion)
             return
         self._planned(goal, result.require().trajectory, at)
+
+    def _goes_back(self, goal: Goal, at: float, result: Result) -> bool:
+        """Bring the robot back to where a stop led it off its path, if nothing may begin where it stands."""
+        commitment = self.commitment
+        if result.status is not Status.START_BREAKS_CONSTRAINT:
+            return False
+        with commitment.journal.stage("plan"):
+            motion = way_back(commitment, goal.problem, at, self.options.budget)
+        if motion is None or not commitment.splice(motion, at):
+            return False
+        commitment.held = False
+        commitment.journal.note(Kind.RECOVERING, f"back to where it left its path to stop: {result.reason}")
+        return True
 
     def _planned(self, goal: Goal, trajectory: Trajectory, at: float) -> None:
         """Take a motion that was planned, unless the one at hand is as good."""

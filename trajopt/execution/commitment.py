@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from trajopt.arrays import Printed
+from trajopt.arrays import Floats, Printed
 from trajopt.execution.committed_motion import CommittedMotion
 from trajopt.execution.events import Kind
 from trajopt.execution.executor import Executor
@@ -26,6 +26,10 @@ class Commitment(Printed):
         guard: Proves motions to the goal that the robot is on its way to.
         world: As it was last told.
         motion: What the executor has to drive.
+        held: Whether it holds what the goal's problem requires on the way, besides limits and clearances: a
+            stop may be clear that does not, as may the way back from there.
+        left: Where the driven joints were when a stop led off a path on which all held, shape (n,)
+            [rad | m]; None once a motion on which all holds is driven again.
     """
 
     executor: Executor
@@ -33,6 +37,8 @@ class Commitment(Printed):
     guard: Guard
     world: Seen
     motion: CommittedMotion
+    held: bool = True
+    left: Floats | None = None
 
     @property
     def soonest(self) -> float:
@@ -47,10 +53,11 @@ class Commitment(Printed):
     def stand(self) -> None:
         """Be committed to standing where the robot has to be now."""
         self.motion = CommittedMotion(self.executor.joint_names, self.executor.state().commanded)
+        self.held, self.left = True, None
 
     def proven(self, motion: Trajectory, begin: float) -> bool:
-        """Say whether a motion that begins at a time [s] is proven; what is not known any more is noted."""
-        return not self.stale(begin) and self.guard.proven(motion, self.world, begin)
+        """Say whether what is committed is proven from a time on [s]; what is not known any more is noted."""
+        return not self.stale(begin) and self.guard.proven(motion, self.world, begin, requirements=self.held)
 
     def stale(self, time: float) -> bool:
         """Whether nothing is known any more at a time of something that moves; it is noted when it begins."""
@@ -66,6 +73,10 @@ class Commitment(Printed):
             return False
         self.motion.splice(motion, at, now=self.executor.now())
         return True
+
+    def holds(self, guard: Guard) -> None:
+        """Be committed to a motion on which all holds that a guard has proven."""
+        self.guard, self.held, self.left = guard, True, None
 
     def around(self, at: float, world: Seen) -> Scene:
         """Return what will be around the robot at a time [s], for a plan from there.
@@ -108,6 +119,9 @@ class Commitment(Printed):
         motion, taken = soonest_stop(self.guard, self.world, begin, here, ahead, along)
         if motion is not ahead and not self.splice(motion, begin):
             return None
+        if not taken.along and self.left is None:
+            self.left = self.motion(begin)[0]
+        self.held = taken.held or not taken.proven
         self.journal.note(Kind.STOPPING, f"{why}; at rest in {1e3 * taken.duration:.0f} ms")
         if not taken.proven:
             self.journal.note(Kind.UNPROVEN_STOP, self.guard.why_not(motion, self.world, begin))

@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from trajopt.arrays import Floats, floats
+from trajopt.arrays import Floats, floats, number
 from trajopt.errors import JointNotFound
 from trajopt.errors.arguments import checked
 from trajopt.model.trajectory import MEETING, Trajectory
@@ -87,6 +87,7 @@ class CommittedMotion:
         self.joint_names = joint_names
         self._standing = floats("positions", positions, (len(joint_names),))
         self._pieces: tuple[_Piece, ...] = ()
+        self._asked: tuple[tuple[_Piece, ...], float, Floats] | None = None
 
     @property
     def kept(self) -> int:
@@ -109,13 +110,22 @@ class CommittedMotion:
 
         Returns:
             Positions, velocities and accelerations, shape (3, n).
+
+        Raises:
+            ShapeError: If the time is no number.
         """
-        pieces = self._pieces
+        number("time", time, infinite=True)
+        pieces, asked = self._pieces, self._asked
+        if asked is not None and asked[0] is pieces and asked[1] == time:
+            return asked[2].copy()  # where a motion begins is asked before it is spliced in, and then
         now = next((piece for piece in reversed(pieces) if piece.begin <= time), None)
         if now is None:
             first = self._standing if not pieces else pieces[0].state(pieces[0].begin)[0]
-            return np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
-        return now.state(time)
+            rows = np.stack((first, np.zeros(len(first)), np.zeros(len(first))))
+        else:
+            rows = now.state(time)
+        self._asked = pieces, time, rows
+        return rows.copy()
 
     @checked
     def refusal(self, trajectory: Trajectory, at: float, *, earliest: float) -> str:
@@ -180,8 +190,8 @@ class CommittedMotion:
                 raise JointNotFound("joint that is driven", name, self.joint_names)
         rest: Trajectory | None = None
         pieces = self._pieces
-        for number, piece in enumerate(pieces):
-            next_begin = pieces[number + 1].begin if number + 1 < len(pieces) else piece.end
+        for place, piece in enumerate(pieces):
+            next_begin = pieces[place + 1].begin if place + 1 < len(pieces) else piece.end
             begin, end = max(piece.begin, time), min(piece.end, next_begin)
             if end - begin <= INSTANT:
                 continue

@@ -197,6 +197,9 @@ def start_at(problem: Problem, committed: CommittedMotion, time: float, scene: S
 def guard_of(problem: Problem, executor: Executor) -> Guard:
     """Return the guard of a problem whose robot an executor drives, within its tolerance.
 
+    Joints that it drives and the group does not move stand where the executor has them, whatever the problem
+    says.
+
     Args:
         problem: What is required.
         executor: What drives the robot.
@@ -208,4 +211,7 @@ def guard_of(problem: Problem, executor: Executor) -> Guard:
     for name in names:
         if name not in driven:
             raise JointNotFound("joint that is driven", name, driven)
-    return Guard(problem, executor.tolerance[[driven.index(name) for name in names]])
+    stands, robot = np.array(problem.start_positions), problem.scene.robot
+    stands[robot.index(driven)] = executor.state().commanded
+    here = start_from(problem, robot.followed(stands), problem.scene)
+    return Guard(here, executor.tolerance[[driven.index(name) for name in names]])

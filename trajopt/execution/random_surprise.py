@@ -6,7 +6,8 @@ robot could have come to rest. The box appears at the first time, where the tip 
 it has several) is at the second: its edges are drawn from 4 to 12 cm, it is turned about the vertical by any
 angle, and off the tip by up to half an edge along each axis. It is drawn anew while it is within `ROOM` of
 the robot, or of what it carries, as it is then or anywhere on the way on which it would come to rest, or at
-the start or the goal: no robot could avoid the first, and none would get there with the others.
+the start or the goal: no robot could avoid the first, and none would get there with the others. A supervised
+robot begins to move `BEHIND` after it was asked to, so the way counts from so long before.
 """
 
 from dataclasses import replace
@@ -18,6 +19,7 @@ from trajopt.arrays import Floats
 from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.execution.guard import Guard
+from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.room import with_room
 from trajopt.execution.surprises import Surprise, Surprises
 from trajopt.model.collisions.clearances import Part
@@ -34,6 +36,8 @@ from trajopt.verify import Judge
 NOTICE = 0.15
 """Between rest, if the robot stopped at once, and where the box is in its way [s]: what is seen is late, and
 so is what is commanded."""
+BEHIND = SupervisorOptions().ahead
+"""So far may a robot be behind the clock of the motion when the box appears [s]."""
 ROOM = 0.02
 """Between the box and the robot where it cannot be elsewhere any more [m]."""
 EDGES = (0.04, 0.12)
@@ -92,7 +96,11 @@ def random_surprise(problem: Problem, motion: Trajectory, seed: int) -> Surprise
         box = Surprise(
             name="surprise", at=at, placement=placement(centre, rpy=(0.0, 0.0, turn)), shape=Box(*edges)
         )
-        kept = [rest(np.arange(0.0, rest.duration + LOOK, LOOK)), motion(np.array((0.0, motion.duration)))]
+        kept = [
+            motion(np.arange(max(at - BEHIND, 0.0), at, LOOK)),
+            rest(np.arange(0.0, rest.duration + LOOK, LOOK)),
+            motion(np.array((0.0, motion.duration))),
+        ]
         if has_room(problem, box, np.concatenate(kept)):
             return Surprises(objects=(box,))
     raise ProblemError(

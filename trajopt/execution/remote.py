@@ -2,7 +2,8 @@
 
 The process of the robot calls `attend` again and again, beside driving the robot. The one that plans makes a
 `RemoteExecutor` of its end of the connection (`multiprocessing.Pipe`), and uses it as any other. A request is
-the name of a method and its arguments, an answer what it returns; each is one message of the connection.
+its number, the name of a method and its arguments; an answer is that number, what the method returns, and why
+it could not be done. Each is one message of the connection.
 """
 
 from multiprocessing.connection import Connection
@@ -20,7 +21,7 @@ DELAY = 5e-3
 
 
 def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: float = 0.0) -> bool:
-    """Answer all requests that are there.
+    """Answer all requests that are there; what goes wrong with one is told to who asked.
 
     Args:
         executor: What is asked.
@@ -32,12 +33,20 @@ def attend(executor: Executor, connection: "Connection[Any, Any]", *, wait: floa
     """
     try:
         while connection.poll(wait):
-            name, arguments = connection.recv()
-            connection.send(_answered(executor, name, arguments))
+            number, name, arguments = connection.recv()
+            connection.send((number, *_answer(executor, name, arguments)))
             wait = 0.0
     except (EOFError, OSError):
         return False
     return True
+
+
+def _answer(executor: Executor, name: str, arguments: tuple[Any, ...]) -> tuple[object, str]:
+    """Return what a method returns, or why it cannot be done: the robot's process goes on either way."""
+    try:
+        return _answered(executor, name, arguments), ""
+    except Exception as error:
+        return None, str(error) or type(error).__name__
 
 
 def _answered(executor: Executor, name: str, arguments: tuple[Any, ...]) -> object:
@@ -80,9 +89,9 @@ class RemoteExecutor:
             delay: What messages take at most [s].
 
         Raises:
-            ExecutionError: If nobody answers any more; so do all methods.
+            ExecutionError: If it cannot be done, or nobody answers any more; so do all methods.
         """
-        self._connection = connection
+        self._connection, self._number = connection, 0
         self.joint_names, self.period, latency, self.tolerance = self._asked("names")
         self.joint_names: tuple[str, ...]
         self.period: float
@@ -123,8 +132,14 @@ class RemoteExecutor:
         self._asked("clear_fault")
 
     def _asked(self, name: str, *arguments: object) -> Any:
+        self._number += 1
         try:
-            self._connection.send((name, arguments))
-            return self._connection.recv()
+            self._connection.send((self._number, name, arguments))
+            number, answer, failed = self._connection.recv()
+            while number != self._number:  # of a request that was interrupted before it was answered
+                number, answer, failed = self._connection.recv()
         except (EOFError, OSError) as error:
             raise ExecutionError("the process of the robot does not answer any more") from error
+        if failed:
+            raise ExecutionError(f"the process of the robot could not do {name}: {failed}")
+        return answer

@@ -74,7 +74,8 @@ class Run(Value):
         reached: Whether the goal was.
         duration: Simulated time until the robot had nothing to do any more [s].
         contacts: What was touched that may not be.
-        contacts_at_fault: What of that was touched while the robot moved.
+        contacts_at_fault: What of that was touched while the robot moved of its own: not what pushed it where
+            it had come to rest.
         clearance_measured: Smallest distance that the simulated robot had to what was really there, until
             what was commanded was over [m].
         clearance_proven: The same that is proven for what was commanded [m]; None where the robot did not

@@ -134,7 +134,7 @@ class Running(Printed):
             return False
         if not commitment.splice(stop.trajectory, begin):
             return False
-        commitment.guard = guard
+        commitment.holds(guard)
         self.intended, self.pause = intended, None
         self.parting, self._committed = intended.begin + stop.leaves, Pause(intended, stop)
         return True

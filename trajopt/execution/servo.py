@@ -27,6 +27,8 @@ from trajopt.retime.joint_stops import stop_after
 DEFAULT = ServoOptions()
 ROUNDING = 1e-9
 """Times nearer than this are one [s]."""
+REHEARSED = Twist(np.array((0.01, 0.0, 0.0)))
+"""What is rehearsed before anything is commanded: any that moves a tool."""
 
 
 @checked
@@ -84,7 +86,7 @@ class Servo(Printed):
         self._committed = CommittedMotion(self.executor.joint_names, state.commanded)
         self._braking = Braking(with_jerk(self.problem.limits), self.options.period)
         self._look(Seen(self.problem.scene, self.executor.now()))
-        self._guard.prepare(self._seen)
+        self._rehearse()
 
     @property
     def scene(self) -> Scene:
@@ -177,6 +179,18 @@ class Servo(Printed):
             self._follow()
         self.seconds.append(time.thread_time() - begun)
 
+    def _rehearse(self) -> None:
+        """Find and prove a tick's motion, and drive nothing: so the first takes no longer than the others."""
+        at = self.executor.now() + self.executor.latency
+        self._guard.prepare(self._seen)
+        if self._seen.stale(at):
+            return
+        self._filtered = np.zeros(6)
+        motion = self._motion(REHEARSED, self._committed(at)[:, self._columns], at)
+        self._filtered = np.zeros(6)
+        if motion is not None:
+            self._guard.proven(motion, self._seen, at)
+
     def _follow(self) -> None:
         """Commit the next tick's motion and a stop after it; without one, the robot is left to its stop."""
         now, period = self.executor.now(), self.options.period
@@ -213,12 +227,13 @@ class Servo(Printed):
         lower, upper = braking.bounds(state)
         near = self._around.approach(state, clock, (lower, upper))
         if isinstance(command, Twist | Pose):
-            # Joints have the velocities that are asked for a lag later, farther on.
-            then = state[0] + braking.lag * state[1]
+            # The velocities that are asked for are had in the middle of the tick after this one.
+            then = state[0] + 1.5 * period * state[1]
             places, joints = self._around.positions(then, clock), len(then)
             tool = Tool.at(self._around.query, places, self.frame, joints)
             twist = self._twist(command, tool)
-            task, singular = tool.task(twist), tool.approach(twist, braking, state[1])
+            task = tool.task(twist)
+            singular = tool.approach(twist, braking, state[1]).that_can_break(lower, upper)
             near = Approach(
                 np.concatenate((near.jacobian, singular.jacobian)),
                 np.concatenate((near.lower, singular.lower)),
@@ -241,7 +256,7 @@ class Servo(Printed):
     def _twist(self, command: Twist | Pose, tool: Tool) -> Floats:
         """Return the twist in the world that a command asks of the tool."""
         if isinstance(command, Pose):
-            delay = float(self._braking.lag.max()) + self.executor.latency + 2.0 * self.options.period
+            delay = self.executor.latency + float(self._braking.delay.max())
             twist = twist_to(command.target, tool.placement(self.frame), self.options, delay)
         else:
             twist = in_world(self._low_pass(command), tool.placement(command.frame))

@@ -1,15 +1,16 @@
 """The program of a servo's tick: which velocities follow a command best, of those that can still be stopped.
 
 A tick changes the acceleration of each joint evenly, from the one that it has to another, a. What is solved
-for is the velocity w that the joint settles at from there: w = v + l a, where v is the velocity at the tick's
-end and the lag l is how long the jerk limit lets an acceleration take to be gone, and at least a tick.
-As w is linear in a, all limits are linear; and while w stays within the velocity limit, v does too, for no
+for is the velocity w that the joint settles at from there: w = v + a t / 2, where v is the velocity at the
+tick's end and t is how long the jerk limit lets the acceleration take to be gone, and at least a tick. As w
+grows with a, limits of a are limits of w; and while w stays within the velocity limit, v does too, for no
 acceleration can bring v farther than w before it is gone.
 
 How fast something may come nearer to where it has to stay away from, follows from how much room there is:
 after the delay, braking evenly takes the time b in which the joints can lose the speed that they have, so the
-room may shrink by its (delay + b)-th part a second. Nothing is said of what gets away: it leaves at full
-speed.
+room may shrink by its (delay + b)-th part a second. On a straight way half of b would do; but on the way the
+joints turn, and what comes nearer there is not what comes nearer now. Nothing is said of what gets away: it
+leaves at full speed.
 """
 
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.timed import timed_model
 from trajopt.nlp import ConstraintRows, CostRows, Linearisation, Loss, Rows
 from trajopt.query import Query
+from trajopt.retime.joint_stops import TICK
 from trajopt.solvers.banded import BandedSteps
 
 PENALTY = 1e4
@@ -83,11 +85,10 @@ class Braking:
             period: Of a tick [s].
         """
         self.limits, self.period = limits, period
-        self.ramp = limits.acceleration / limits.jerk
-        self.lag = np.maximum(self.ramp, period)
-        # Two lags one after the other do not overshoot where the outer is four times as long as the inner, to
-        # which a tick belongs.
-        self.delay = 4.0 * (self.lag + period)
+        # While a brake is put on and let go of, joints go as far as if they braked all at once so much later.
+        # Two lags one after the other do not overshoot where the outer is four times as long as the inner,
+        # which is a tick.
+        self.delay = limits.acceleration / limits.jerk / 2.0 + 4.0 * period
 
     def time(self, velocities: Floats) -> float:
         """Return how long it takes until the joints stand, with the delay [s]."""
@@ -112,11 +113,16 @@ class Braking:
 
     def settled(self, state: Floats, acceleration: Floats) -> Floats:
         """Return the velocities that joints settle at, which have these accelerations at the tick's end."""
-        return state[1] + self.period * (state[2] + acceleration) / 2.0 + self.lag * acceleration
+        gone = np.maximum(np.abs(acceleration) / self.limits.jerk + TICK, self.period)
+        return state[1] + self.period * (state[2] + acceleration) / 2.0 + acceleration * gone / 2.0
 
     def acceleration(self, state: Floats, settled: Floats) -> Floats:
         """Return the accelerations at the tick's end from which joints settle at velocities."""
-        return (settled - state[1] - self.period * state[2] / 2.0) / (self.period / 2.0 + self.lag)
+        jerk, half = self.limits.jerk, (self.period + TICK) / 2.0
+        change = settled - state[1] - self.period * state[2] / 2.0
+        size = np.abs(change)
+        longer = jerk * (np.sqrt(half**2 + 2.0 * size / jerk) - half)
+        return np.sign(change) * np.minimum(size / self.period, longer)
 
     def _brakeable(self, room: Floats) -> Floats:
         """Return how fast joints may be with so much room: room = w t + w^2 / 2a, t the delay."""

@@ -19,13 +19,25 @@ SLOWEST = 1e-2
 """Commands slower than this count as much as if they were as fast, so that noise is not followed at all cost
 [m/s]."""
 
+ENDING = 0.5
+"""A reach ends where more than this part of the slope of a singular value is along its own singular vector:
+nearly all of it where an arm is stretched, nearly nothing where axes of a wrist line up."""
+_ACROSS: Floats = np.array(
+    (
+        (0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0),
+        (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0),
+        (0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    )
+)
+"""The matrix X of a vector x with a @ X = a x x, row by row, is x @ this."""
+
 
 @dataclass(frozen=True, eq=False)
 class Tool(Value):
     """The tool of a group in a configuration.
 
     Its Jacobian is that of `terms.frame_jacobian`, for one configuration and the group's own joints, and the
-    slope of its smallest singular value follows without the derivative of the whole.
+    slopes of its singular values follow without the derivative of the whole.
 
     Attributes:
         reduced: The robot and its surroundings.
@@ -65,42 +77,61 @@ class Tool(Value):
 
     def task(self, twist: Floats) -> Task:
         """Return the task of a twist in the world, (velocity, rate of turning), shape (6,)."""
-        asked = np.concatenate((twist[:3], LENGTH * twist[3:]))
+        asked = _as_lengths(twist)
         scale = max(float(np.linalg.norm(asked)), SLOWEST)
         return Task(self.jacobian / scale, asked / scale)
 
     def approach(self, twist: Floats, braking: Braking, velocities: Floats) -> Approach:
-        """Return how fast the tool may come nearer to a singularity on a twist.
+        """Return how fast the tool may come nearer to singularities on a twist.
 
-        Where its smallest singular value is s, a twist of size c asks for joint velocities of c / s. So it is
-        kept from getting smaller than c by the slowest joint's velocity limit, and never asked to grow.
+        What the twist has along the k-th left singular vector, c, asks for joint velocities of c / s along
+        the right one, where s is the singular value. So s is kept from getting smaller than what asks a joint
+        for its velocity limit, and never asked to grow. Where the reach ends, that counts which the twist has
+        along this vector now. Elsewhere, as where axes of a wrist line up, the vector turns with the joints,
+        and the whole twist counts.
         """
-        smallest_value, slope = self.smallest_singular_value()
-        size = float(np.linalg.norm(np.concatenate((twist[:3], LENGTH * twist[3:]))))
-        smallest = size / float(braking.limits.velocity.min())
-        room = max(smallest_value - smallest, 0.0)
-        lower = np.array((-room / braking.time(velocities),))
-        return Approach(slope[None], lower)
+        left, values, right, slopes = self.singular_values()
+        asked = _as_lengths(twist)
+        along = np.abs((slopes * right).sum(axis=1))
+        ends = along > ENDING * np.sqrt((slopes**2).sum(axis=1))
+        size = np.where(ends, np.abs(left.T @ asked), np.sqrt(asked @ asked))
+        smallest = size * (np.abs(right) / braking.limits.velocity).max(axis=1)
+        room = np.maximum(values - smallest, 0.0)
+        return Approach(slopes, -room / braking.time(velocities))
 
-    def smallest_singular_value(self) -> tuple[float, Floats]:
-        """Return the smallest singular value of the Jacobian, and its slope by the group's joints, (n,).
+    def singular_values(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return the singular values of the Jacobian, the largest first, and their slopes.
 
-        With its singular vectors u and v, the slope by joint i is u . dJ/dq_i v, and what joint a turns of
-        what joint b does is w_a x l_b and w_a x w_b, where a is the nearer to the base.
+        With singular vectors u and v, the slope by joint i is u . dJ/dq_i v, and what joint a turns of what
+        joint b does is w_a x l_b and w_a x w_b, where a is the nearer to the base.
+
+        Returns:
+            Left singular vectors as columns (6, m), values (m,), right singular vectors as rows (m, n), and
+            slopes by the group's joints (m, n).
         """
         left, values, right = np.linalg.svd(self.jacobian, full_matrices=False)
-        vector, rates = left[:, -1], self.mimic @ right[-1]
-        farther = np.tri(len(rates)).T
-        moved = farther * (self.angular @ (self.linear @ _across(vector[:3])).T)
-        spun = farther * (self.angular @ (LENGTH * self.angular @ _across(vector[3:])).T)
-        slope = (moved + spun) @ rates + rates @ moved - np.diagonal(moved) * rates
-        return float(values[-1]), slope @ self.mimic
+        rates, farther = right @ self.mimic.T, np.tri(len(self.mimic)).T
+        moving, turning = left[:3].T @ _ACROSS, left[3:].T @ _ACROSS
+        moved = farther * (self.angular @ _turned(self.linear @ moving.reshape(-1, 3, 3)))
+        spun = farther * (self.angular @ _turned(LENGTH * self.angular @ turning.reshape(-1, 3, 3)))
+        by_nearer = ((moved + spun) @ rates[:, :, None])[:, :, 0]
+        by_farther = (rates[:, None] @ moved)[:, 0]
+        slopes = by_nearer + by_farther - np.diagonal(moved, axis1=1, axis2=2) * rates
+        return left, values, right, slopes @ self.mimic
+
+
+def _as_lengths(twist: Floats) -> Floats:
+    """Return a twist, shape (6,), with a radian counting as `LENGTH`."""
+    return np.concatenate((twist[:3], LENGTH * twist[3:]))
 
 
 def _across(vector: Floats) -> Floats:
     """Return the matrix X with a @ X = a x vector."""
-    x, y, z = vector.tolist()
-    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
+    return (vector @ _ACROSS).reshape(3, 3)
+
+
+def _turned(matrices: Floats) -> Floats:
+    return matrices.transpose(0, 2, 1)
 
 
 def _chains(reduced: ReducedModel) -> tuple[Ints, ...]:

@@ -1,7 +1,7 @@
 """Simulated executor: a robot in MuJoCo that is driven step by step, with sensors and faults as asked."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -25,7 +25,8 @@ from trajopt.simulate.whole import whole_robot
 BRAKE = 0.9
 """What a stop at once takes off the velocity to follow, each time step: the motors do what they can."""
 MOVING = 1e-3
-"""A robot no joint of which is faster is at rest: who touches it then is at fault himself [rad/s | m/s]."""
+"""A robot no joint of which is faster is at rest: who touches it then is at fault himself, also while he
+pushes it away [rad/s | m/s]."""
 
 DEVIATIONS = 6.0
 """Of normal noise one sample in 500 million is farther off than so many standard deviations: months of one
@@ -117,7 +118,7 @@ class SimulatedExecutor:
         self._sensors, self._rng = sensors, np.random.default_rng(sensors.seed)
         self._faults = tuple(faults)
         self._clock, self._origin = clock, 0.0 if clock is None else clock()
-        self._steps, self._fault = 0, ""
+        self._steps, self._fault, self._pushed = 0, "", False
         self._asked = (-1, np.zeros((3, len(begin))))
         self._braked: Floats | None = None
         self._count(0.0, np.inf)
@@ -162,7 +163,8 @@ class SimulatedExecutor:
     def stop(self) -> None:
         """Brake all motors as hard as they can."""
         self._catch_up()
-        self._braked = self.committed(self._steps * self.period)[:2]
+        if self._braked is None:  # else it brakes already, or stands
+            self._braked = self.committed(self._steps * self.period)[:2]
         self._fault = self._fault or "it was stopped at once"
 
     def fault(self) -> str:
@@ -206,7 +208,7 @@ class SimulatedExecutor:
 
     @property
     def contacts_at_fault(self) -> tuple[Contact, ...]:
-        """Contacts in this world that were met while the robot moved."""
+        """Contacts in this world while the robot moved, but for what pushed it where it had come to rest."""
         return self._at_fault.contacts()
 
     @property
@@ -254,12 +256,27 @@ class SimulatedExecutor:
                 plant.hold(fault.joint, held=fault.at(now))
         torques = self._controller(followed, plant.positions, plant.velocities)
         self._saturated |= np.abs(torques) > self._effort
+        rates = self._controller.group(plant.velocities).copy()
         touching = plant.step(torques)
         self._log.record(now - self._begin, touching)
-        if np.abs(self._controller.group(plant.velocities)).max() > MOVING:
+        if self._moves_itself(followed, rates, touching):
             self._at_fault.record(now - self._begin, touching)
         self._steps += 1
         self._measure()
+
+    def _moves_itself(
+        self, followed: Floats, rates: Floats, touching: Mapping[tuple[str, str], float]
+    ) -> bool:
+        """Say whether the robot moves, and not only because it was run into where it stood."""
+        if np.abs(followed[1]).max() > MOVING:
+            self._pushed = False
+            return True
+        if np.abs(rates).max() > MOVING:
+            return not self._pushed
+        # What may touch the robot holds it, or is held: it does not push it away.
+        allowed = [allowance.pair for allowance in self._world.allowances]
+        self._pushed = any(frozenset(pair) not in allowed for pair in touching)
+        return False
 
     def _commanded(self) -> Floats:
         """Return where the joints have to be now, shape (3, n): what is spliced in begins later."""

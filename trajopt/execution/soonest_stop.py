@@ -20,11 +20,13 @@ class StopTaken(Value):
         duration: From its begin to rest [s]; where all motors brake at once, what they need at most.
         along: Whether the robot stays on the path that it was on.
         proven: Whether it is proven that it keeps clear of everything.
+        held: Whether it is proven that all else holds that is required on the way, too.
     """
 
     duration: float
     along: bool
     proven: bool
+    held: bool = True
 
 
 GENTLE = (0.5, 0.25, 0.1)
@@ -43,16 +45,18 @@ def _gentle(here: Problem, ahead: Trajectory) -> list[Trajectory]:
     return [stop_from(begin, with_jerk(each)) for each in scaled]
 
 
-def _proven(guard: Guard, world: Seen, begin: float, stops: list[Trajectory]) -> Trajectory | None:
-    """Return the first of some stops that is proven, or else that keeps clear of everything."""
+def _proven(
+    guard: Guard, world: Seen, begin: float, stops: list[Trajectory]
+) -> tuple[Trajectory | None, bool]:
+    """Return the first of some stops that is proven, or else that keeps clear; and whether all holds."""
     return next(
         (
-            stop
+            (stop, required)
             for required in (True, False)
             for stop in stops
             if guard.proven(stop, world, begin, requirements=required)
         ),
-        None,
+        (None, False),
     )
 
 
@@ -75,12 +79,13 @@ def soonest_stop(
     on_path = [ahead] if along is None else [ahead, along]
     if world.stale(begin + ahead.duration):
         soonest = min(on_path, key=lambda stop: stop.duration)
-        return soonest, StopTaken(soonest.duration, along=True, proven=False)
+        return soonest, StopTaken(soonest.duration, along=True, proven=False, held=False)
     stops = sorted((*on_path, stopping_motion(on_the_way(here, ahead, 0.0))), key=lambda stop: stop.duration)
-    found = stops[0] if guard.proven(stops[0], world, begin) else None
+    found, held = (stops[0], True) if guard.proven(stops[0], world, begin) else (None, False)
     if found is None:
         # With a heavy load, braking as hard as the limits allow may take a torque that there is not.
         every = sorted((*stops, *_gentle(here, ahead)), key=lambda stop: stop.duration)
-        found = _proven(guard, world, begin, every)
+        found, held = _proven(guard, world, begin, every)
     motion = found or stops[0]
-    return motion, StopTaken(motion.duration, any(motion is stop for stop in on_path), found is not None)
+    along_path = any(motion is stop for stop in on_path)
+    return motion, StopTaken(motion.duration, along_path, found is not None, held)

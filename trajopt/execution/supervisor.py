@@ -1,6 +1,6 @@
 """Supervisor: drives a robot to goals among what it is told of the world, always able to stop."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -268,11 +268,13 @@ class Supervisor(Printed):
             Whether there is such a motion; if not, the robot stands, and the events say why.
 
         Raises:
-            ProblemError: If the robot moves, or the scaling is no such factor.
+            ProblemError: If the robot moves, or the scaling is no such factor; the fault stays then.
         """
-        self.executor.clear_fault()
         if self.moving and np.abs(self.executor.state().velocities).max() > SLOW:
             raise ProblemError("the robot moves: it recovers where it stands")
+        # What is no goal or no scaling is refused by this, before the fault is cleared.
+        replace(self.problem, goal=goal, velocity_scaling=scaling, acceleration_scaling=scaling)
+        self.executor.clear_fault()
         commitment = self._commitment
         self._agenda.abandon()
         commitment.stand()
@@ -284,6 +286,7 @@ class Supervisor(Printed):
         if found.trajectory is None:
             self._journal.note(Kind.NO_PLAN, found.words)
             return False
+        commitment.held = False  # constraints do not count
         self._journal.note(Kind.RECOVERING, found.words)
         return commitment.splice(found.trajectory, max(at, commitment.soonest))
 

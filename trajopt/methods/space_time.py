@@ -17,11 +17,12 @@ from trajopt.query.dynamics import DynamicsQuery
 from trajopt.solvers import Iteration, SolveResult, Sqp
 from trajopt.terms.smoothness import Acceleration, Jerk, Velocity
 from trajopt.transcription import KnotsNlp, transcribe
-from trajopt.transcription.basis import SplineBasis
+from trajopt.transcription.basis import even_basis
 from trajopt.transcription.bspline import Places
 from trajopt.transcription.free_duration import SHORTEST
 from trajopt.transcription.knots import shortest_duration
-from trajopt.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp, World
+from trajopt.transcription.space_time import DEGREE, SpaceTimeFamily, SpaceTimeNlp
+from trajopt.transcription.world import World
 
 SMOOTH = (Velocity, Acceleration, Jerk)
 """Terms that ask for a short and smooth motion."""
@@ -184,7 +185,7 @@ class SpaceTimeProgram(Printed):
         # What bends faster than a joint reaches its speed is no use to it.
         quickest = float((limits.velocity / limits.acceleration).min())
         count = ceil(min(motion.duration / quickest, MOST_PIECES * knots))
-        basis = SplineBasis(DEGREE, np.linspace(0.0, 1.0, max(count, PIECES * knots) + 1))
+        basis = even_basis(DEGREE, max(count, PIECES * knots))
         places = Places.along(self.polyline, motion, self.waypoint_knots)
         end = motion.positions[-1]
         return SpaceTimeFamily(self.base, self.world, basis, places, end, self.dynamics)

@@ -1,4 +1,4 @@
-"""Caches of what is derived from immutable values, kept outside these."""
+"""Caches of what is derived from immutable values."""
 
 import atexit
 from collections.abc import Callable
@@ -14,7 +14,8 @@ def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
     """Return a function that computes its result once for each value, and forgets it with the value.
 
     What is made must be as immutable as the value, since all threads share it, and must not refer to the
-    value, which would then never be freed. At worst two threads that call at once both compute it.
+    value, which would then never be freed: `cached_in_value` is for that. At worst two threads that call at
+    once both compute it.
     """
     made: dict[int, tuple[ref[Owner], Made]] = {}
     atexit.register(made.clear)  # what the cores made must not outlive the interpreter
@@ -28,6 +29,24 @@ def cached_per_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
         result = make(owner)
         made[key] = (ref(owner, lambda _: made.pop(key, None)), result)
         return result
+
+    return found_or_made
+
+
+def cached_in_value(make: Callable[[Owner], Made]) -> Callable[[Owner], Made]:
+    """Return a function that computes its result once for each value, and keeps it in the value.
+
+    So what is made may refer to the value: both are freed together. The value must have a `__dict__`, of
+    which its copies and pickles do not take more than its fields. The rest is as in `cached_per_value`.
+    """
+    name = f"{make.__module__}.{make.__qualname__}"
+
+    @wraps(make)
+    def found_or_made(owner: Owner) -> Made:
+        kept = vars(owner)
+        if name not in kept:
+            kept[name] = make(owner)
+        return kept[name]
 
     return found_or_made
 

@@ -21,9 +21,9 @@ from trajopt.infeasibility import (
 )
 from trajopt.infeasibility.exclusion import conflicting
 from trajopt.kinematics.goal_candidates import MANY_STARTS, STARTS, GoalCandidates, goal_candidates
+from trajopt.kinematics.missed import missed_at
 from trajopt.model.limits import EXCESS
 from trajopt.model.requirements import JointPositions, Requirement
-from trajopt.model.requirements.requirement import missed_by
 from trajopt.planning.result import Result
 from trajopt.planning.seeds import choose_waypoints
 from trajopt.planning.status import Certainty, Status
@@ -100,9 +100,8 @@ class EndpointChecks:
                 words = reasons.none_can_be_held(len(found.overloaded), least)
                 return work.result(Status.GOAL_CANNOT_BE_HELD, words)
             if found.blocking is not None:
-                return work.result(
-                    Status.GOAL_IN_COLLISION, reasons.no_goal_configuration(found, self._wanted)
-                )
+                words = reasons.no_goal_configuration(work.problem.reduced, found, self._wanted)
+                return work.result(Status.GOAL_IN_COLLISION, words)
             return self._out_of_reach(rng, counts, found)
         finally:
             work.tracker.count_work(counts)
@@ -134,7 +133,8 @@ class EndpointChecks:
             return work.result(status, words, certainty=Certainty.PROVEN)
         clash = conflicting(work.problem.reduced, self._wanted, rng=rng, counts=counts)
         status = Status.CONFLICTING_CONSTRAINTS if len(clash) > 1 else Status.NO_INVERSE_KINEMATICS
-        return work.result(status, reasons.unreachable(clash, found.nearest_miss, self._wanted))
+        words = reasons.unreachable(work.problem.reduced, clash, found.nearest, self._wanted)
+        return work.result(status, words)
 
     @cached_property
     def _proofs(self) -> tuple[tuple[Status, str], ...]:
@@ -271,5 +271,6 @@ class EndpointChecks:
             for item in constrain(required, problem.reduced, WHOLE, inset=0.0):
                 excess = replace(item, tolerance=max(item.tolerance, EXCESS)).excess(motion)
                 if excess > 0.0:
-                    return f"{required}: missed by {missed_by(excess, (required,))}"
+                    missed = missed_at(problem.reduced, (required,), positions)
+                    return f"{required}: missed by {missed}"
         return ""

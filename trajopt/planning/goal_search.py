@@ -242,4 +242,6 @@ def _blocked(result: Result) -> tuple[Blocked, ...]:
     if worst.kind is not Clearance:
         return ()
     row = int(np.argmax(worst.violation))
-    return (Blocked(solved.x, float(worst.rows.place[row]), int(worst.rows.component[row])),)
+    # A program that decides on time too has a column of that after those of the joints.
+    knots = solved.x[:, : len(result.problem.reduced.joint_names)]
+    return (Blocked(knots, float(worst.rows.place[row]), int(worst.rows.component[row])),)

@@ -10,7 +10,8 @@ from trajopt.arrays import Floats, readonly, unless_none
 from trajopt.errors.arguments import checked
 from trajopt.model.payload import loaded_model
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
+from trajopt.model.planned_robot import Planned, model_and_trajectory
+from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.contacts import ContactLog
@@ -51,13 +52,13 @@ def build_spec(reduced: ReducedModel) -> "mujoco.MjSpec":
 
 
 @overload
-def simulate(motion: Planned, *, options: SimulationOptions | None = None) -> Rollout: ...
+def simulate(motion: Planned[ReducedModel], *, options: SimulationOptions | None = None) -> Rollout: ...
 @overload
 def simulate(
     motion: ReducedModel, trajectory: Trajectory, *, options: SimulationOptions | None = None
 ) -> Rollout: ...
 def simulate(
-    motion: Planned | ReducedModel,
+    motion: Planned[ReducedModel] | ReducedModel,
     trajectory: Trajectory | None = None,
     *,
     options: SimulationOptions | None = None,
@@ -83,7 +84,7 @@ def simulate(
     """
     from trajopt.simulate.plant import Plant  # MuJoCo takes a second to import
 
-    reduced, trajectory = model_and_trajectory("simulate", motion, trajectory)
+    reduced, trajectory = model_and_trajectory("simulate", motion, trajectory, ReducedModel)
     options = unless_none("options", options, SimulationOptions) or SimulationOptions()
     trajectory = in_group_order(reduced, trajectory)
     plant = Plant(reduced, options.dt)

@@ -54,6 +54,11 @@ class Motion:
         )
 
 
+def held_start(reduced: ReducedModel) -> Motion:
+    """Return a motion that stays at the start."""
+    return Motion(np.array((0.0, 1.0)), np.stack((reduced.start_positions, reduced.start_positions)))
+
+
 def motion_of(reduced: ReducedModel, motion: Rollout | Trajectory | SequenceLog) -> Motion:
     """Return a planned or simulated motion as positions over time.
 

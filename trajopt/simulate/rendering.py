@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from enum import Enum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from trajopt.arrays import function, number, one_of, several, unless_none
-from trajopt.errors import ProblemError, ShapeError, shown
-from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
+from trajopt.errors import FileFormatError, ProblemError, ShapeError, shown
+from trajopt.model.planned_robot import HasReduced, Planned, model_and_trajectory
+from trajopt.model.reduced import ReducedModel
 from trajopt.model.trajectory import Trajectory
 from trajopt.simulate.camera import CameraView
 from trajopt.simulate.rollout import Rollout, SequenceLog
+
+if TYPE_CHECKING:
+    from trajopt.simulate.motion import Motion
 
 
 class Layout(Enum):
@@ -22,7 +27,7 @@ class Layout(Enum):
 
 
 def render(
-    subject: Planned | Rollout | SequenceLog | ReducedModel,
+    subject: Planned[ReducedModel] | Rollout | SequenceLog | ReducedModel | HasReduced[ReducedModel],
     motion: Rollout | Trajectory | SequenceLog | Path | str,
     path: Path | str | None = None,
     *,
@@ -37,16 +42,17 @@ def render(
 ) -> Path:
     """Draw a motion into a PNG, GIF or MP4 file: `render(plan, "motion.gif")`.
 
+    Of a problem, planned or not, it draws the start: `render(problem, "start.png")`.
+
     Args:
-        subject: A plan, a result that has one, or a simulated motion; or a reduced model (robot and scene).
+        subject: A plan, a result that has one, a simulated motion, a problem; or robot and scene, reduced.
         motion: The file; or the motion, simulated or planned, which a reduced model needs. Of a simulated
             sequence the reduced model is its own.
         path: The file, after a motion; its suffix says the kind.
         width: Of one picture [pixels].
         height: Of one picture [pixels].
         fps: Pictures per second of GIF and MP4.
-        moments: Times to show in a PNG [s]; start, end and two between, at even shares of the
-            path in joint space, when None.
+        moments: Times to show in a PNG [s]; four at even shares of the path in joint space when None.
         layout: How several moments are shown in a PNG.
         camera: The camera; chosen to show the whole motion when None.
         highlight: Links and objects that are drawn in a colour of their own.
@@ -58,20 +64,20 @@ def render(
     Raises:
         PlanningFailed: If the result has no plan.
         ProblemError: If the motion or the file is missing.
-        FileFormatError: If the suffix is none of the three, or the folder does not exist.
+        FileFormatError: If the suffix is none of the three (PNG for a problem), or there is no such folder.
         RenderingUnavailable: If no OpenGL works here; says what to install.
         ShapeError: If a size, `fps` or `moments` cannot be used.
         ModelError: If the motion is not of this group's joints.
     """
     from trajopt.simulate.film import WRITERS, check_path, write_strip  # MuJoCo takes a second to import
-    from trajopt.simulate.motion import frame_times, moments_of, motion_of
+    from trajopt.simulate.motion import frame_times, moments_of
     from trajopt.simulate.studio import Canvas, Studio
 
     reduced, drawn, file = _drawn(subject, motion, path)
-    suffix, known = check_path(file), motion_of(reduced, drawn)
+    suffix = check_path(file)
+    known, still = _known(reduced, drawn, file), suffix == ".png"
     _check_sizes(width, height, fps, even=suffix == ".mp4")
-    still = suffix == ".png"
-    times = moments_of(known, moments) if still else frame_times(known, fps)
+    times = moments_of(known, moments if drawn is not None else (0.0,)) if still else frame_times(known, fps)
     one_of("layout", layout, Layout)
     report = function("progress", progress) or _silent
     with Studio(
@@ -92,6 +98,17 @@ def render(
     return file
 
 
+def _known(reduced: ReducedModel, drawn: Rollout | Trajectory | SequenceLog | None, file: Path) -> Motion:
+    """Return positions over time: of a motion, or of the start, which is drawn as a PNG alone."""
+    from trajopt.simulate.motion import held_start, motion_of
+
+    if drawn is not None:
+        return motion_of(reduced, drawn)
+    if file.suffix.lower() != ".png":
+        raise FileFormatError(str(file), "a problem has no motion yet: its start is drawn as .png")
+    return held_start(reduced)
+
+
 def _check_sizes(width: int, height: int, fps: float, *, even: bool) -> None:
     if number("fps", fps) <= 0.0:
         raise ShapeError("fps", f"must be positive, is {fps:g}")
@@ -101,25 +118,27 @@ def _check_sizes(width: int, height: int, fps: float, *, even: bool) -> None:
 
 
 def _drawn(
-    subject: Planned | Rollout | SequenceLog | ReducedModel,
+    subject: Planned[ReducedModel] | Rollout | SequenceLog | ReducedModel | HasReduced[ReducedModel],
     motion: Rollout | Trajectory | SequenceLog | Path | str,
     path: Path | str | None,
-) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog, Path]:
-    """Return robot and scene, the motion and the file of a call of `render`."""
+) -> tuple[ReducedModel, Rollout | Trajectory | SequenceLog | None, Path]:
+    """Return robot and scene, the motion (None: the start) and the file of a call of `render`."""
     if isinstance(motion, Path | str):
         if path is not None:
             raise ProblemError(f"render: give a motion before the file (path); motion is {shown(motion)}")
         file = Path(motion)
         if isinstance(subject, Rollout | SequenceLog):
             return subject.reduced, subject, file
-        return *model_and_trajectory("render", subject, None, "subject"), file
+        if isinstance(subject, HasReduced):
+            return subject.reduced, None, file
+        return *model_and_trajectory("render", subject, None, ReducedModel, "subject"), file
     if path is None:
         raise ProblemError("render: name the file, as path, or instead of the motion")
     if isinstance(subject, Rollout | SequenceLog):
         raise ProblemError("render: a simulated motion needs no other beside it")
-    if isinstance(subject, ReducedModel):
-        return subject, motion, Path(path)
-    return model_and_trajectory("render", subject, None, "subject")[0], motion, Path(path)
+    if isinstance(subject, ReducedModel | HasReduced):
+        return subject if isinstance(subject, ReducedModel) else subject.reduced, motion, Path(path)
+    return model_and_trajectory("render", subject, None, ReducedModel, "subject")[0], motion, Path(path)
 
 
 def _silent(_: float) -> None:

@@ -31,12 +31,11 @@ def thumbnail(reduced: ReducedModel, trajectory: Trajectory | None) -> bytes:
     Raises:
         RenderingUnavailable: If no OpenGL works here; says what to install.
     """
-    from trajopt.simulate.motion import Motion, moments_of, motion_of  # MuJoCo takes a second to import
+    from trajopt.simulate.motion import held_start, moments_of, motion_of  # MuJoCo takes a second to import
     from trajopt.simulate.studio import Canvas, Studio
 
     if trajectory is None:
-        still = np.stack((reduced.start_positions, reduced.start_positions))
-        motion, moments = Motion(np.array((0.0, 1.0)), still), np.zeros(1)
+        motion, moments = held_start(reduced), np.zeros(1)
     else:
         motion = motion_of(reduced, trajectory)
         moments = moments_of(motion, None)

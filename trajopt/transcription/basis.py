@@ -4,11 +4,11 @@ Source: de Boor, A Practical Guide to Splines, 2001, chapters IX and X.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from trajopt.arrays import Floats, Ints
+from trajopt.arrays import Floats, Ints, readonly
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +71,32 @@ class SplineBasis:
         share = (np.arange(len(piece)) - starts) / sampling[piece]
         return np.append(self.breaks[piece] + share * np.diff(self.breaks)[piece], self.breaks[-1])
 
+    @cached_property
+    def derivatives(self) -> tuple["Stencils", ...]:
+        """What makes the control points of the first, second ... derivative of those of the spline."""
+        return tuple(self.derivative(order) for order in range(1, self.degree + 1))
+
+    def sampled(self, sampling: Ints, exact: Floats) -> tuple[Floats, "Stencils"]:
+        """Return parameters, shape (s,), and the weights of control points there.
+
+        Args:
+            sampling: Samples of each piece, as of `parameters`.
+            exact: Parameters that are samples too, shape (w,).
+        """
+        even = int(sampling[0])
+        if len(exact) or not (sampling == even).all():
+            parameters = np.union1d(self.parameters(sampling), exact)
+            return parameters, self.at(parameters)
+        if even not in self._even:
+            parameters = self.parameters(sampling)
+            self._even[even] = parameters, self.at(parameters)
+        return self._even[even]
+
+    @cached_property
+    def _even(self) -> dict[int, tuple[Floats, "Stencils"]]:
+        """Samples of equally many to each piece."""
+        return {}
+
     def at(self, parameters: Floats) -> Stencils:
         """Return the weights of control points at parameters in [0, 1], shape (s,)."""
         return self.derivative_at(parameters, 0)
@@ -94,14 +120,35 @@ class SplineBasis:
         return Stencils(support, np.take_along_axis(matrix, support, axis=1))
 
     def derivative_at(self, parameters: Floats, order: int) -> Stencils:
-        """Return weights of the control points in a derivative at parameters in [0, 1], shape (s,)."""
-        from scipy.interpolate import BSpline
+        """Return weights of the control points in a derivative at parameters in [0, 1], shape (s,).
 
+        By the recursion over degrees: those up to the degree less the order sum shares of the pieces around,
+        those above take differences.
+        """
         piece = np.clip(np.searchsorted(self.breaks, parameters, side="right") - 1, 0, len(self.breaks) - 2)
-        support = piece[:, None] + np.arange(self.degree + 1)
-        unit = BSpline(self.knots, np.eye(self.count), self.degree)
-        every = np.asarray(unit(parameters, order), dtype=np.float64)
-        return Stencils(support, np.take_along_axis(every, support, axis=1))
+        weight = np.zeros((len(parameters), self.degree + 1))
+        weight[:, 0] = 1.0
+        place = parameters[:, None]
+        for degree in range(1, self.degree + 1):
+            ends = piece[:, None] + self.degree + np.arange(1, degree + 1)
+            after, before = self.knots[ends], self.knots[ends - degree]
+            lower = weight[:, :degree].copy()
+            weight[:, :degree] = 0.0
+            if degree <= self.degree - order:
+                share = lower / (after - before)
+                weight[:, 1 : degree + 1] = share * (place - before)
+                weight[:, :degree] += share * (after - place)
+            else:
+                share = degree * lower / (after - before)
+                weight[:, 1 : degree + 1] = share
+                weight[:, :degree] -= share
+        return Stencils(piece[:, None] + np.arange(self.degree + 1), weight)
+
+
+@lru_cache(maxsize=8)
+def even_basis(degree: int, pieces: int) -> SplineBasis:
+    """Return a clamped B-spline of pieces of equal length; one for all plans, since its weights take long."""
+    return SplineBasis(degree, readonly(np.linspace(0.0, 1.0, pieces + 1)))
 
 
 def fitted(

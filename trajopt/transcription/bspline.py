@@ -85,8 +85,7 @@ class BsplineNlp(CompilableMotionNlp):
 
     def motion(self, x: Floats, sampling: Ints) -> Motion:
         """Sample the spline: every break, `sampling - 1` parameters between, and those of waypoints."""
-        parameters = np.union1d(self.basis.parameters(sampling), self.places.exact)
-        stencils = self.basis.at(parameters)
+        parameters, stencils = self.basis.sampled(sampling, self.places.exact)
         places = self.places(parameters)
         return Motion(x, stencils.support, stencils.weight, places, stencils(x), self.query)
 

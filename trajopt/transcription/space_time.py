@@ -8,34 +8,27 @@ where things are at the time of each sample. The spline is the motion: nothing i
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
-from math import ceil
 
 import numpy as np
 
 from trajopt.arrays import Floats, Ints, Printed, readonly
-from trajopt.model.changing_pairs import ChangingPairs
-from trajopt.model.timed import TimedModel, timed_model
 from trajopt.model.trajectory import Path, Trajectory
-from trajopt.problem import Problem
-from trajopt.query import Counts, Query
 from trajopt.query.dynamics import DynamicsQuery
 from trajopt.terms import Constraint, constraint
 from trajopt.terms.motion import MotionInTime
-from trajopt.transcription.basis import SplineBasis, Stencils
+from trajopt.transcription.basis import SplineBasis
 from trajopt.transcription.bspline import COARSE_SAMPLES, BsplineNlp, Places
 from trajopt.transcription.clearance_in_time import ClearanceInTime
 from trajopt.transcription.knots import (
     CLEARANCE_TOLERANCE,
-    SWEEP,
     KnotsNlp,
     samples_for,
     shortest_duration,
     swept,
 )
-from trajopt.transcription.margins import shrinkable
 from trajopt.transcription.spline_rates import SplineRate
 from trajopt.transcription.spline_torque import SplineTorque
+from trajopt.transcription.world import World
 
 DEGREE = 3
 """Cubic: the acceleration is linear in each piece, and the limits lose nothing."""
@@ -45,113 +38,9 @@ TOLERANCE = 1e-3
 """Share of a limit by which a row may miss its bound."""
 USED = 1.0 - 2.0 * TOLERANCE
 """Share of each limit that the program uses: no later timing makes up for a tolerance."""
-ROOM = SWEEP**2 / (8.0 * 0.025) + CLEARANCE_TOLERANCE
-"""Clearance of what changes that is kept above what is required [m]: so much nearer does a body come, between
-two samples, that turns about a point 2.5 cm away, and the program may miss a margin by its tolerance."""
 LISTED = 0.5
 """A torque gets a row from so far below its limit on, as a share of it: a step changes it by less."""
-LOOK = 0.02
-"""Time between two looks while the robot stays somewhere [s]: at 1 m/s things move by 2 cm."""
 NAMES = ("velocity limit", "acceleration limit", "jerk limit")
-
-
-@dataclass(frozen=True, eq=False)
-class World(Printed):
-    """What changes with time, as one program sees it.
-
-    Attributes:
-        timed: The model among it.
-        query: Of that, for the rows of programs: what it remembers is of their samples. Its owner's, so one
-            per thread.
-        looks: The same for all else.
-        pairs: What is known of its pairs.
-    """
-
-    timed: TimedModel
-    query: Query
-    looks: Query
-    pairs: ChangingPairs
-
-    @staticmethod
-    def of(problem: Problem, counts: Counts) -> "World | None":
-        """Return what changes around a problem's robot; None where nothing does."""
-        timed = timed_model(problem.reduced)
-        if timed is None:
-            return None
-        query, looks = (Query(timed.reduced, counts) for _ in range(2))
-        return World(timed, query, looks, ChangingPairs.of(timed))
-
-    @cached_property
-    def moments(self) -> Floats:
-        """When things appear and expire [s]."""
-        both = [time for timing in self.timed.timings.values() for time in (timing.appears, timing.expires)]
-        return np.unique([time for time in both if np.isfinite(time)])
-
-    @property
-    def settled(self) -> float:
-        """When everything has come to rest, appeared and expired [s]."""
-        motions = (timing.motion for timing in self.timed.timings.values())
-        ends = [0.0 if motion is None else motion.track.end for motion in motions]
-        return max(0.0, *ends, *self.moments.tolist())
-
-    @cached_property
-    def room(self) -> Floats:
-        """Clearance to keep above what is required: a little, or the margin that was asked for, (p,) [m]."""
-        pairs = self.timed.reduced.pairs
-        return np.where(shrinkable(pairs), ROOM, pairs.margin - pairs.required)
-
-    def spare(self, positions: Floats, times: Floats) -> Floats:
-        """Return what each pair has above what is required, up to its room, the least of some states, (p,).
-
-        Args:
-            positions: Shape (s, n) [rad | m].
-            times: Shape (s,) [s].
-        """
-        pairs, spare = self.pairs, self.room.copy()
-        errors = pairs.error_at(float(times.max()), slice(None))
-        reach = np.where(pairs.changes, pairs.required + self.room + errors, -np.inf)
-        found = self.looks.close_pairs(self.timed.positions(positions, times), reach)
-        when, pair = times[found.sample], found.pair
-        there = (when >= pairs.appears[pair]) & (when <= pairs.expires[pair])
-        left = found.distance - pairs.required[pair] - pairs.error_at(when, pair)
-        np.minimum.at(spare, pair[there], left[there])
-        return spare
-
-    def samples(self, corners: Floats, times: Floats, way: Floats) -> Ints:
-        """Return how many samples what changes demands between corners of a motion, shape (s - 1,).
-
-        Where nothing that changes can be too near anywhere between two corners, it demands none.
-
-        Args:
-            corners: Shape (s, n) [rad | m].
-            times: Shape (s,) [s].
-            way: How far the robot gets on between them, shape (s - 1,) [m].
-        """
-        # They may go opposite ways.
-        both = way + swept(
-            self.looks, self.timed.positions(np.repeat(corners[:1], len(times), axis=0), times)
-        )
-        pairs, least = self.pairs, self.pairs.required + self.room
-        farthest = least + pairs.error_at(float(times[-1]), slice(None)) + both.max(initial=0.0)
-        reach = np.where(pairs.changes, farthest, -np.inf)
-        found = self.looks.close_pairs(self.timed.positions(corners, times), reach)
-        spare = np.full(len(times), np.inf)
-        above = least[found.pair] + pairs.error_at(times[found.sample], found.pair)
-        np.minimum.at(spare, found.sample, found.distance - above)
-        # A distance that is d1 here and d2 there is nowhere between less than half of d1 + d2 - way.
-        near = spare[:-1] + spare[1:] < both
-        return np.where(near, samples_for(both, 1, SWEEP / 2.0), 1)
-
-    def spare_staying(self, positions: Floats, begin: float, dwell: float) -> Floats:
-        """Return what each pair has above what is required while the robot stays somewhere, (p,).
-
-        Args:
-            positions: Where, shape (n,) [rad | m].
-            begin: From when on [s].
-            dwell: How long [s].
-        """
-        times = begin + np.linspace(0.0, dwell, 1 + ceil(dwell / LOOK))
-        return self.spare(np.tile(positions, (len(times), 1)), times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,17 +101,16 @@ class SpaceTimeFamily(Printed):
 
     def started(self, duration: float) -> Floats:
         """Return the first control points of a motion of a duration, (3, n): its start has its rates."""
-        problem, (first, second) = self.base.problem, (self._derivatives[order].weight[0] for order in (0, 1))
+        problem, (first, second) = (
+            self.base.problem,
+            (self.basis.derivatives[order].weight[0] for order in (0, 1)),
+        )
         begin = np.tile(self.base.lower[0], (RESTING, 1))
         if problem.starts_moving:
             begin[1] = (problem.start_velocities * duration - first[0] * begin[0]) / first[1]
             bend = problem.start_accelerations * duration**2
             begin[2] = (bend - second[0] * begin[0] - second[1] * begin[1]) / second[2]
         return begin
-
-    @cached_property
-    def _derivatives(self) -> list[Stencils]:
-        return [self.basis.derivative(order) for order in (1, 2, 3)]
 
     def _rates(self, duration: float) -> Iterator[Constraint]:
         """Yield the limits of velocity, acceleration and jerk."""
@@ -238,7 +126,7 @@ class SpaceTimeFamily(Printed):
                 kept = np.where(limit < implied, limit, np.inf)
             if not np.isfinite(kept).any():
                 continue
-            at = self._derivatives[order - 1]
+            at = self.basis.derivatives[order - 1]
             middle = self.places(self.basis.averages[at.support].mean(axis=1))
             residual = SplineRate(name, at.support, at.weight, kept * duration**order, middle)
             share = np.maximum(USED, np.abs(begin) / limit)
@@ -260,7 +148,7 @@ class SpaceTimeFamily(Printed):
 
         Above what is required it is no more than half of what they have at the start and at the end.
         """
-        start = world.spare(self.base.lower[:1], np.zeros(1))
+        start = world.spare_staying(self.base.lower[0], 0.0, 0.0)
         spare = np.minimum(start, self._spare_after(world, duration))
         least = np.minimum(world.room, np.maximum(spare, 0.0) / 2.0)
         return world.pairs.required + np.where(spare < world.room, least, world.room)
@@ -291,7 +179,7 @@ class SpaceTimeNlp(BsplineNlp):
     def motion(self, x: Floats, sampling: Ints) -> MotionInTime:
         """Sample the spline as its base does, each sample at its time."""
         at = super().motion(x, sampling)
-        parameters = np.union1d(self.basis.parameters(sampling), self.places.exact)
+        parameters, _ = self.basis.sampled(sampling, self.places.exact)
         fields = (at.knots, at.support, at.weight, at.place, at.positions, at.query)
         return MotionInTime(*fields, parameters * self.duration)
 

@@ -10,8 +10,10 @@ from tests.planning.moving.test_in_time import GOAL, START, problem, table
 from tests.verify.test_moving_things import sampled
 from trajopt.methods.space_time import PRECISION, SpaceTime
 from trajopt.planning.budget import WORK
+from trajopt.planning.moving.waiting import LONGEST
 from trajopt.solvers.descent import Descent
 from trajopt.terms import rest_posture
+from trajopt.transcription.space_time import SpaceTimeFamily, SpaceTimeNlp
 from trajopt.verify import Certificate, Judge, Specification
 
 __all__ = ["table"]  # a fixture
@@ -66,6 +68,37 @@ def test_nothing_else_is_tried_where_it_takes_hardly_longer(table: to.Scene) -> 
     assert proven(result).duration <= 1.05 * still.duration + 1e-9
     assert "proof" not in result.cpu_seconds, "no reason to look for a proof that there is none"
     assert result.counts["attempts"] == 2
+
+
+def test_what_moves_on_for_ever_is_looked_at_no_longer_than_anything_waits_for_it(table: to.Scene) -> None:
+    """It drifts through the goal so slowly that no wait ends before it is gone."""
+    still = to.plan(problem(table)).require().trajectory
+    ends = dict(zip(still.joint_names, still(still.duration), strict=True))
+    hand = table.placement_of("panda_hand", table.robot.positions(ends)).translation
+    begin = to.placement(hand + np.array((0.0, 0.0, 0.3)))
+    drifts = to.Track.constant_velocity(begin, (0.0, 0.0, -0.3 / still.duration))
+    result = to.plan(problem(table.add("box", to.Box(0.1, 0.1, 0.1), motion=drifts)))
+    assert result.verified
+    assert proven(result).duration < LONGEST
+
+
+def test_no_duration_is_tried_before_the_goal_is_left(
+    table: to.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[float] = []
+    lasting = SpaceTimeFamily.lasting
+
+    def noted(family: SpaceTimeFamily, duration: float) -> SpaceTimeNlp:
+        tried.append(duration)
+        return lasting(family, duration)
+
+    monkeypatch.setattr(SpaceTimeFamily, "lasting", noted)
+    goal = table.placement_of("panda_hand", table.robot.positions(GOAL)).translation
+    places = [to.placement(goal + np.array((0.0, away, 0.0))) for away in (0.0, 0.0, 1.0)]
+    leaves = to.Track.through([0.0, 1.3, 2.3], places)
+    result = to.plan(problem(table.add("guest", to.Sphere(0.05), motion=leaves)))
+    assert len(tried) == 1, "the first is hardly longer than until the goal is left"
+    assert 1.3 < proven(result).duration < 1.6
 
 
 def test_what_is_proven_is_not_looked_at_on_finer_samples(

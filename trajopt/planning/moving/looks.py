@@ -51,9 +51,13 @@ class Looks:
     timed: TimedModel
     counts: Counts
     _room: Floats = field(default_factory=lambda: np.zeros(0))
+    _start: Floats | None = None
 
     def leave_room(self, start: Floats) -> None:
         """Note how much room each pair is to keep, by what it has where the motion begins, (1, n)."""
+        if self._start is not None and np.array_equal(start, self._start):
+            return
+        self._start = start
         known = self._pairs
         self._room = np.full(len(known.required), ROOM)
         reach = np.where(known.changes, known.required + known.error_at(0.0, slice(None)) + ROOM, -inf)

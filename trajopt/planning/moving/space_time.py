@@ -6,6 +6,7 @@ the shortest motion near to it.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil, inf
 
 import numpy as np
@@ -78,12 +79,24 @@ class InSpaceTime:
         Raises:
             Stopped: If the budget runs out.
         """
-        alone = self.still.require().trajectory
-        enough = ENOUGH * alone.duration
-        if self.program.family(alone).ends_clear(min(enough, self.program.until)):
-            self._solved(alone, enough)
-            self._too_short = enough
+        if self.enough < inf:
+            self._solved(self.still.require().trajectory, self.enough)
+            self._too_short = self.enough
         return self.best
+
+    @cached_property
+    def enough(self) -> float:
+        """Duration that is short enough [s]; infinite where no motion can end.
+
+        It takes hardly longer than the motion without what changes, or than until its end is clear.
+        """
+        # What moves may do so for ever.
+        alone, until = self.still.require().trajectory, min(self.program.until, LONGEST)
+        enough, dwell, world = ENOUGH * alone.duration, self.work.problem.dwell, self.program.world
+        clear = enough
+        if world is not None:
+            clear = world.first_clear(alone.positions[-1], min(enough, until), until, dwell)
+        return enough if clear <= enough else min(clear / PRECISION, max(until, clear))
 
     def longer(self) -> Result:
         """Return a motion from the one without what changes that takes longer; else what there was.
@@ -137,15 +150,14 @@ class InSpaceTime:
             seed: The seed; None for none.
             too_short: Nothing that takes no longer was found from it before [s].
         """
-        enough, longest = ENOUGH * self.still.require().trajectory.duration, PRECISION * self.longest
-        if seed is None or longest <= enough or PRECISION * seed.duration > self.longest:
+        longest = PRECISION * self.longest
+        if seed is None or longest <= self.enough or PRECISION * seed.duration > self.longest:
             return
         if min(longest, self.program.until) > too_short:
             self._solved(seed, longest, too_short)
 
     def _solved(self, seed: Trajectory, longest: float, too_short: float = 0.0) -> None:
-        program, tracker = self.program, self.work.tracker
-        enough = ENOUGH * self.still.require().trajectory.duration
+        program, tracker, enough = self.program, self.work.tracker, self.enough
         with tracker.optimising(program.counts) as step:
             solved = program.solve_from(
                 seed, longest=longest, enough=enough, too_short=too_short, proves=self._proves, progress=step
@@ -222,7 +234,8 @@ def _begun_later(motion: Trajectory, wait: float) -> Trajectory:
 def _described(motion: Trajectory, alone: Trajectory) -> str:
     """Say what a motion does that it would not do without what changes."""
     begun = _begun(motion)
-    waits = f"waits {begun:.2f} s, then takes" if begun > max(SOON, 2.0 * _begun(alone)) else "takes"
+    late = begun > SOON and begun > 2.0 * _begun(alone)
+    waits = f"waits {begun:.2f} s, then takes" if late else "takes"
     more = motion.duration - alone.duration
     return (
         f"shape and time were planned together for what changes with time: {waits} another way or another "

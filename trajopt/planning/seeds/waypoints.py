@@ -15,12 +15,12 @@ from trajopt.kinematics.goal_candidates import (
     goal_candidates,
     holding_load,
 )
+from trajopt.kinematics.missed import missed_at
 from trajopt.kinematics.projection import Projection
 from trajopt.model.collisions.clearances import how_near
 from trajopt.model.limits import EXCESS
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.model.requirements.requirement import missed_by
 from trajopt.query import Counts, Query
 from trajopt.terms.joint_positions import fixed_positions, joint_box
 
@@ -88,7 +88,7 @@ def choose_waypoints(
             if not seen.free and not seen.colliding and not seen.overloaded:
                 seen = search(effort=effort, check=check, starts=MANY_STARTS)
             if not seen.free:
-                return WaypointChoice(tuple(found), _why_none(number, seen, (*wanted, *also)))
+                return WaypointChoice(tuple(found), _why_none(reduced, number, seen, (*wanted, *also)))
             last = min(seen.free, key=lambda q, before=last: _effort(reduced, before, q))
         found.append(last)
     return WaypointChoice(tuple(found), "")
@@ -110,14 +110,16 @@ def _middle(
     return None if also and Projection(reduced, also, query).violation(middle[None])[0] > 0.0 else middle
 
 
-def _why_none(number: int, seen: GoalCandidates, required: Sequence[Requirement]) -> str:
+def _why_none(
+    reduced: ReducedModel, number: int, seen: GoalCandidates, required: Sequence[Requirement]
+) -> str:
     if seen.overloaded:
         return (
             f"all {len(seen.overloaded)} configurations found for waypoint {number} that touch nothing need "
             "more torque only to hold still than the joints have"
         )
     if seen.blocking is None:
-        miss = f"misses it by {missed_by(seen.nearest_miss, required)}"
+        miss = f"misses it by {missed_at(reduced, required, seen.nearest)}"
         return f"the nearest configuration tried for waypoint {number} {miss}"
     nearest, how = how_near(*seen.blocking, seen.required), "collide"
     if seen.required > 0.0:

@@ -1,13 +1,14 @@
 """Clearance at fault: how near things come to links that move; at rest these may be touched."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 
 import numpy as np
 
 from trajopt.arrays import Bools, Floats
 from trajopt.verify.certificate import Check, CheckKind, Evidence
-from trajopt.verify.checks.clearance import ClearanceFinding, followed, tightest_of
+from trajopt.verify.checks.clearance import ClearanceFinding, clearance_check, followed, tightest_of
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
 from trajopt.verify.kernel.polynomials import Polynomials
@@ -116,17 +117,5 @@ def _bound(search: Findings) -> float:
 def _check(
     subject: str, value: float | None, required: float, time: float | None, evidence: Evidence, detail: str
 ) -> Check:
-    return Check(
-        kind=CheckKind.AT_FAULT,
-        name="clearance at fault",
-        subject=subject,
-        value=value,
-        bound=required,
-        unit="m",
-        time=time,
-        slack=None if value is None else value - required,
-        evidence=evidence,
-        holds=evidence is Evidence.PROVEN,
-        detail=detail,
-        required=False,
-    )
+    stated = clearance_check(subject, value, required, time, evidence, detail)
+    return replace(stated, kind=CheckKind.AT_FAULT, name="clearance at fault", required=False)

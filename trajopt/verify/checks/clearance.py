@@ -70,7 +70,9 @@ def judge_clearance(motion: Motion, distances: PairDistances, search: Findings) 
             continue
         found.append(replace(check, name=name))
     if not names:
-        found.append(_check("", None, 0.0, None, Evidence.PROVEN, "no pair of bodies has to keep apart"))
+        found.append(
+            clearance_check("", None, 0.0, None, Evidence.PROVEN, "no pair of bodies has to keep apart")
+        )
     checks = (*found, *_contact_checks(motion, search, proven=proven))
     worst = min((each[0] for each in contacts if each), key=lambda contact: contact.distance, default=None)
     return ClearanceFinding(checks, bound, _pairs(motion, search, distances, proven=proven), unproven, worst)
@@ -123,7 +125,7 @@ def _broken_check(motion: Motion, distances: PairDistances, contact: Contact, re
         words += f"{after}, {1000 * required:g} mm are required"
     else:
         words = f"{name} are {-1000 * contact.distance:.2f} mm into each other at {contact.time:.3f} s{after}"
-    return _check(name, contact.distance, required, contact.time, Evidence.SAMPLED, words)
+    return clearance_check(name, contact.distance, required, contact.time, Evidence.SAMPLED, words)
 
 
 def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unproven: Unproven) -> Check:
@@ -135,7 +137,7 @@ def _unproven_check(search: Findings, distances: PairDistances, pairs: Ints, unp
         f"from {unproven.begin:.5f} to {unproven.end:.5f} s"
     )
     value = float(search.free.measured[tightest])
-    return _check(distances.pair_name(tightest), value, required, time, Evidence.UNPROVEN, words)
+    return clearance_check(distances.pair_name(tightest), value, required, time, Evidence.UNPROVEN, words)
 
 
 def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, alone: bool) -> Check:
@@ -143,14 +145,14 @@ def _proven_check(search: Findings, distances: PairDistances, pairs: Ints, *, al
     tightest, time = tightest_of(search, pairs)
     required, bound = float(search.windows.required[tightest]), float(search.free.proven[pairs].min())
     if not np.isfinite(bound):
-        return _check("", None, required, None, Evidence.PROVEN, "contact is accepted all the time")
+        return clearance_check("", None, required, None, Evidence.PROVEN, "contact is accepted all the time")
     which = "every pair" if alone else f"every pair of which {1000 * required:g} mm are required"
     words = f"{which} keeps at least {1000 * bound:.2f} mm apart at all times"
     if alone and required > 0.0:
         words += f", {1000 * required:g} mm are required"
     # Where nothing came near enough to be measured, the bound is of all pairs, and no pair is the nearest.
     subject = "no pair is near" if time is None else distances.pair_name(tightest)
-    return _check(subject, bound, required, time, Evidence.PROVEN, words)
+    return clearance_check(subject, bound, required, time, Evidence.PROVEN, words)
 
 
 def tightest_of(search: Findings, pairs: Ints) -> tuple[int, float | None]:
@@ -166,9 +168,19 @@ def _apart(required: float) -> str:
     return f"{1000 * required:g} mm apart" if required > 0.0 else "apart"
 
 
-def _check(
+def clearance_check(
     subject: str, value: float | None, required: float, time: float | None, evidence: Evidence, detail: str
 ) -> Check:
+    """State what is known of how near a pair comes.
+
+    Args:
+        subject: The pair.
+        value: Its clearance [m].
+        required: What it has to be at least [m].
+        time: When it is so near [s].
+        evidence: How that is known; it holds if it is proven.
+        detail: In words.
+    """
     return Check(
         kind=CheckKind.CLEARANCE,
         name="clearance",
