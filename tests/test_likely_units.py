@@ -1,6 +1,7 @@
 """Degrees for radians and millimetres for metres: what is taken, warned of, and asked back."""
 
 import inspect
+import re
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -156,6 +157,67 @@ def test_objects_far_away_are_warned_of() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         scene.move("cup", to.placement((20, 0, 40)))
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: to.frame_placement("f", AT, position_tolerance=2), "position_tolerance is 2 m"),
+        (
+            lambda: to.frame_placement("f", AT, position_tolerance=(0.01, 5, np.inf)),
+            "position_tolerance is 5 m",
+        ),
+        (lambda: Place(placement=AT, position_tolerance=2), "position_tolerance is 2 m"),
+        (lambda: follows_curve("f", line(AT, NEXT), position_tolerance=2.5), "position_tolerance is 2.5 m"),
+        (lambda: to.tool_speed("f", linear=250), "linear speed of 'f' is 250 m/s"),
+        (lambda: to.tool_speed("f", angular=90), "angular speed of 'f' is 90 rad/s"),
+    ],
+)
+def test_tolerances_and_speeds_that_ask_nothing_of_an_arm_are_warned_of(
+    make: Callable[[], object], said: str
+) -> None:
+    with pytest.warns(UnitWarning, match=f"^{re.escape(said)}: were (millimetres|degrees) meant") as warned:
+        make()
+    assert len(warned) == 1
+
+
+def test_tolerances_and_speeds_that_ask_something_are_not_warned_of() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        to.frame_placement("f", AT, position_tolerance=(0.9, np.inf, np.inf))
+        to.tool_speed("f", linear=3.0, angular=12.0)
+        to.tool_speed("f", angular=360, degrees=True)
+
+
+@pytest.mark.parametrize("shape", [to.Sphere(30), to.Box(30, 40, 50), to.Cylinder(radius=30, length=40)])
+def test_being_deep_inside_a_thing_asks_for_millimetres(shape: to.Box | to.Sphere | to.Cylinder) -> None:
+    arm = to.load("ur5")
+    scene = to.Scene(arm).add("part", shape, to.placement((0.5, 0, 0.2)))
+    for start, goal in (({}, {"elbow_joint": 1.0}), ({"elbow_joint": 1.0}, AT)):
+        reason = to.plan(to.Problem(scene=scene, group="manipulator", start=start, goal=goal)).reason
+        assert "were millimetres meant? Lengths are in metres" in reason and " m inside part" in reason
+
+
+def test_a_little_inside_of_a_large_thing_asks_nothing() -> None:
+    wall = to.Scene(to.load("ur5")).add("wall", to.Box(0.2, 40, 40), to.placement((0.6, 0, 0)))
+    reason = to.plan(to.Problem(scene=wall, group="manipulator", start={}, goal={"elbow_joint": 1.0})).reason
+    assert " mm inside wall" in reason and "meant" not in reason
+
+
+@pytest.mark.parametrize(
+    ("goal", "said"),
+    [
+        (
+            [0.0] * 6,
+            "6 numbers alone; as positions of joints: dict(zip(robot.group('manipulator').joints, num",
+        ),
+        (np.zeros(6), "6 numbers alone"),
+        ((0.4, 0.0, 0.3), "a place alone; placement((x, y, z)) is unturned"),
+    ],
+)
+def test_a_goal_of_numbers_alone_says_how_numbers_are_given(goal: Any, said: str) -> None:
+    with pytest.raises(to.TrajoptError, match=re.escape(said)):
+        to.Problem(scene=to.Scene(to.load("ur5")), group="manipulator", start={}, goal=goal)
 
 
 @pytest.mark.parametrize(

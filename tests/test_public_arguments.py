@@ -52,7 +52,7 @@ def of_class(name: str, kind: type[object]) -> Iterator[Found]:
         yield name, kind
     for method in vars(kind):
         value = inspect.getattr_static(kind, method)
-        if method.startswith("_") or not (
+        if (method.startswith("_") and method != "__call__") or not (
             inspect.isfunction(value) or isinstance(value, staticmethod | classmethod)
         ):
             continue

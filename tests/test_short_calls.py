@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import trajopt as to
-from trajopt.errors import PlanningFailed, ProblemError
-from trajopt.simulate import render, simulate
+from trajopt.errors import FileFormatError, PlanningFailed, ProblemError
+from trajopt.simulate import CameraView, RenderingUnavailable, render, simulate
+
+CAMERA = CameraView(np.array((0.5, 0.0, 0.0)), 3.0, 0.5, -0.6)
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +97,36 @@ def test_what_is_no_plan(result: to.Result) -> None:
     ):
         with pytest.raises(ProblemError):
             call()
+
+
+def test_the_start_of_a_problem_is_drawn_before_it_is_planned(result: to.Result, tmp_path: Path) -> None:
+    size: dict[str, Any] = {"width": 160, "height": 120}
+    problem, plan = result.problem, result.require()
+    try:
+        start = to.render(problem, tmp_path / "start.png", **size)
+        shown_from: dict[str, Any] = {"moments": [0.0], "camera": CAMERA, **size}
+        begin = to.render(plan, tmp_path / "begin.png", **shown_from)
+        same = to.render(problem, tmp_path / "same.png", camera=CAMERA, **size)
+    except RenderingUnavailable as error:
+        pytest.skip(str(error))
+    with Image.open(start) as drawn, Image.open(begin) as first, Image.open(same) as second:
+        assert drawn.size == (160, 120)
+        # The same robot at the same place; of a plan there is its path, too.
+        apart = np.abs(np.asarray(first, dtype=float) - np.asarray(second, dtype=float)).max(axis=2) > 60
+        assert apart.mean() < 0.05
+    with pytest.raises(FileFormatError, match=r"no motion yet: its start is drawn as \.png"):
+        to.render(problem, tmp_path / "start.gif", **size)
+
+
+@pytest.mark.parametrize("call", [to.simulate, to.view, lambda what: to.render(what, "never.png")])
+def test_a_scene_and_a_problem_say_how_they_are_looked_at(
+    result: to.Result, call: Callable[[object], object]
+) -> None:
+    with pytest.raises(ProblemError, match=r"to look at a scene: trajopt\.view\.live_view"):
+        call(result.problem.scene)
+    if call in (to.simulate, to.view):
+        with pytest.raises(ProblemError, match=r"draw its start: render\(problem"):
+            call(result.problem)
 
 
 def test_a_result_is_explained(result: to.Result) -> None:

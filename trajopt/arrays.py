@@ -74,6 +74,25 @@ def floats(
     return readonly(array)
 
 
+def floats_of_any_shape(name: str, value: ArrayLike) -> Floats:
+    """Return one number, or an array of them, as a float array; cheap, for what is asked a million times.
+
+    Args:
+        name: Name of the argument, for the error.
+        value: Anything that numpy can read as whole or real numbers.
+
+    Raises:
+        ShapeError: If it holds something else, or what is not a number.
+    """
+    try:
+        given = np.asarray(value)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise ShapeError(name, f"must be a number or an array of them, is {shown(value)}") from error
+    if (given.dtype.kind not in "fiu" and given.size > 0) or np.isnan(given).any():
+        raise ShapeError(name, f"must be a number or an array of them, is {shown(value)}")
+    return given.astype(np.float64, copy=False)
+
+
 def _no_number(value: object) -> bool:
     return value is None or isinstance(value, str | bytes | bool | np.bool_)
 

@@ -186,7 +186,7 @@ def test_budget_options(folder: Path) -> None:
     document = json.loads(done.stdout)
     assert done.returncode == 0 and document["won_by"] == "STRAIGHT" and len(document["tries"]) == 1
     done = trajopt("plan", *common(folder), "--improve")
-    assert done.returncode == 2 and "needs seconds, work or attempts" in done.stderr
+    assert done.returncode == 2 and "give --time-budget, in seconds, too" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -117,14 +117,20 @@ def test_what_is_lost_stands_in_the_file_and_is_said(motion: to.Trajectory, tmp_
 @pytest.mark.parametrize(
     ("names", "says"),
     [
-        (("a", "b", "c"), "it has no shoulder_pan_joint, .*; URScript cannot move a, b, c"),
-        ((*UR_JOINTS[:5], "wrist_4_joint"), "it has no wrist_3_joint; URScript cannot move wrist_4_joint"),
+        (
+            ("a", "b", "c"),
+            "this motion has a, b, c: for other arms there are csv, ros2, ros2-topic and moveit",
+        ),
+        (
+            (*UR_JOINTS[:5], "wrist_4_joint"),
+            "this motion has no wrist_3_joint; URScript cannot move wrist_4_joint",
+        ),
         ((*UR_JOINTS, "finger_joint"), "URScript cannot move finger_joint"),
         (
             (*UR_JOINTS[:5], "left_wrist_3_joint"),
-            "it has no wrist_3_joint; .* cannot move left_wrist_3_joint",
+            "this motion has no wrist_3_joint; .* cannot move left_wrist_3_joint",
         ),
-        (("a_elbow_joint",), "it has no shoulder_pan_joint"),
+        (("a_elbow_joint",), "this motion has a_elbow_joint: for other arms there are csv"),
     ],
 )
 def test_other_arms_are_refused(names: tuple[str, ...], says: str, tmp_path: Path) -> None:

@@ -78,13 +78,14 @@ def test_a_users_term_named_like_a_requirement_widens_none(scene: to.Scene) -> N
     assert not list(candidates(known))
 
 
-def test_one_configuration_that_collides_is_said_to_be_one() -> None:
+def test_one_configuration_that_collides_is_said_to_be_one(scene: to.Scene) -> None:
+    problem = to.Problem(scene=scene, start=START, goal=GOAL)
     here = np.zeros(2)
     blocked = GoalCandidates((), (here,), ("arm", "wall", -0.01), here, 0.0)
-    assert no_goal_configuration(blocked, ()) == (
+    assert no_goal_configuration(problem.reduced, blocked, ()) == (
         "the one configuration found that reaches the goal collides: arm is 10.0 mm inside wall"
     )
     near = GoalCandidates((), (here, here), ("arm", "wall", 0.01), here, 0.0, required=0.02)
-    assert no_goal_configuration(near, ()).startswith(
+    assert no_goal_configuration(problem.reduced, near, ()).startswith(
         "all 2 configurations found that reach the goal collide or come too near to something; in the nearest"
     )

@@ -24,7 +24,7 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Page:
 def test_what_it_says_is_so(page: Page, capsys: pytest.CaptureFixture[str]) -> None:
     page.run("Where limits come from")
     said = capsys.readouterr().out
-    assert "elbow acceleration 4 (no limit stated)" in said
+    assert "elbow acceleration 229.2 deg/s^2 (no limit stated)" in said
     arm, problem = page.names["arm"], None
     assert isinstance(arm, to.Robot)
     place = arm.index(["shoulder", "elbow"])

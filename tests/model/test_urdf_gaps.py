@@ -29,7 +29,7 @@ def loaded(folder: Path, old: str, new: str) -> to.Robot:
 
 
 FILLED = {
-    "no velocity": (' velocity="2"', "", ("swing velocity 1 (no limit stated)",), ()),
+    "no velocity": (' velocity="2"', "", ("swing velocity 57.3 deg/s (no limit stated)",), ()),
     "no effort": (
         ' effort="30"',
         "",
@@ -39,7 +39,7 @@ FILLED = {
     "an empty limit of a continuous joint": (
         f'type="revolute"><parent link="base"/><child link="boom"/>\n    <axis xyz="0 0 1"/>{LIMIT}',
         'type="continuous"><parent link="base"/><child link="boom"/><axis xyz="0 0 1"/><limit/>',
-        ("swing velocity 1 (no limit stated)",),
+        ("swing velocity 57.3 deg/s (no limit stated)",),
         ("no effort limit is stated, or 0, so torque is not limited: swing",),
     ),
     "no products of inertia": (' ixy="0" ixz="0" iyz="0"', "", (), ()),

@@ -10,7 +10,7 @@ from typing import Annotated, cast
 import typer
 
 from trajopt.cli.progress import status_line
-from trajopt.errors import FileFormatError, shown
+from trajopt.errors import FileFormatError, ProblemError, shown
 from trajopt.io.files import number_of
 from trajopt.model.load import load
 from trajopt.model.meshes.mesh_cover import MeshPolicy
@@ -195,8 +195,10 @@ def budget_of(
     """Return the budget that the options state.
 
     Raises:
-        ProblemError: If they contradict each other.
+        ProblemError: If they contradict each other, or nothing ends the improving.
     """
+    if improve and time_budget is None and portfolio:
+        raise ProblemError("--improve uses the whole time budget: give --time-budget, in seconds, too")
     attempts = None if portfolio else 1
     return Budget(time_budget, attempts=attempts, workers=workers, improve=improve, clock=clock)
 

@@ -45,7 +45,7 @@ ExplainOption = Annotated[
 ]
 ImproveOption = Annotated[
     bool,
-    typer.Option("--improve", help="Use the whole time budget for a shorter motion; Ctrl-C ends it early."),
+    typer.Option("--improve", help="Use the whole --time-budget for a shorter motion; Ctrl-C ends it early."),
 ]
 FreeOption = Annotated[
     bool,

@@ -83,8 +83,10 @@ class NameNotFound(ModelError, KeyError):
         self.kind, self.name = kind, name
         names, word = sorted(known), shown(name).strip("'")
         self.known: Sequence[str] = (*names, *objects)
-        near = get_close_matches(word, names, n=3, cutoff=0.4)
-        nearest = get_close_matches(word, [*near[:1], *objects], n=1, cutoff=0.4)
+        # Short words share two letters with anything: where nothing is nearer, all that is known says more.
+        some = get_close_matches(word, [*names, *objects], n=1, cutoff=0.5)
+        near = get_close_matches(word, names, n=3, cutoff=0.4) if some else []
+        nearest = get_close_matches(word, [*near[:1], *objects], n=1, cutoff=0.4) if some else []
         self.near: Sequence[str] = tuple(near if nearest == near[:1] else [*nearest, *near[:2]])
         if left_out:
             hint = f"it was left out: {left_out}"

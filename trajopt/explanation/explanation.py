@@ -8,9 +8,9 @@ from trajopt.explanation.nearest import NearestFree
 from trajopt.explanation.prices import Price
 from trajopt.explanation.remedies import Remedy
 from trajopt.infeasibility.reasons import Block
+from trajopt.kinematics.missed import missed_at
 from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.printed import in_unit
-from trajopt.model.requirements.requirement import missed_by
 from trajopt.model.trajectory import Path
 from trajopt.planning.attempt_record import Attempt
 from trajopt.planning.status import Certainty, Status
@@ -94,6 +94,7 @@ class Explanation(Summary):
         able = "can be held" if weak else "is free"
         if free.given > 0.0:
             where = ", ".join(in_unit(float(q), unit) for q, unit in zip(free.positions, units, strict=True))
-            miss = missed_by(free.given, (*problem.goals, *problem.requirements_at(problem.last_stop)))
+            required = (*problem.goals, *problem.requirements_at(problem.last_stop))
+            miss = missed_at(problem.reduced, required, free.positions)
             return f"The nearest that {able} misses the goal by {miss}: ({where})"
         return f"The nearest that {able}: {joint_moves(problem, free.moved)}"

@@ -9,7 +9,7 @@ from trajopt.export.exporter import Exported, Exporter
 from trajopt.export.messages import FollowJointTrajectory, JointTrajectory, RobotTrajectory
 from trajopt.export.table import Csv
 from trajopt.export.urscript import Movej, Servoj
-from trajopt.model.reduced import Planned
+from trajopt.model.planned_robot import Planned
 from trajopt.model.trajectory import Trajectory
 
 EXPORTERS: Mapping[str, Callable[[], Exporter]] = {
@@ -35,7 +35,7 @@ def exporter_named(name: str) -> Exporter:
 
 
 def export(
-    motion: Trajectory | Planned, path: Path | str, *, to: Exporter | str, hz: float | None = None
+    motion: Trajectory | Planned[object], path: Path | str, *, to: Exporter | str, hz: float | None = None
 ) -> Exported:
     """Write a motion in the format of a controller.
 
@@ -64,7 +64,7 @@ def export(
     return exporter.write(_trajectory_of(motion), arrays.path("path", path), hz)
 
 
-def _trajectory_of(motion: Trajectory | Planned) -> Trajectory:
+def _trajectory_of(motion: Trajectory | Planned[object]) -> Trajectory:
     if isinstance(motion, Trajectory):
         return motion
     plan: object = motion.require() if hasattr(motion, "require") else motion

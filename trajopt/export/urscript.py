@@ -15,6 +15,8 @@ from trajopt.export.exporter import Exported
 from trajopt.io.document import write_text
 from trajopt.model.trajectory import Trajectory
 
+OTHERS = "csv, ros2, ros2-topic and moveit"
+"""Formats that move any arm."""
 UR_JOINTS = (
     "shoulder_pan_joint",
     "shoulder_lift_joint",
@@ -166,8 +168,10 @@ def in_ur_order(trajectory: Trajectory) -> Trajectory:
     wanted = tuple(prefix + name for name in UR_JOINTS)
     if set(names) != set(wanted):
         missing, others = [x for x in wanted if x not in names], [x for x in names if x not in wanted]
-        what = [f"it has no {listed(missing)}"] if missing else []
+        what = [f"this motion has no {listed(missing)}"] if missing else []
         what += [f"URScript cannot move {listed(others)}"] if others else []
+        if len(missing) == len(wanted):
+            what = [f"this motion has {listed(others)}: for other arms there are {OTHERS}"]
         raise ShapeError(
             "trajectory", f"URScript moves the six joints of one UR arm ({listed(wanted)}); {'; '.join(what)}"
         )

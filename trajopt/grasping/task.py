@@ -155,7 +155,7 @@ class Task:
         if found.free:
             return found.free[: self.options.configurations]
         status = Status.NO_INVERSE_KINEMATICS if found.blocking is None else Status.GOAL_IN_COLLISION
-        return candidate.refusal(stage, status, reasons.no_goal_configuration(found, goals))
+        return candidate.refusal(stage, status, reasons.no_goal_configuration(reduced, found, goals))
 
     def move(
         self, stage: Stage, scene: Scene, start: Moment, goal: Floats, candidate: CandidateNames

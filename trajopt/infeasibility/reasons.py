@@ -7,15 +7,17 @@ from math import inf
 
 import numpy as np
 
+from trajopt.arrays import Floats
 from trajopt.infeasibility import ClosedCut
 from trajopt.kinematics.goal_candidates import GoalCandidates
+from trajopt.kinematics.missed import missed_at
 from trajopt.model.collisions.clearances import how_near
 from trajopt.model.description.pinocchio_model import effort_unit, joint_unit
-from trajopt.model.likely_units import meant_in_joint
+from trajopt.model.likely_units import meant_at_depth, meant_in_joint
 from trajopt.model.limits import EXCESS, LimitKind
 from trajopt.model.printed import in_joint_position, in_range, in_unit
+from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import JointPositions, Requirement
-from trajopt.model.requirements.requirement import missed_by
 from trajopt.nlp import ConstraintRows
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult
@@ -174,7 +176,8 @@ def out_of_limits(seen: Examination) -> str:
 def collisions(seen: Examination) -> str:
     """Say what collides at an examined configuration; empty for nothing."""
     touching = (item.words for item in blocks_of(seen) if item.kind is BlockKind.CONTACT)
-    return "; ".join(list(touching)[:NAMED])
+    depths = (item.distance for item in seen.collisions)
+    return "; ".join(list(touching)[:NAMED]) + meant_at_depth(-min(depths, default=0.0))
 
 
 def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
@@ -204,19 +207,21 @@ def joint_goal_beyond_limits(problem: Problem) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-def unreachable(clash: tuple[Requirement, ...], nearest_miss: float, goals: Sequence[Requirement]) -> str:
+def unreachable(
+    reduced: ReducedModel, clash: tuple[Requirement, ...], nearest: Floats, goals: Sequence[Requirement]
+) -> str:
     """Say what no configuration holds: one requirement, or several that exclude each other."""
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
-    return f"the nearest of the configurations tried misses the goal by {missed_by(nearest_miss, goals)}"
+    return f"the nearest of the configurations tried misses the goal by {missed_at(reduced, goals, nearest)}"
 
 
-def no_goal_configuration(found: GoalCandidates, goals: Sequence[Requirement]) -> str:
+def no_goal_configuration(reduced: ReducedModel, found: GoalCandidates, goals: Sequence[Requirement]) -> str:
     """Say why there is no usable configuration that reaches a goal."""
     if found.blocking is None:
-        return unreachable((), found.nearest_miss, goals)
-    nearest = how_near(*found.blocking, found.required)
+        return unreachable(reduced, (), found.nearest, goals)
+    nearest = how_near(*found.blocking, found.required) + meant_at_depth(-found.blocking[2])
     if found.colliding == 1:
         how = "collides" if found.required == 0.0 else "collides or comes too near to something"
         return f"the one configuration found that reaches the goal {how}: {nearest}"

@@ -10,11 +10,11 @@ from trajopt.arrays import Bools, Floats, Value, floats, number, one_of, readonl
 from trajopt.errors import JointNotFound, ProblemError, ShapeError, shown
 from trajopt.errors.arguments import checked
 from trajopt.kinematics.arguments import requirements_of
+from trajopt.kinematics.missed import missed_at
 from trajopt.kinematics.projection import Projection
 from trajopt.kinematics.validity import clear
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import Requirement
-from trajopt.model.requirements.requirement import missed_by
 from trajopt.query import Query
 
 STEP = 0.05
@@ -84,9 +84,8 @@ def self_motion(
     wanted = requirements_of(reduced, "goal", goal)
     query = Query(reduced)
     sweep = _Sweep(reduced, Projection(reduced, wanted, query), step)
-    missed = float(sweep.projection.violation(begin[None])[0])
-    if missed > 0.0:
-        miss = missed_by(missed, wanted)
+    if float(sweep.projection.violation(begin[None])[0]) > 0.0:
+        miss = missed_at(reduced, wanted, begin)
         raise ProblemError(f"the goal does not hold where the sweep begins: missed by {miss}")
     onward = sweep.first_direction(begin, joint)
     ahead, closed = sweep.march(begin, onward)

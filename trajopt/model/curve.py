@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from trajopt.arrays import Floats, Value, readonly
-from trajopt.errors import ProblemError
+from trajopt.arrays import Floats, Value, floats_of_any_shape, readonly
+from trajopt.errors import ProblemError, ShapeError
 from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
 from trajopt.model.printed import in_degrees, in_length
@@ -119,8 +119,14 @@ class Curve(Value):
 
         Args:
             s: Shape (m,) [m].
+
+        Raises:
+            ShapeError: If they are no numbers, or not in a row.
         """
-        along = np.clip(s, 0.0, self.length)
+        lengths = floats_of_any_shape("s", s)
+        if lengths.ndim != 1:
+            raise ShapeError("s", f"needs shape (any,), has {lengths.shape}")
+        along = np.clip(lengths, 0.0, self.length)
         number = np.clip(np.searchsorted(self.edges, along, side="right") - 1, 0, len(self.pieces) - 1)
         rotation, translation = np.empty((len(along), 3, 3)), np.empty((len(along), 3))
         for index in sorted(set(map(int, number))):

@@ -26,6 +26,15 @@ FAR_APART = 4.0
 """Distances to keep from this on were likely meant in millimetres: no arm reaches so far, so it would have no
 room [m]."""
 
+WIDE = 2.0
+"""Tolerances from this on were likely meant in millimetres: what may be as far off as the whole of an arm's
+workspace is wide is not asked for [m]."""
+FASTEST = {"m/s": 10.0, "rad/s": 30.0}
+"""Limits of speed from these on were likely meant in the smaller unit: no arm moves its tool so fast, and
+as a limit they would bind nothing."""
+DEEP = 1.0
+"""Deeper inside a thing than this an arm is where its size or place was likely meant in millimetres [m]."""
+
 
 def stated_angle(
     name: str, value: float | None, *, degrees: bool, default: float = 0.0, infinite: bool = False
@@ -134,3 +143,43 @@ def warn_of_far_apart(name: str, distance: float) -> None:
         warn_of_unit(
             f"{name} is {distance:g} m: were millimetres meant? Lengths are in metres: {distance / 1e3:g}"
         )
+
+
+def meant_at_depth(depth: float) -> str:
+    """Say that what an arm is deep inside of was likely meant in millimetres; empty where it was not.
+
+    Args:
+        depth: How deep [m].
+    """
+    return "; were millimetres meant? Lengths are in metres" if depth > DEEP else ""
+
+
+def warn_of_wide_tolerance(name: str, tolerance: ArrayLike) -> None:
+    """Warn of a tolerance that leaves a place free within all of an arm's reach.
+
+    Args:
+        name: What it is called.
+        tolerance: One for all axes or one each [m]; infinite ones are meant so.
+    """
+    given = np.asarray(tolerance, dtype=np.float64)
+    wide = given[np.isfinite(given) & (given >= WIDE)]
+    if wide.size:
+        metres = float(wide.max())
+        warn_of_unit(
+            f"{name} is {metres:g} m: were millimetres meant? Lengths are in metres: {metres / 1e3:g}"
+        )
+
+
+def warn_of_fast_limit(name: str, limit: float, unit: str) -> None:
+    """Warn of a limit of speed that no arm comes near.
+
+    Args:
+        name: What is limited.
+        limit: The limit; inf for none.
+        unit: "m/s" or "rad/s".
+    """
+    if FASTEST[unit] <= limit < np.inf:
+        meant = f"millimetres meant? Speeds are in m/s: {limit / 1e3:g}"
+        if unit == "rad/s":
+            meant = "degrees meant? degrees=True takes deg/s"
+        warn_of_unit(f"{name} is {limit:g} {unit}: were {meant}")

@@ -11,6 +11,7 @@ import numpy as np
 from trajopt.arrays import Floats, Ints, Value, readonly
 from trajopt.errors import FileFormatError, JointNotFound, ModelError, shown
 from trajopt.io.files import number_of
+from trajopt.model.printed import in_unit
 
 DEFAULT_ACCELERATION_TIME = 0.5
 """A joint without an acceleration limit reaches its velocity limit in this time [s]."""
@@ -35,6 +36,10 @@ class LimitKind(Enum):
     VELOCITY = "velocity"
     ACCELERATION = "acceleration"
     JERK = "jerk"
+
+
+PER_SECOND = {LimitKind.VELOCITY: "/s", LimitKind.ACCELERATION: "/s^2", LimitKind.JERK: "/s^3"}
+"""What follows the unit of a position in that of a rate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +119,11 @@ def draw_positions(limits: JointLimits, count: int, *, rng: np.random.Generator)
 
 
 def with_stated(
-    limits: JointLimits, stated: Mapping[str, Mapping[str, Any]], *, mimics: Collection[str] = ()
+    limits: JointLimits,
+    stated: Mapping[str, Mapping[str, Any]],
+    *,
+    units: Mapping[str, str],
+    mimics: Collection[str] = (),
 ) -> JointLimits:
     """Apply the entries of a `joint_limits.yaml`, and defaults where no limit is stated.
 
@@ -124,6 +133,7 @@ def with_stated(
         limits: What the robot description says; acceleration may hold nan for "not stated".
         stated: Joint name -> `max_velocity`, `max_acceleration`, `max_jerk`, `min_position`,
             `max_position`, `max_effort`, each with its `has_..._limits` flag.
+        units: "rad" or "m" of each joint.
         mimics: Names of mimic joints.
 
     Raises:
@@ -152,7 +162,7 @@ def with_stated(
         columns["has_velocity_limits"][0],
         columns["has_acceleration_limits"][0],
     )
-    defaulted = _default(limits.joint_names, velocity, acceleration, mimics=mimics)
+    defaulted = _default(units, limits.joint_names, velocity, acceleration, mimics=mimics)
     (_, lower), (_, upper) = columns["has_position_limits"]
     for name, low, high in zip(limits.joint_names, lower, upper, strict=True):
         if low > high:
@@ -170,8 +180,25 @@ def with_stated(
     )
 
 
+def not_stated(name: str, kind: LimitKind, limit: float, unit: str) -> str:
+    """Name a limit that was chosen: "elbow acceleration 229.2 deg/s^2 (no limit stated)".
+
+    Args:
+        name: The joint.
+        kind: Velocity, acceleration or jerk.
+        limit: What was chosen.
+        unit: "rad" or "m".
+    """
+    return f"{name} {kind.value} {in_unit(limit, unit + PER_SECOND[kind])} (no limit stated)"
+
+
 def _default(
-    names: tuple[str, ...], velocity: Floats, acceleration: Floats, *, mimics: Collection[str]
+    units: Mapping[str, str],
+    names: tuple[str, ...],
+    velocity: Floats,
+    acceleration: Floats,
+    *,
+    mimics: Collection[str],
 ) -> list[str]:
     """Set a default limit where none is stated, and say so; for mimic joints set none."""
     said: list[str] = []
@@ -182,10 +209,10 @@ def _default(
             continue
         if not (np.isfinite(velocity[place]) and velocity[place] > 0.0):
             velocity[place] = DEFAULT_VELOCITY
-            said.append(f"{name} velocity {velocity[place]:g} (no limit stated)")
+            said.append(not_stated(name, LimitKind.VELOCITY, float(velocity[place]), units[name]))
         if not (np.isfinite(acceleration[place]) and acceleration[place] > 0.0):
             acceleration[place] = velocity[place] / DEFAULT_ACCELERATION_TIME
-            said.append(f"{name} acceleration {acceleration[place]:g} (no limit stated)")
+            said.append(not_stated(name, LimitKind.ACCELERATION, float(acceleration[place]), units[name]))
     return said
 
 

@@ -1,13 +1,13 @@
 """Other limits than a description states: of torque, scaled or turned off; of jerk, where it states none."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from trajopt.arrays import number, readonly, sequence
 from trajopt.errors import JointNotFound, ShapeError, listed
-from trajopt.model.limits import JointLimits
+from trajopt.model.limits import JointLimits, LimitKind, not_stated
 
 DEFAULT_RISE = 0.1
 """The jerk limit that is chosen for a joint that states none lets its acceleration rise to its limit in this
@@ -40,7 +40,7 @@ def torque_scaled(
 
 
 def jerk_limited(
-    limits: JointLimits, rise: float | None, joints: Iterable[str] | None
+    limits: JointLimits, rise: float | None, joints: Iterable[str] | None, *, units: Mapping[str, str]
 ) -> tuple[JointLimits, str]:
     """Return limits with the jerk limited too, and a sentence that says so; none where nothing changes.
 
@@ -50,6 +50,7 @@ def jerk_limited(
             joints that have no limit of their jerk, and others keep theirs.
         joints: The joints that it is for; all when None. Joints without a limit of acceleration, which follow
             others, have none of jerk either.
+        units: "rad" or "m" of each joint.
 
     Raises:
         ShapeError: If the time is not positive.
@@ -69,7 +70,7 @@ def jerk_limited(
         jerk[place] = slow
         changed.append(name)
         if not stated:
-            chosen.append(f"{name} jerk {slow:g} (no limit stated)")
+            chosen.append(not_stated(name, LimitKind.JERK, slow, units[name]))
     if not changed:
         return limits, ""
     how = f"the acceleration limit is reached in {DEFAULT_RISE if rise is None else rise:g} s"

@@ -1,7 +1,7 @@
-"""A robot that moves as planned, by what its tracks need: a plan, or a reduced model with a trajectory."""
+"""What moves as planned: a plan, a result that has one, or a reduced model with a trajectory."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol, cast, runtime_checkable
+from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol, TypeVar, cast, runtime_checkable
 
 import pinocchio as pin
 
@@ -10,6 +10,9 @@ from trajopt.errors import ProblemError, shown
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.placement import Placement
 from trajopt.model.trajectory import Trajectory
+
+Model = TypeVar("Model")
+Model_co = TypeVar("Model_co", covariant=True)
 
 
 @runtime_checkable
@@ -64,20 +67,21 @@ class HasObjects(Protocol):
         ...
 
 
-class HasRobot(Protocol):
+@runtime_checkable
+class HasReduced(Protocol[Model_co]):
     """A problem, by its reduced model."""
 
     @property
-    def reduced(self) -> MovingRobot:
+    def reduced(self) -> Model_co:
         """The robot with only the group's joints free."""
         ...
 
 
-class RobotMotion(Protocol):
-    """A plan, by its problem and its motion."""
+class PlannedMotion(Protocol[Model_co]):
+    """A motion with its problem: a `Plan`."""
 
     @property
-    def problem(self) -> HasRobot:
+    def problem(self) -> HasReduced[Model_co]:
         """The problem that was planned."""
         ...
 
@@ -87,30 +91,47 @@ class RobotMotion(Protocol):
         ...
 
 
-class PlannedRobot(Protocol):
+class Planned(Protocol[Model_co]):
     """A plan, or a result that may have one."""
 
-    def require(self) -> RobotMotion:
+    def require(self) -> PlannedMotion[Model_co]:
         """Return the plan, or raise the reason why there is none."""
         ...
 
 
-def robot_and_trajectory(
-    caller: str, motion: PlannedRobot | MovingRobot, trajectory: Trajectory | None
-) -> tuple[MovingRobot, Trajectory]:
+def model_and_trajectory(
+    caller: str,
+    motion: Planned[Model] | Model,
+    trajectory: Trajectory | None,
+    kind: type[Model],
+    argument: str = "motion",
+) -> tuple[Model, Trajectory]:
     """Return what moves and how, of a plan or of a reduced model with a trajectory.
+
+    Args:
+        caller: Name of the function that was called, for errors.
+        motion: A plan, a result that has one, or a reduced model.
+        trajectory: The motion of a reduced model; of a plan, None for its own.
+        kind: What a reduced model is an instance of.
+        argument: What the caller calls `motion`, for errors.
 
     Raises:
         PlanningFailed: If the result has no plan.
         ProblemError: If it is neither, or the trajectory is missing.
     """
     unless_none("trajectory", trajectory, Trajectory)
-    if isinstance(motion, MovingRobot):
+    if isinstance(motion, kind):
         if trajectory is None:
             raise ProblemError(f"{caller}: give a plan, or a trajectory with the reduced model")
         return motion, trajectory
-    plan: object = motion.require() if hasattr(motion, "require") else None
+    require: Callable[[], object] = getattr(motion, "require", lambda: None)
+    plan = require()
     if not hasattr(plan, "problem"):
-        raise ProblemError(f"{caller}: give a plan, or a result that has one; motion is {shown(motion)}")
-    plan = cast(RobotMotion, plan)
+        given, hint = f"{argument} is {shown(motion)}", ""
+        if isinstance(motion, HasReduced):
+            hint = "; plan it, or draw its start: render(problem, 'start.png')"
+        elif hasattr(motion, "objects"):
+            hint = "; to look at a scene: trajopt.view.live_view(scene, group=...)"
+        raise ProblemError(f"{caller}: give a plan, or a result that has one; {given}{hint}")
+    plan = cast(PlannedMotion[Model], plan)
     return plan.problem.reduced, plan.trajectory if trajectory is None else trajectory

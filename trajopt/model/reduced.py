@@ -7,12 +7,12 @@ depends only on the robot, or only on one object, is computed once and shared by
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, TypeVar
 
 import numpy as np
 import pinocchio as pin
 
-from trajopt.arrays import Floats, readonly, unless_none
+from trajopt.arrays import Floats, readonly
 from trajopt.errors import FrameNotFound, ProblemError, shown
 from trajopt.errors.arguments import checked
 from trajopt.model.cached import cached_per_value
@@ -25,7 +25,6 @@ from trajopt.model.placement import Placement
 from trajopt.model.printed import in_number
 from trajopt.model.reduced_robot import reduce_robot
 from trajopt.model.scene import Scene
-from trajopt.model.trajectory import Trajectory
 
 T = TypeVar("T")
 
@@ -245,61 +244,3 @@ def _tool_on(reduced: ReducedModel, carrier: int) -> str:
 def tool_point(reduced: ReducedModel, frame: str, positions: Floats) -> Floats:
     """Return where a frame is for the group's positions (n,), shape (3,) in the world [m]."""
     return reduced.scene.placement_of(frame, reduced.all_positions(positions)).translation
-
-
-class HasReduced(Protocol):
-    """A problem, by its reduced model."""
-
-    @property
-    def reduced(self) -> ReducedModel:
-        """The robot with only the group's joints free."""
-        ...
-
-
-class PlannedMotion(Protocol):
-    """A motion with its problem: a `Plan`."""
-
-    @property
-    def problem(self) -> HasReduced:
-        """The problem that was planned."""
-        ...
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """The motion."""
-        ...
-
-
-class Planned(Protocol):
-    """A plan, or a result that may have one."""
-
-    def require(self) -> PlannedMotion:
-        """Return the plan, or raise the reason why there is none."""
-        ...
-
-
-def model_and_trajectory(
-    caller: str, motion: Planned | ReducedModel, trajectory: Trajectory | None, argument: str = "motion"
-) -> tuple[ReducedModel, Trajectory]:
-    """Return what moves and how, of a plan or of a reduced model with a trajectory.
-
-    Args:
-        caller: Name of the function that was called, for errors.
-        motion: A plan, a result that has one, or a reduced model.
-        trajectory: The motion of a reduced model; of a plan, None for its own.
-        argument: What the caller calls `motion`, for errors.
-
-    Raises:
-        PlanningFailed: If the result has no plan.
-        ProblemError: If it is neither, or the trajectory is missing.
-    """
-    unless_none("trajectory", trajectory, Trajectory)
-    if isinstance(motion, ReducedModel):
-        if trajectory is None:
-            raise ProblemError(f"{caller}: give a plan, or a trajectory with the reduced model")
-        return motion, trajectory
-    plan: object = motion.require() if hasattr(motion, "require") else None
-    if not hasattr(plan, "problem"):
-        raise ProblemError(f"{caller}: give a plan, or a result that has one; {argument} is {shown(motion)}")
-    plan = cast(PlannedMotion, plan)
-    return plan.problem.reduced, plan.trajectory if trajectory is None else trajectory

@@ -21,6 +21,7 @@ from trajopt.model.description.pinocchio_model import (
     configuration,
     fixed_joint_names,
     joint_unit,
+    joint_units,
     link_names,
     model_data,
     model_of,
@@ -328,7 +329,7 @@ class Robot(RobotParts):
             ShapeError: If the time is not positive.
             JointNotFound: If one is no movable joint.
         """
-        limits, said = jerk_limited(self.limits, rise, joints)
+        limits, said = jerk_limited(self.limits, rise, joints, units=joint_units(self.model))
         return replace(self, limits=limits, notes=(*self.notes, said)) if said else self
 
     def __getstate__(self) -> dict[str, object]:

@@ -22,6 +22,7 @@ from trajopt.model.description.pinocchio_model import (
     adjacent_links,
     described_limits,
     fixed_joint_names,
+    joint_units,
     link_names,
 )
 from trajopt.model.description.semantics import semantics_of
@@ -122,7 +123,7 @@ def _parts_of_description(
     mimics, said = resolve_mimics(based.urdf.mimics, movable=tuple(model.names[1:]), fixed=fixed)
     description = replace(based.urdf, mimics=mimics, notes=(*based.urdf.notes, *said))
     stated = based.limits_beside(beside.stated_limits())
-    limits = with_stated(described_limits(model), stated, mimics=mimics)
+    limits = with_stated(described_limits(model), stated, units=joint_units(model), mimics=mimics)
     return _assembled(model, description, based.srdf, limits, based.base, beside)
 
 
@@ -138,7 +139,7 @@ def parts_of_pinocchio(
     semantics = beside.semantics()
     own = model.copy()
     semantics = replace(semantics, groups={**semantics.groups, **group_elements(own, groups)})
-    limits = with_stated(described_limits(own), beside.stated_limits())
+    limits = with_stated(described_limits(own), beside.stated_limits(), units=joint_units(own))
     description = described(own, collision_model, beside.name)
     return _assembled(own, description, semantics, limits, RobotBase(), beside)
 

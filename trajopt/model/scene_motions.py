@@ -9,7 +9,7 @@ from typing import Self
 from trajopt.arrays import one_of
 from trajopt.errors import DuplicateObject, ModelError, shown
 from trajopt.model.placement import IDENTITY, PlacementLike, as_placement
-from trajopt.model.planned_robot import MovingRobot, PlannedRobot, robot_and_trajectory
+from trajopt.model.planned_robot import MovingRobot, Planned, model_and_trajectory
 from trajopt.model.requirements import WORLD
 from trajopt.model.robot_in_motion import robot_objects
 from trajopt.model.scene_object import SceneObject, cloud_parts, object_placement, replaced_cloud
@@ -49,7 +49,7 @@ class SceneMotions(SceneParts):
     def with_robot_in_motion(
         self,
         name: str,
-        motion: PlannedRobot | MovingRobot,
+        motion: Planned[MovingRobot] | MovingRobot,
         trajectory: Trajectory | None = None,
         *,
         base: PlacementLike = IDENTITY,
@@ -81,7 +81,7 @@ class SceneMotions(SceneParts):
             ModelError: If a half-space would have to move.
             ShapeError: If a number or the placement is none.
         """
-        robot, moved = robot_and_trajectory("with_robot_in_motion", motion, trajectory)
+        robot, moved = model_and_trajectory("with_robot_in_motion", motion, trajectory, MovingRobot)
         if not one_of("name", name, str):
             raise ModelError("name of the robot is empty: its links could not be told from this one's")
         where = as_placement("base", base)

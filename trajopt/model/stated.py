@@ -172,8 +172,24 @@ def _requirement(scene: Scene, group: str, name: str, item: GoalLike, *, degrees
         where = as_placement(name, item)
     except ModelError as error:
         forms = "a requirement or several, the name of a state, joint -> position, or a placement"
-        raise ProblemError(f"{name} must be {forms}, is {shown(item)}") from error
+        hint = _of_numbers_alone(scene.robot, group, item)
+        raise ProblemError(f"{name} must be {forms}, is {shown(item)}{hint}") from error
     return frame_placement(tool_of(scene, group), where)
+
+
+def _of_numbers_alone(robot: Robot, group: str, item: object) -> str:
+    """Say how numbers without names are given, as far as their count tells what they are."""
+    try:
+        count = len(floats("goal", cast("ArrayLike", item), (None,)))
+    except ShapeError:
+        return ""
+    for joints, whose in (
+        (robot.group(group).joints, f"robot.group({group!r}).joints"),
+        (robot.joint_names, "robot.joint_names"),
+    ):
+        if count == len(joints):
+            return f" ({count} numbers alone; as positions of joints: dict(zip({whose}, numbers)))"
+    return " (a place alone; placement((x, y, z)) is unturned)" if count == 3 else ""
 
 
 def _in_radians(

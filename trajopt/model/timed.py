@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from trajopt.arrays import Floats, readonly
-from trajopt.model.cached import LruCache, cached_per_value
+from trajopt.model.cached import LruCache, cached_in_value
 from trajopt.model.collisions.collision_model import collision_model_of
 from trajopt.model.driven_joints import DrivenJoints, add_driven
 from trajopt.model.limits import JointLimits
@@ -70,9 +70,9 @@ def timed_model(reduced: ReducedModel) -> TimedModel | None:
     return _timed_models(scene).get(robot, lambda: _built(reduced, robot))
 
 
-@cached_per_value
+@cached_in_value
 def _timed_models(scene: Scene) -> LruCache[ReducedRobot, TimedModel]:
-    del scene
+    del scene  # the models refer to it
     return LruCache(4)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, Value, floats, number, one_of
 from trajopt.errors import ProblemError, shown
 from trajopt.errors.arguments import checked
-from trajopt.model.likely_units import stated_angle
+from trajopt.model.likely_units import stated_angle, warn_of_fast_limit
 from trajopt.model.printed import in_degrees, in_length
 
 SLOWEST = 1e-9
@@ -79,12 +79,19 @@ def tool_speed(
         ShapeError: If a number is not usable.
         ProblemError: If a limit is not positive or below 1e-9, or there is none, or a steady speed has no
             limit.
+
+    Warns:
+        UnitWarning: If a limit is beyond what any arm reaches.
     """
     one_of("frame", frame, str)
     turning = stated_angle(f"angular speed of {shown(frame)}", angular, degrees=degrees, infinite=True)
     limits = {"linear": linear, "angular": turning}
     for name, limit in limits.items():
         speed = number(f"{name} speed of {shown(frame)}", limit, infinite=True)
+        if name == "linear" or not degrees:
+            warn_of_fast_limit(
+                f"{name} speed of {shown(frame)}", speed, "m/s" if name == "linear" else "rad/s"
+            )
         if 0.0 < speed < SLOWEST:
             least = f"{SLOWEST:g} {'m/s' if name == 'linear' else 'rad/s'} is the least"
             raise ProblemError(f"tool_speed({shown(frame)}): the {name} limit is {limit:g}; {least}")

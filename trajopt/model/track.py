@@ -16,7 +16,7 @@ from trajopt.errors.arguments import checked
 from trajopt.model.collisions.bodies import Anchor
 from trajopt.model.frame_pieces import frame_pieces
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
-from trajopt.model.planned_robot import MovingRobot, PlannedRobot, robot_and_trajectory
+from trajopt.model.planned_robot import MovingRobot, Planned, model_and_trajectory
 from trajopt.model.printed import in_number
 from trajopt.model.rotations import as_rotation_vector, from_rotation_vector
 from trajopt.model.trajectory import LONGEST, Trajectory
@@ -162,7 +162,7 @@ class Track(Value):
 
     @staticmethod
     def of(
-        motion: PlannedRobot | MovingRobot,
+        motion: Planned[MovingRobot] | MovingRobot,
         frame: str,
         *,
         reach: float,
@@ -196,7 +196,7 @@ class Track(Value):
             FrameNotFound: If the frame is unknown.
             ShapeError: If a number is not usable.
         """
-        robot, moved = robot_and_trajectory("Track.of", motion, trajectory)
+        robot, moved = model_and_trajectory("Track.of", motion, trajectory, MovingRobot)
         if number("reach", reach) < 0.0 or number("tolerance", tolerance) <= 0.0:
             name, size = ("reach", reach) if reach < 0.0 else ("tolerance", tolerance)
             raise ShapeError(name, f"must be positive, is {size:g} m")

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trajopt.arrays import Floats, Value, floats, number, one_of, readonly, sequence
+from trajopt.arrays import Floats, Value, floats, floats_of_any_shape, number, one_of, readonly, sequence
 from trajopt.errors import JointNotFound, ShapeError, listed
 from trajopt.errors.arguments import checked
 from trajopt.model.printed import in_number
@@ -287,11 +287,11 @@ class Trajectory(Value):
             Shape t.shape + (n,).
 
         Raises:
-            ShapeError: If the order is not 0 to 3.
+            ShapeError: If a time is no number, or the order is not 0 to 3.
         """
         if order not in (0, 1, 2, 3):
             raise ShapeError("order", f"must be 0 to 3, is {order}")
-        moments = np.clip(np.asarray(t, dtype=float), 0.0, self.duration)
+        moments = np.clip(floats_of_any_shape("t", t), 0.0, self.duration)
         segment = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, len(self.times) - 2)
         since = (moments - self.times[segment])[..., None]
         first, *others = self._derivatives[order]

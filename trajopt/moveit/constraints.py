@@ -10,10 +10,10 @@ from trajopt.errors.arguments import checked
 from trajopt.io.document import Node
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import (
+    FramePlacement,
     JointPositions,
     Requirement,
     RotationCoordinates,
-    frame_placement,
     joint_positions,
 )
 from trajopt.model.requirements.registered import import_installed
@@ -125,14 +125,14 @@ def _oriented(
         reading.notes.append(f"{node.place}: leaves every axis free and requires nothing")
         return ()
     return (
-        frame_placement(
+        FramePlacement(  # itself: a box of metres is how a message leaves an axis free, and no mistake
             orientation.frame,
             Placement(readonly(np.array(orientation.rotation)), readonly(np.array(translation))),
-            reference=orientation.reference,
-            position_tolerance=tolerance,
-            rotation_tolerance=orientation.tolerance,
-            coordinates=orientation.coordinates,
-            offset=offset,
+            orientation.reference,
+            readonly(np.array(tolerance)),
+            readonly(np.array(orientation.tolerance)),
+            orientation.coordinates,
+            readonly(np.array(offset)),
         ),
     )
 
@@ -142,13 +142,13 @@ def _positioned(region: PointRegion, node: Node, reading: Reading) -> tuple[Requ
         reading.notes.append(f"{node.place}: leaves every axis free and requires nothing")
         return ()
     return (
-        frame_placement(
+        FramePlacement(
             region.frame,
             region.placement,
-            reference=region.reference,
-            position_tolerance=region.tolerance,
-            rotation_tolerance=FREE,
-            coordinates=RotationCoordinates.ROTATION_VECTOR,
-            offset=region.offset,
+            region.reference,
+            readonly(np.array(region.tolerance)),
+            readonly(np.full(3, FREE)),
+            RotationCoordinates.ROTATION_VECTOR,
+            readonly(np.array(region.offset)),
         ),
     )

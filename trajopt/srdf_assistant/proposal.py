@@ -8,6 +8,7 @@ import numpy as np
 from trajopt.errors.arguments import checked
 from trajopt.kinematics.sampling import Progress
 from trajopt.model.description.srdf import EndEffector
+from trajopt.model.printed import in_number
 from trajopt.model.robot import Robot
 from trajopt.srdf_assistant.evidence import DEFAULT_CONFIDENCE, Confidence, PairEvidence, Verdict
 from trajopt.srdf_assistant.gripper_findings import gripper_findings
@@ -83,9 +84,8 @@ class SrdfProposal:
         lines = [f"groups of {self.name}"]
         for group in self.groups:
             way = f"on {group.parent_link}" if group.is_gripper else f"{group.base} to {group.tip}"
-            lines.append(
-                f"  {group.name}: {way}, {len(group.driven)} driven joints: {', '.join(group.driven)}"
-            )
+            joints = in_number(group.driven, "driven joint")
+            lines.append(f"  {group.name}: {way}, {joints}: {', '.join(group.driven)}")
         lines += ["", "states", *(f"  {group}: {name}" for group, name in self.states)]
         share, level = 100.0 * self.confidence.share, 100.0 * self.confidence.level
         titles = {

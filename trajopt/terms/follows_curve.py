@@ -48,8 +48,11 @@ class CurveError(Value):
 
     def linearise(self, motion: Motion) -> Rows:
         """Evaluate and differentiate at the knots among the samples."""
-        at_knots = motion.where(np.isclose(motion.place, np.round(motion.place), rtol=0.0, atol=1e-9))
         last = len(motion.knots) - 1
+        # A lone configuration has no place along the curve, unless that is the end alone.
+        told = last > 0 or self.stations is not None or self.window.first == self.window.last
+        knots = np.isclose(motion.place, np.round(motion.place), rtol=0.0, atol=1e-9)
+        at_knots = motion.where(knots & told)
         if self.stations is not None:
             s = np.interp(at_knots.place, np.arange(last + 1), self.stations)
         else:

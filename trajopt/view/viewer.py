@@ -8,7 +8,8 @@ from trajopt.arrays import Floats
 from trajopt.errors import ShapeError, shown
 from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
-from trajopt.model.reduced import Planned, ReducedModel, model_and_trajectory
+from trajopt.model.planned_robot import Planned, model_and_trajectory
+from trajopt.model.reduced import ReducedModel
 from trajopt.model.trajectory import Trajectory
 from trajopt.query import Kinematics
 from trajopt.view.clearance import ClearanceQuery, Nearest
@@ -26,13 +27,13 @@ ASPECT = 1.0
 
 
 @overload
-def view(motion: Planned, *, port: int = 8080, host: str = "127.0.0.1") -> "Viewer": ...
+def view(motion: Planned[ReducedModel], *, port: int = 8080, host: str = "127.0.0.1") -> "Viewer": ...
 @overload
 def view(
     motion: ReducedModel, trajectory: Trajectory, *, port: int = 8080, host: str = "127.0.0.1"
 ) -> "Viewer": ...
 def view(
-    motion: Planned | ReducedModel,
+    motion: Planned[ReducedModel] | ReducedModel,
     trajectory: Trajectory | None = None,
     *,
     port: int = 8080,
@@ -55,7 +56,7 @@ def view(
         ProblemError: If nothing can be served on this host or port.
         ShapeError: If the trajectory moves other joints than the group's.
     """
-    reduced, trajectory = model_and_trajectory("view", motion, trajectory)
+    reduced, trajectory = model_and_trajectory("view", motion, trajectory, ReducedModel)
     if trajectory.joint_names != reduced.joint_names:
         raise ShapeError("trajectory", f"moves {trajectory.joint_names}, the group is {reduced.joint_names}")
     return Viewer(open_server(host, port), reduced, trajectory)

@@ -64,8 +64,8 @@ PAIRS_DIFFER = " (single pairs differ)"
 def how_near(first: str, second: str, distance: float, required: float) -> str:
     """Say that two things are inside each other, or nearer than is required [m]."""
     if distance <= 0.0:
-        depth = -distance * 1000
-        return f"{first} is {depth:.1f} mm inside {second}" if depth >= 0.05 else f"{first} touches {second}"
+        depth = f"{-distance:.4g} m" if distance < -1.0 else f"{-1e3 * distance:.1f} mm"
+        return f"{first} is {depth} inside {second}" if distance <= -5e-5 else f"{first} touches {second}"
     return f"{first} is {distance * 1000:.1f} mm from {second}, {required * 1000:g} mm are required"
 
 

@@ -223,6 +223,11 @@ def joint_unit(model: pin.Model, joint: str, *, order: int = 0) -> str:
     return ("m" if kind.startswith("JointModelP") else "rad") + _PER_SECOND[order]
 
 
+def joint_units(model: pin.Model) -> dict[str, str]:
+    """Return the unit of each movable joint's position, "rad" or "m", by its name."""
+    return {name: joint_unit(model, name) for name in list(model.names)[1:]}
+
+
 def effort_unit(model: pin.Model, joint: str) -> str:
     """Return the unit of what drives a movable joint: Nm, or N where it slides."""
     return "Nm" if joint_unit(model, joint) == "rad" else "N"

@@ -11,7 +11,7 @@ from trajopt.arrays import Floats, floats, number, one_of
 from trajopt.errors import ProblemError
 from trajopt.errors.arguments import checked
 from trajopt.model.curve import Curve
-from trajopt.model.likely_units import stated_angle
+from trajopt.model.likely_units import stated_angle, warn_of_wide_tolerance
 from trajopt.model.printed import in_axis, in_degrees, in_length, in_point
 from trajopt.model.requirements.requirement import (
     MILLIMETRES,
@@ -116,6 +116,9 @@ def follows_curve(
     Raises:
         ShapeError: If a number is not usable.
         ProblemError: If a tolerance is not positive or the length is not on the curve.
+
+    Warns:
+        UnitWarning: If the position tolerance is two metres or more.
     """
     way = one_of("curve", curve, Curve)
     end = way.length if until is None else number("until", until)
@@ -124,10 +127,12 @@ def follows_curve(
     turned = stated_angle(
         "rotation_tolerance", rotation_tolerance, degrees=degrees, default=CURVE_ROTATION, infinite=True
     )
+    held = positive("position_tolerance", position_tolerance)
+    warn_of_wide_tolerance("position_tolerance", held)
     return FollowsCurve(
         frame,
         way,
-        positive("position_tolerance", position_tolerance),
+        held,
         positive("rotation_tolerance", turned, infinite=True),
         end,
         None if spin is None else direction_of("spin", spin),

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from trajopt.arrays import Floats, floats, one_of, readonly
 from trajopt.errors import ProblemError, ShapeError, shown
 from trajopt.errors.arguments import checked
-from trajopt.model.likely_units import stated_angles
+from trajopt.model.likely_units import stated_angles, warn_of_wide_tolerance
 from trajopt.model.placement import Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_direction, in_unit
 from trajopt.model.requirements.requirement import (
@@ -162,7 +162,8 @@ def frame_placement(
         ProblemError: If a tolerance is negative or every axis is free.
 
     Warns:
-        UnitWarning: If a rotation tolerance in radians is beyond a whole turn.
+        UnitWarning: If a rotation tolerance in radians is beyond a whole turn, or a finite position
+            tolerance is two metres or more.
     """
 
     def three(name: str, value: ArrayLike) -> Floats:
@@ -177,6 +178,7 @@ def frame_placement(
         return array
 
     position = three("position_tolerance", position_tolerance)
+    warn_of_wide_tolerance("position_tolerance", position)
     if rotation_tolerance is None:
         one_of("degrees", degrees, bool)
         rotation = three("rotation_tolerance", ROTATION_TOLERANCE)

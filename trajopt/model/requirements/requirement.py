@@ -1,6 +1,6 @@
 """The base of every requirement, and what several of them need."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from trajopt.arrays import Floats, Value, floats, number, readonly
 from trajopt.errors import ProblemError, ShapeError
-from trajopt.model.printed import in_degrees, in_length
 
 WORLD = "world"
 """Name of the frame that all others are placed in in the end."""
@@ -126,21 +125,6 @@ class Relaxation:
         """State the change by an amount."""
         unit, after = self.unit, self.now - amount if self.shrinks else self.now + amount
         return f"{self.what} {self.now / unit.size:.3g} to {after / unit.size:.3g} {unit.name}".rstrip()
-
-
-def missed_by(amount: float, requirements: Sequence[Requirement]) -> str:
-    """Print by how much requirements are missed: 12 mm, 3 deg, or what it is added up of where units mix.
-
-    Args:
-        amount: By how much they are missed, or the sum of it, each part in its own unit [m, rad].
-        requirements: The requirements that are missed.
-    """
-    units = {unit for required in requirements for unit in required.units}
-    if units == {MILLIMETRES.base}:
-        return in_length(amount)
-    if units == {MILLIMETRES.base, DEGREES.base}:
-        return f"{amount:.3g} (m and rad added up)"
-    return in_degrees(amount) if units == {DEGREES.base} else f"{amount:.3g}"
 
 
 def direction_of(name: str, value: ArrayLike) -> Floats:
