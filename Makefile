@@ -160,13 +160,16 @@ $(VENV)/bin/python:
 	  || (echo "trajopt needs Python 3.11 to 3.13; name one with: make PYTHON=python3.12 ..." && exit 1)
 	$(PYTHON) -m venv $(VENV)
 
-$(STAMP): $(VENV)/bin/python pyproject.toml $(shell find trajopt/native -name "*.[ch]pp" -o -name CMakeLists.txt)
+SOURCES := pyproject.toml $(shell find trajopt/native -name "*.[ch]pp" -o -name CMakeLists.txt)
+
+$(STAMP): $(VENV)/bin/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[robots,view]"
 	touch $@
 
-$(STAMP_DEV): $(STAMP)
+# Does not rest on the other stamp, which it sets too: each installation compiles the native cores.
+$(STAMP_DEV): $(VENV)/bin/python $(SOURCES)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
-	touch $@
+	touch $(STAMP) $@
 
 clean:
 	rm -rf $(VENV) out build dist *.egg-info
