@@ -22,7 +22,7 @@ from trajopt.retime import retime
 from trajopt.solvers.choice import step_solver
 from trajopt.terms.motion import Motion
 from trajopt.transcription import fixed_goal, transcribe
-from trajopt.verify import Judge
+from trajopt.verify import Judge, Specification
 
 
 def least(work: Callable[[], object], runs: int = 40) -> float:
@@ -51,6 +51,7 @@ def pieces(problem: to.Problem) -> dict[str, float]:
     moves = nlp.lower < nlp.upper
     box = np.where(moves, 0.5, 0.0)
     torque = DynamicsQuery(reduced).torque
+    asked = Specification(goals=problem.goals, limits=problem.limits)
 
     def near(query_class: Callable[..., object]) -> Callable[[], object]:
         return lambda: query_class(reduced).close_pairs(motion.positions, reach)  # pyright: ignore
@@ -67,9 +68,7 @@ def pieces(problem: to.Problem) -> dict[str, float]:
         "QP, PIQP": least(qp("piqp")),
         "QP, OSQP": least(qp("osqp"), runs=5),
         "retiming": least(lambda: retime(plan.path, problem.limits, inverse_dynamics=torque)),
-        "verification": least(
-            lambda: Judge(reduced).verify(plan.trajectory, goals=problem.goals, limits=problem.limits)
-        ),
+        "verification": least(lambda: Judge(reduced).certify(plan.trajectory, asked)),
         "plan(), all": least(lambda: to.plan(problem)),
     }
 

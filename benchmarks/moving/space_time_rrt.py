@@ -30,7 +30,7 @@ import trajopt as to
 from trajopt.model.requirements import JointPositions
 from trajopt.model.timed import timed_model
 from trajopt.query.geometry import collision_geometry
-from trajopt.verify import CheckKind, Judge
+from trajopt.verify import CheckKind, Judge, Specification
 
 util.setLogLevel(util.LogLevel.LOG_NONE)
 
@@ -253,7 +253,7 @@ class SpaceTimeRrt:
 
     def _refusal(self, path: to.Trajectory) -> str | None:
         """Return what the judge holds against a motion, accelerations that jump left out; None if proven."""
-        certificate = self._judge.verify(path, goals=self.problem.goals)
+        certificate = self._judge.certify(path, Specification(goals=self.problem.goals))
         wrong = [
             check.detail
             for check in certificate.failed

@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.peers.export import Asked
 from trajopt.model.trajectory import Trajectory
-from trajopt.verify import Certificate, Judge, VerifyOptions
+from trajopt.verify import Certificate, Judge, Specification, VerifyOptions
 
 ENDS_TOLERANCE = 2e-3
 """How far a motion may start and end from where it must, for every planner [rad]."""
@@ -99,7 +99,7 @@ def _judge_path(judge: Judge, asked: Asked, points: np.ndarray) -> PathVerdict:
     points = points[np.concatenate(([True], lengths > 0.0))]
     times = np.concatenate(([0.0], np.cumsum(lengths[lengths > 0.0]) / SLOW))
     names = asked.problem.reduced.joint_names
-    certificate = judge.verify(Trajectory(names, times, points), goals=asked.problem.goals)
+    certificate = judge.certify(Trajectory(names, times, points), Specification(goals=asked.problem.goals))
     wrong = _wrong_ends(asked, points)
     limits = asked.problem.limits
     if (points < limits.lower - LIMIT_TOLERANCE).any() or (points > limits.upper + LIMIT_TOLERANCE).any():
@@ -119,7 +119,7 @@ def _judge_motion(judge: Judge, asked: Asked, motion: dict[str, Any]) -> MotionV
     keys = ("times", "positions", "velocities", "accelerations")
     arrays = [None if motion[key] is None else np.array(motion[key]) for key in keys]
     trajectory = Trajectory(asked.problem.reduced.joint_names, *arrays)
-    certificate = judge.verify(trajectory, goals=asked.problem.goals, limits=limits)
+    certificate = judge.certify(trajectory, Specification(goals=asked.problem.goals, limits=limits))
     wrong = _wrong_ends(asked, trajectory.positions)
     wrong += [f"{check.name}: {check.detail}" for check in certificate.failed if "at rest" in check.name]
     exceeded = [check for check in certificate.failed if check.name in ORDERS]

@@ -23,7 +23,7 @@ from trajopt.model.reduced import ReducedModel
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Plane, Shape, Sphere, convex
 from trajopt.model.trajectory import Trajectory
-from trajopt.verify import Certificate, Examination, Judge, VerifyOptions
+from trajopt.verify import Certificate, Examination, Judge, Specification, VerifyOptions
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion
 from trajopt.verify.kernel.pair_distances import PairDistances
@@ -151,7 +151,7 @@ def crowded(folder: Path, rng: np.random.Generator) -> ReducedModel:
 
 
 def judged(model: ReducedModel, trajectory: Trajectory, judge: type[Judge]) -> Certificate:
-    return judge(model).verify(trajectory, goals=())
+    return judge(model).certify(trajectory, Specification(goals=()))
 
 
 @given(seed=st.integers(0, 10**6))

@@ -16,7 +16,7 @@ from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.requirements import joint_positions
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Sphere
-from trajopt.verify import Certificate, Evidence, Judge, verify
+from trajopt.verify import Certificate, Evidence, Judge, Specification, verify
 
 SWEEP = [[-1.0, 0.0], [1.0, 0.0]]
 
@@ -134,12 +134,11 @@ def test_notes_say_what_was_assumed(tmp_path: Path) -> None:
 
 def test_one_judge_for_many_motions(model: ReducedModel) -> None:
     judge = Judge(model)
-    goal = joint_positions({"shoulder": 1.0})
-    first, again = (judge.verify(quintic(model, SWEEP, 1.0), goals=[goal]) for _ in range(2))
+    asked = Specification(goals=[joint_positions({"shoulder": 1.0})])
+    first, again = (judge.certify(quintic(model, SWEEP, 1.0), asked) for _ in range(2))
     assert first.as_dict() == again.as_dict()
     assert (
-        judge.verify(quintic(model, [[-1.0, 0.0], [0.5, 0.0]], 1.0), goals=[goal]).failed[0].name
-        == "goal: joints"
+        judge.certify(quintic(model, [[-1.0, 0.0], [0.5, 0.0]], 1.0), asked).failed[0].name == "goal: joints"
     )
 
 

@@ -20,7 +20,7 @@ from trajopt.model.placement import placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Box, Shape, Sphere, convex
 from trajopt.model.trajectory import Trajectory
-from trajopt.verify import Certificate, Check, Judge
+from trajopt.verify import Certificate, Check, Judge, Specification
 
 EXACT = MeshPolicy(exact=True)
 CORNERS = convex([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
@@ -85,7 +85,7 @@ def moved(scene: Scene, judge: type[Judge], times: list[float], places: list[flo
     """Judge a motion straight from place to place."""
     model = reduced(scene, [places[0]])
     path = Trajectory(model.joint_names, np.array(times), np.array(places)[:, None])
-    return judge(model).verify(path, goals=())
+    return judge(model).certify(path, Specification(goals=()))
 
 
 def named(certificate: Certificate, name: str) -> Check:
@@ -309,7 +309,7 @@ def test_random_motions_with_windows_are_judged_soundly(tmp_path: Path, seed: in
     places = rng.uniform(-0.7, 0.7, (4, 2))
     model = reduced(scene, places[0])
     path = Trajectory(model.joint_names, np.linspace(0.0, 1.0, 4), places)
-    judged = [judge(model).verify(path, goals=()) for judge in (PlainJudge, Judge)]
+    judged = [judge(model).certify(path, Specification(goals=())) for judge in (PlainJudge, Judge)]
     assert len({certificate.verified for certificate in judged}) == 1
     times = np.linspace(first + 1e-6, 1.0 - last - 1e-6, 60)
     points = np.column_stack((path(times), np.zeros(len(times)))) + np.array((0.01, 0.02, 0.03))

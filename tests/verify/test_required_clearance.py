@@ -12,7 +12,7 @@ from tests.verify.arms import joint, link, quintic, reduced, robot
 from trajopt.arrays import Floats
 from trajopt.errors import FrameNotFound, ModelError, ShapeError
 from trajopt.model.scene import Scene
-from trajopt.verify import Certificate, Check, Evidence, Judge, Moment
+from trajopt.verify import Certificate, Check, Evidence, Judge, Moment, Specification
 
 JUDGES = (PlainJudge, Judge)
 RADIUS = 0.05
@@ -40,7 +40,7 @@ def walled(folder: Path) -> Scene:
 
 def judged(scene: Scene, knots: list[list[float]], judge: type[Judge]) -> Certificate:
     model = reduced(scene, knots[0])
-    return judge(model).verify(quintic(model, knots, 1.0), goals=())
+    return judge(model).certify(quintic(model, knots, 1.0), Specification(goals=()))
 
 
 def rows(certificate: Certificate) -> list[Check]:
@@ -125,7 +125,7 @@ def test_random_motions_are_judged_as_a_formula_says(tmp_path: Path, judge: type
         spare = apart - np.array(list(required.values()))
         if abs(spare).min() < 1e-4:
             continue
-        certificate = judge(model).verify(motion, goals=())
+        certificate = judge(model).certify(motion, Specification(goals=()))
         held = all(check.holds for check in rows(certificate))
         assert held == (spare.min() > 0.0)
         verdicts.append(held)

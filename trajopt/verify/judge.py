@@ -66,40 +66,18 @@ class Judge:
         self._surroundings = Surroundings(self._kinematics, options)
 
     @checked
-    def verify(
-        self,
-        trajectory: Trajectory,
-        *,
-        goals: Sequence[Requirement],
-        constraints: Sequence[Requirement] = (),
-        waypoints: Mapping[str, Sequence[Requirement]] = NONE,
-        partial: Sequence[During[Requirement] | During[SampledCheck]] = (),
-        sampled: Sequence[SampledCheck] = (),
-        limits: JointLimits | None = None,
-        tool_speeds: Sequence[ToolSpeed] = (),
-        start_velocities: Floats | None = None,
-        start_accelerations: Floats | None = None,
-        dwell: float = 0.0,
-        finish_by: float | None = None,
-    ) -> Certificate:
-        """Judge a trajectory, as the function `verify` does."""
-        specification = Specification(
-            goals=goals,
-            constraints=constraints,
-            waypoints=waypoints,
-            partial=partial,
-            sampled=sampled,
-            limits=limits,
-            tool_speeds=tool_speeds,
-            start_velocities=start_velocities,
-            start_accelerations=start_accelerations,
-            dwell=dwell,
-            finish_by=finish_by,
-        )
-        return self.certify(trajectory, specification)
-
     def certify(self, trajectory: Trajectory, specification: Specification) -> Certificate:
-        """Judge a trajectory, and measure how nearly it does what is asked; see the function `verify`."""
+        """Judge a trajectory, and measure how nearly it does what is asked.
+
+        Args:
+            trajectory: Of the group's joints.
+            specification: What it must do.
+
+        Raises:
+            ProblemError: If the trajectory or the limits are of other joints than the group's, or a
+                requirement has no check.
+            NameNotFound: If a requirement names what does not exist.
+        """
         before = self._calls
         moving = moving_limits(self.reduced, specification.limits)
         bounds = group_part(self.reduced, moving)
@@ -297,9 +275,7 @@ def verify(
         NameNotFound: If a requirement names what does not exist.
         ModelError: If two half-spaces have to keep apart.
     """
-    judge = Judge(reduced, options)
-    return judge.verify(
-        trajectory,
+    specification = Specification(
         goals=goals,
         constraints=constraints,
         waypoints=waypoints,
@@ -312,6 +288,7 @@ def verify(
         dwell=dwell,
         finish_by=finish_by,
     )
+    return Judge(reduced, options).certify(trajectory, specification)
 
 
 def examine(

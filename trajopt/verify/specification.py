@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from trajopt.arrays import Floats, Value
+from trajopt.errors.arguments import checked
 from trajopt.model.limits import JointLimits
 from trajopt.model.requirements import During, Requirement
 from trajopt.model.tool_speed import ToolSpeed
@@ -11,6 +12,7 @@ from trajopt.verify.certificate import Counts
 from trajopt.verify.checks.sampled import SampledCheck
 
 
+@checked
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Specification(Value):
     """Everything that a motion must do, besides keeping its bodies apart.
