@@ -6,6 +6,7 @@ from html import escape
 from trajopt.benchmark.html import document, image, table, words
 from trajopt.benchmark.outcome import Outcome
 from trajopt.benchmark.suite_table import number, summary
+from trajopt.planning.status import Status
 from trajopt.verify import Check, CheckKind
 
 STYLE = """
@@ -68,8 +69,8 @@ def _one(outcome: Outcome, picture: bytes | None) -> str:
 
 
 def _motion(outcome: Outcome) -> str:
-    """Say how long a motion takes and how near it comes to anything; nothing where there is none."""
-    if outcome.duration is None:
+    """Say how long a motion takes and how near it comes to anything; nothing of one that was refused."""
+    if outcome.duration is None or outcome.status is not Status.SOLVED:
         return ""
     near = [
         f"{1000 * item.value:.1f} mm clear" + (f" ({1000 * item.bound:g} mm required)" if item.bound else "")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from PIL import Image
 
-from tests.benchmark.suite.outcomes import ALL
+from tests.benchmark.suite.outcomes import ALL, REFUSED
 from trajopt.benchmark.suite_page import page as page_of
 from trajopt.simulate.thumbnail import HEIGHT, WIDTH
 
@@ -25,6 +25,11 @@ def test_needs_nothing_beside_itself() -> None:
     for outside in ("http:", "https:", "src=", "<script", "url("):
         assert outside not in text
     assert "tip &lt;of&gt; the arm" in text and "misses by 1 &lt; 2" in text
+
+
+def test_tells_no_motion_of_what_is_refused() -> None:
+    assert REFUSED.duration is not None  # the last that was tried
+    assert "motion of" not in page_of([REFUSED])
 
 
 def test_pictures_are_in_the_page_itself() -> None:
