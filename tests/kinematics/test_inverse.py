@@ -1,5 +1,7 @@
 """Inverse kinematics: what is found holds, is ordered and distinct; what is not found is explained."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,8 @@ def test_solutions_hold_are_distinct_and_ordered_by_distance(panda: ReducedModel
     assert np.abs((reached.translation - where.translation) @ where.rotation).max() <= 1e-4
     turn = np.trace(np.swapaxes(reached.rotation, 1, 2) @ where.rotation, axis1=1, axis2=2)
     assert np.arccos(np.clip((turn - 1) / 2, -1, 1)).max() <= 1e-3 * np.sqrt(3)
-    assert travel(panda, near, found.free) == sorted(travel(panda, near, found.free))
+    times = travel(panda, near, found.free)
+    assert all(later >= earlier / 1.01 for earlier, later in pairwise(times))
     apart = np.abs(np.array(found.free)[:, None] - np.array(found.free)).max(axis=2)
     assert (apart + np.eye(len(apart)) > 1e-2).all()
     assert all(validity(panda, q).valid for q in found.free)
@@ -86,3 +89,13 @@ def test_misuse_is_named(odd: ReducedModel) -> None:
         inverse_kinematics(odd, to.frame_placement("tipp", to.placement()))
     with pytest.raises(to.TrajoptError, match="no joint named 'elbo'"):
         inverse_kinematics(odd, to.joint_positions({"elbo": 0.1}))
+
+
+def test_joints_that_a_goal_leaves_free_stay_where_that_costs_no_time() -> None:
+    """The joint that is named decides on the time; the others swung by up to 99 deg within it."""
+    ur5 = to.load("ur5")
+    start = dict(zip(ur5.groups["manipulator"].joints, (0.0, -1.2, 1.0, -1.5, -1.5, 0.0), strict=True))
+    goal = to.joint_positions({"shoulder_pan_joint": 1.5})
+    problem = to.Problem(scene=to.Scene(ur5), group="manipulator", start=start, goal=goal)
+    nearest = to.goal_configurations(problem)[0]
+    assert nearest - problem.reduced.start_positions == pytest.approx([1.5, 0, 0, 0, 0, 0], abs=2e-4)

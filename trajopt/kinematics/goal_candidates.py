@@ -28,6 +28,9 @@ PUSH = 0.8
 """Standard deviation of those starts around a solution [rad | m]; 0.2 to 0.8 find about as much."""
 SAME = 1e-2
 """Solutions nearer to each other than this in every joint are one [rad | m]."""
+AS_FAR = 0.01
+"""Share by which times to configurations may differ and count as equal: times at full speed, which leave out
+that the joints have to speed up and slow down, tell no finer."""
 HOLDABLE = 1.0 - 2e-6
 """Share of an effort limit that holding still must stay below: what is left has to move the joint."""
 
@@ -184,9 +187,20 @@ def _nearest_turns(reduced: ReducedModel, projection: Projection, found: Floats)
 
 
 def _by_travel(reduced: ReducedModel, found: Floats) -> Floats:
-    """Sort configurations by the time to them at full velocity."""
+    """Sort configurations by the time to them at full velocity; of those equally far, what moves least first.
+
+    The slowest joint alone decides on the time: where a goal names one joint only, all its configurations are
+    equally far, and the others should not swing about because that costs no time.
+    """
     travel = np.abs(found - reduced.start_positions) / reduced.limits.velocity
-    return found[np.argsort(travel.max(axis=1, initial=0.0), kind="stable")]
+    times = travel.max(axis=1, initial=0.0)
+    order = np.argsort(times, kind="stable")
+    rank, nearest = np.empty(len(found)), -np.inf
+    for place in order:
+        if times[place] > nearest * (1.0 + AS_FAR):
+            nearest = times[place]
+        rank[place] = nearest
+    return found[np.lexsort((np.linalg.norm(travel, axis=1), rank))]
 
 
 def _distinct(found: Floats) -> Floats:
