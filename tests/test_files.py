@@ -9,7 +9,7 @@ import pytest
 import trajopt as to
 from trajopt.errors import FileFormatError, TrajoptError, shown
 from trajopt.errors.shown import SHOWN_LENGTH
-from trajopt.io.document import Node
+from trajopt.io.document import Node, read_document
 from trajopt.io.files import read_json
 from trajopt.io.yaml_files import MOST_ALIASED, read_yaml
 from trajopt.model.limits import read_joint_limits
@@ -215,3 +215,21 @@ def test_a_number_with_an_exponent_and_no_point_is_a_limit(tmp_path: Path) -> No
     path = tmp_path / "joint_limits.yaml"
     path.write_text("joint_limits: {j: {max_velocity: 1e1}}\n")
     assert read_joint_limits(path)["j"]["max_velocity"] == 10.0
+
+
+def test_a_name_that_yaml_takes_for_a_number_is_kept_as_a_key_and_told_as_a_value(tmp_path: Path) -> None:
+    file = tmp_path / "named.yaml"
+    file.write_text("joints: {3: 0.1, off: 0.2, 1.50: 0.3}\nid: 3\n")
+    node = read_document(file)
+    assert {name: each.number() for name, each in node["joints"].members().items()} == {
+        "3": 0.1,
+        "off": 0.2,
+        "1.50": 0.3,
+    }
+    with pytest.raises(
+        FileFormatError, match=r"id: must be text, is 3 \(YAML reads it so unless it stands in q"
+    ):
+        node["id"].text()
+    file.write_text("joints: {3: 0.1, '3': 0.2}\n")
+    with pytest.raises(FileFormatError, match="the key '3' is there twice"):
+        read_document(file)

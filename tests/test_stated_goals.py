@@ -57,6 +57,34 @@ def test_a_state_of_other_joints_is_no_goal(panda: to.Scene) -> None:
         to.Problem(scene=both, group="both", start="ready", goal="left_ready")
 
 
+def test_any_goal_of_a_set_has_the_forms_of_a_goal(panda: to.Scene) -> None:
+    forms = {
+        "home": "ready",
+        "above": AT,
+        "bent": {"panda_joint4": -90.0},
+        "both": ["ready", to.gravity_torque(0.9)],
+    }
+    asked = problem(panda, goal=to.any_of(forms), degrees=True)
+    above = to.frame_placement("panda_link8", AT)
+    assert str(asked.alternatives["above"].goals[0]) == str(above)
+    (bent,) = asked.alternatives["bent"].goals
+    assert isinstance(bent, JointPositions) and bent.positions["panda_joint4"] == pytest.approx(-np.pi / 2)
+    assert [len(alone.goals) for alone in asked.alternatives.values()] == [1, 1, 1, 2]
+    assert replace(asked, dwell=1.0).alternatives["bent"].goals == (bent,)
+    result = to.plan(problem(panda, start="extended", goal=to.any_of({"home": "ready", "above": AT})))
+    assert result.verified and result.goal_name in ("home", "above")
+
+
+@pytest.mark.parametrize("wrong", [0.4, [0.1, 0.2], to.Box(1.0, 1.0, 1.0)])
+def test_a_goal_of_a_set_in_none_of_the_forms_is_named(panda: to.Scene, wrong: Any) -> None:
+    with pytest.raises(
+        ProblemError, match="goal 'shelf' must be a requirement or several, the name of a state"
+    ):
+        problem(panda, goal=to.any_of({"shelf": wrong}))
+    with pytest.raises(StateNotFound, match="did you mean 'ready'"):
+        problem(panda, goal=to.any_of({"shelf": "redy"}))
+
+
 def test_joints_by_name_are_a_goal(panda: to.Scene) -> None:
     assert goal_of(panda, {"panda_joint1": 0.3}).positions == {"panda_joint1": 0.3}
     with pytest.raises(JointNotFound):

@@ -49,9 +49,9 @@ class Problem(Value):
         scene: The robot and what is around it, with the clearance to keep.
         start: Name of a state, joint -> position [rad | m], or positions of all joints. Mimic joints are
             where they follow.
-        goal: What must hold at the end: one requirement or several, or any one goal of a set. The name of a
-            state or joint -> position stands for `joint_positions`, a placement for `frame_placement` of the
-            group's tool: its tool frame, where it has one, or the tip of its chain.
+        goal: What must hold at the end: one requirement or several, or any one goal of a set (`any_of`). The
+            name of a state or joint -> position stands for `joint_positions`, a placement for
+            `frame_placement` of the group's tool: its tool frame, where it has one, or the tip of its chain.
         group: The planning group; may be left out where the robot has one only.
         constraints: What must hold all the way, or between waypoints (`during`): requirements, or
             residuals of your own with bounds.
@@ -94,6 +94,7 @@ class Problem(Value):
     name: str = "problem"
     degrees: InitVar[bool] = False
     _start: Floats = field(init=False, repr=False)
+    _by_name: Mapping[str, tuple[Requirement, ...]] = field(init=False, repr=False)
     _goals: tuple[Requirement, ...] = field(init=False, repr=False)
     _waypoints: Mapping[str, tuple[Requirement, ...]] = field(init=False, repr=False)
     _tool_speeds: tuple[ToolSpeed, ...] = field(init=False, repr=False)
@@ -107,7 +108,8 @@ class Problem(Value):
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
         start = stated_start(robot, self.group, self.start, degrees=degrees)
         goal = stated_goal(self.scene, self.group, self.goal, degrees=degrees)
-        goals = tuple(chain(*goal.alternatives.values())) if isinstance(goal, GoalSet) else goal
+        by_name = goal if isinstance(goal, dict) else {}
+        goals = tuple(chain(*by_name.values())) if isinstance(goal, dict) else goal
         constraints = tuple(sequence("constraints", self.constraints))
         if not goals:
             raise ProblemError(
@@ -123,8 +125,8 @@ class Problem(Value):
         for rates in ("start_velocity", "start_acceleration"):
             stated = stated_rates(robot, rates, getattr(self, rates), degrees=degrees)
             object.__setattr__(self, rates, stated)
-        names = ("start", "_start", "goal", "_goals", "constraints", "costs")
-        values = (start, start, goal, goals, constraints, costs)
+        names = ("start", "_start", "goal", "_by_name", "_goals", "constraints", "costs")
+        values = (start, start, GoalSet(by_name) if by_name else goals, by_name, goals, constraints, costs)
         names += ("waypoints", "_waypoints", "tool_speed", "_tool_speeds")
         for name, value in zip(names, (*values, waypoints, waypoints, tools, tools), strict=True):
             object.__setattr__(self, name, value)
@@ -189,9 +191,7 @@ class Problem(Value):
     @cached_property
     def alternatives(self) -> Mapping[str, Problem]:
         """The problem with each goal of its goal set alone, by the goal's name; empty for one goal."""
-        if not isinstance(self.goal, GoalSet):
-            return {}
-        return {name: replace(self, goal=goal) for name, goal in self.goal.alternatives.items()}
+        return {name: replace(self, goal=goal) for name, goal in self._by_name.items()}
 
     @property
     def tool_speeds(self) -> tuple[ToolSpeed, ...]:

@@ -226,6 +226,19 @@ def test_a_whole_warehouse_is_copied_once(
         assert not other.scene("cell").objects
 
 
+def test_versions_are_copied_in_their_order_where_the_clock_was_set_back(
+    tmp_path: Path, kept: Warehouse, cell: to.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dates = iter(("2026-11-02T00:00:00+00:00", "2026-11-01T00:00:00+00:00"))
+    monkeypatch.setattr("trajopt.warehouse.keeping.moment", lambda _: next(dates))
+    kept.add("cell", cell)
+    kept.add("cell", cell.remove("ball"))
+    with Warehouse(tmp_path / "other.warehouse") as other:
+        kept.copy_to(other)
+        assert other.entry("cell").version == 2
+        assert not other.scene("cell").objects
+
+
 def test_it_closes_opens_again_and_goes_to_other_processes(kept: Warehouse, cell: to.Scene) -> None:
     kept.add("cell", cell)
     kept.close()

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import date
 from difflib import get_close_matches
 from math import isfinite, isnan
 from pathlib import Path
@@ -80,11 +81,17 @@ class Node:
         return {str(key): self[str(key)] for key in self._mapping()}
 
     def text(self, default: str | None = None) -> str:
-        """Return a string; the default where it is missing, if there is one."""
+        """Return a string; the default where it is missing, if there is one.
+
+        Raises:
+            FileFormatError: If it is none; of what YAML takes for a number or a truth value it says so.
+        """
         if self.value is None and default is not None:
             return default
         if not isinstance(self.value, str):
-            raise self.error(f"must be text, is {_say(self.value)}")
+            bare = isinstance(self.value, bool | int | float | date) and not self.path.endswith(".json")
+            hint = " (YAML reads it so unless it stands in quotes)" if bare else ""
+            raise self.error(f"must be text, is {_say(self.value)}{hint}")
         return self.value
 
     def number(self, default: float | None = None, *, infinite: bool = False) -> float:

@@ -19,6 +19,7 @@ MOST_ALIASED = 1_000_000
 """Values that the aliases and merges of a YAML file may stand for, written out."""
 
 _MERGE = "tag:yaml.org,2002:merge"
+_TEXT = "tag:yaml.org,2002:str"
 _YAML: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _MALFORMED = (ValueError, ArithmeticError, LookupError, AttributeError, TypeError, RecursionError)
 """Errors of PyYAML's own constructors, such as for `!!bool maybe`."""
@@ -62,7 +63,7 @@ def parse_yaml(text: str, path: Path | str) -> list[object]:
 
 
 class _Loader(_YAML):
-    """YAML's safe loader, which refuses a key given twice and merges without end."""
+    """YAML's safe loader, which takes keys as written and refuses keys given twice and merges without end."""
 
     merged = 0
 
@@ -72,6 +73,7 @@ class _Loader(_YAML):
         for name, _ in node.value:
             if name.tag == _MERGE or not isinstance(name, ScalarNode):
                 continue
+            name.tag = _TEXT  # a joint named 3 or off is not the number or the truth value
             key: Any = self.construct_object(name, deep=deep)
             if key in lines:
                 raise yaml.constructor.ConstructorError(

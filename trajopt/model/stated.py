@@ -11,7 +11,7 @@ from trajopt.arrays import Floats, floats, mapping, number, one_of, sequence
 from trajopt.errors import ModelError, ProblemError, ShapeError, StateNotFound, listed, shown
 from trajopt.model.description.pinocchio_model import joint_unit, link_above, link_joint
 from trajopt.model.likely_units import stated_angle
-from trajopt.model.placement import Placement, PlacementLike, as_placement
+from trajopt.model.placement import Placement, as_placement
 from trajopt.model.requirements import (
     WORLD,
     FramePlacement,
@@ -21,12 +21,10 @@ from trajopt.model.requirements import (
     frame_placement,
     joint_positions,
 )
+from trajopt.model.requirements.goal_set import GoalLike
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 
-GoalLike: TypeAlias = Requirement | str | Mapping[str, float] | PlacementLike
-"""One thing that is required at a moment: a requirement; the name of a state, or joint -> position [rad | m];
-or a placement of the group's tool frame in the world."""
 StartLike: TypeAlias = str | Mapping[str, float] | ArrayLike
 """Name of a state, joint -> position [rad | m], or positions of all joints."""
 
@@ -106,8 +104,8 @@ def only_group(robot: Robot) -> str:
 
 def stated_goal(
     scene: Scene, group: str, goal: GoalLike | Sequence[GoalLike] | GoalSet, *, degrees: bool
-) -> tuple[Requirement, ...] | GoalSet:
-    """Return what is required at the end: several requirements that hold together, or a set of goals.
+) -> tuple[Requirement, ...] | dict[str, tuple[Requirement, ...]]:
+    """Return what is required at the end: requirements that hold together, or for each goal of a set its own.
 
     Args:
         scene: The scene.
@@ -122,9 +120,9 @@ def stated_goal(
     """
     if isinstance(goal, GoalSet):
         each = goal.alternatives.items()
-        return GoalSet(
-            {name: _required(scene, group, f"goal {shown(name)}", of, degrees=degrees) for name, of in each}
-        )
+        return {
+            name: _required(scene, group, f"goal {shown(name)}", of, degrees=degrees) for name, of in each
+        }
     return _required(scene, group, "goal", goal, degrees=degrees)
 
 

@@ -1,6 +1,6 @@
 """What a warehouse keeps: kinds, entries, and the values that have no class elsewhere."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -127,3 +127,13 @@ class Entry(Value):
             took = "" if self.duration is None else f", {self.duration:.3f} s"
             parts.append(f"{self.status}{took}")
         return ", ".join([*parts, f"kept {self.made}", *([f"tags {' '.join(self.tags)}"] * bool(self.tags))])
+
+
+def oldest_first(entries: Iterable[Entry]) -> list[Entry]:
+    """Sort entries by date, and those of one kind and name by version, whatever a clock did between them."""
+    versions: dict[tuple[Kind, str], list[Entry]] = {}
+    for each in sorted(entries, key=lambda each: each.version):
+        versions.setdefault((each.kind, each.name), []).append(each)
+    by_date = sorted((each for of_one in versions.values() for each in of_one), key=lambda each: each.made)
+    in_turn = {key: iter(of_one) for key, of_one in versions.items()}
+    return [next(in_turn[each.kind, each.name]) for each in by_date]

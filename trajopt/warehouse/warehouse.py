@@ -21,7 +21,7 @@ from trajopt.warehouse.database import Database
 from trajopt.warehouse.described import Keepable, described
 from trajopt.warehouse.finding import Conditions, the_one
 from trajopt.warehouse.keeping import BUNDLED, checked_tags, keep, kept_in, members_of
-from trajopt.warehouse.kept import Constraints, Entry, Kind, State
+from trajopt.warehouse.kept import Constraints, Entry, Kind, State, oldest_first
 from trajopt.warehouse.memories import StoredMemories
 
 
@@ -309,9 +309,8 @@ class Warehouse:
             FileFormatError: If one is damaged, or the other file cannot be written.
         """
         chosen = self.find() if entries is None else several("entries", entries, Entry)
-        oldest_first = sorted(chosen, key=lambda each: (each.made, each.version))
         copied = list[Entry]()
-        for each in oldest_first:
+        for each in oldest_first(chosen):
             known = other.find(kind=each.kind, name=each.name)
             if any((one.made, one.fingerprint) == (each.made, each.fingerprint) for one in known):
                 continue

@@ -13,7 +13,7 @@ import numpy as np
 
 from trajopt.errors import shown
 from trajopt.kinematics.goal_candidates import goal_candidates
-from trajopt.model.requirements import FramePlacement, GoalSet
+from trajopt.model.requirements import FramePlacement
 from trajopt.model.scene import Scene
 from trajopt.model.timed import timed_model
 from trajopt.model.trajectory import Path, Trajectory
@@ -42,9 +42,8 @@ SHARES = (0.5, 0.25, 0.1)
 
 def goals_that_move(problem: Problem) -> frozenset[str]:
     """Return the objects that move and carry a goal of a problem, any goal of a set."""
-    scene, goal = problem.scene, problem.goal
-    alternatives = goal.alternatives.values() if isinstance(goal, GoalSet) else (problem.goals,)
-    frames = (frame for goals in alternatives for item in goals for frame in item.frames)
+    scene, each = problem.scene, problem.alternatives.values() or (problem,)
+    frames = (frame for alone in each for item in alone.goals for frame in item.frames)
     return frozenset(carrier for frame in frames if (carrier := scene.carrier(frame)) is not None)
 
 
