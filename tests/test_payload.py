@@ -19,6 +19,7 @@ from trajopt.verify import VerifyOptions
 from trajopt.verify.checks.joint_torques import inverse_dynamics
 from trajopt.verify.kernel.kinematics import Kinematics
 from trajopt.verify.kernel.motion import Motion as TimedMotion
+from trajopt.verify.kernel.payload import payload_torques
 
 
 def loaded(scene: to.Scene, frame: str, mass: float) -> to.Scene:
@@ -38,6 +39,14 @@ def test_planner_and_judge_agree_on_the_torque_of_a_load(tmp_path: Path) -> None
     assert torques[inner] == pytest.approx(heavy.torque(q, v, a), abs=1e-8)
     light = DynamicsQuery(model).torque(q, v, a)
     assert np.abs(torques[inner] - light).max() > 1.0
+
+
+def test_turning_a_bar_takes_its_moment_of_inertia(tmp_path: Path) -> None:
+    scene = to.Scene(planar_arm(tmp_path)).add("bar", to.Box(0.6, 0.02, 0.02), frame="tip", mass=5.0)
+    still, faster = np.zeros((1, 2)), np.array([[0.0, 1.0]])
+    needed = payload_torques(Kinematics(reduced(scene, [0.0, 0.0])), still, still, faster)
+    moment = 5.0 * (0.6**2 + 0.02**2) / 12.0
+    assert needed[0] == pytest.approx([5.0 * 1.0 * 0.5 + moment, 5.0 * 0.5**2 + moment])
 
 
 def test_attaching_says_or_keeps_the_mass(tmp_path: Path) -> None:

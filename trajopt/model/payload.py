@@ -1,4 +1,4 @@
-"""Objects with a mass that joints carry: points in the middle of their shapes."""
+"""Objects with a mass that joints carry, spread evenly over their shapes."""
 
 from dataclasses import dataclass
 
@@ -17,13 +17,15 @@ class Payload(Value):
         name: The object's id.
         mass: Its mass [kg].
         joint: Joint of the reduced model that carries it.
-        point: Where the mass is, in the joint's frame, shape (3,) [m].
+        point: Its centre of mass, in the joint's frame, shape (3,) [m].
+        inertia: Its moments about that, along the joint's axes, shape (3, 3) [kg m^2].
     """
 
     name: str
     mass: float
     joint: int
     point: Floats
+    inertia: Floats
 
 
 def payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
@@ -36,7 +38,9 @@ def _payloads(reduced: ReducedModel) -> tuple[Payload, ...]:
     for item in reduced.scene.objects.values():
         anchor = reduced.anchors.get(item.name)
         if item.mass > 0.0 and anchor is not None and anchor.joint > 0:
-            found.append(Payload(item.name, item.mass, anchor.joint, anchor.placement * item.centre))
+            where = pin.SE3(anchor.placement.rotation, anchor.placement.translation)
+            there = where.act(item.inertia)
+            found.append(Payload(item.name, item.mass, anchor.joint, there.lever, there.inertia))
     return tuple(found)
 
 
@@ -47,6 +51,5 @@ def loaded_model(reduced: ReducedModel) -> pin.Model:
         return reduced.model
     model = reduced.model.copy()
     for item in carried:
-        point_mass = pin.Inertia(item.mass, np.array(item.point), np.zeros((3, 3)))
-        model.inertias[item.joint] = model.inertias[item.joint] + point_mass
+        model.inertias[item.joint] += pin.Inertia(item.mass, np.array(item.point), np.array(item.inertia))
     return model

@@ -62,7 +62,8 @@ class Scene(SceneMotions):
             frame: "world", a link or tool frame (it moves along then), or another object.
             touch_links: Links that may touch it; objects too, and frames for what they are fixed on.
             meshes: How meshes become convex.
-            mass: Its mass [kg]; 0 where it is not known. It counts where a joint carries the object.
+            mass: Its mass [kg]; 0 where it is not known. It counts where a joint carries the object,
+                spread evenly over its shapes.
             motion: How its frame moves in the world, instead of a placement; the scene's clock shows 0 when a
                 motion starts. What is placed in its frame moves along.
             appears: Before it is not there [s]; None where it always was.

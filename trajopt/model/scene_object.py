@@ -6,8 +6,9 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
+import pinocchio as pin
 
-from trajopt.arrays import Floats, Value, number, readonly
+from trajopt.arrays import Value, number
 from trajopt.errors import ModelError, ShapeError, shown
 from trajopt.model.collisions.bodies import Anchor, FixedBody
 from trajopt.model.likely_units import warn_of_far_object
@@ -16,8 +17,9 @@ from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import IDENTITY, Placement, PlacementLike, as_placement
 from trajopt.model.printed import in_number, seen_from
 from trajopt.model.requirements import WORLD
-from trajopt.model.shapes import Points, Shape, Voxels, bounding_box
+from trajopt.model.shapes import Points, Shape, Voxels
 from trajopt.model.timing import ALWAYS, Timing
+from trajopt.model.uniform_inertia import uniform_inertia
 
 Part = tuple[Shape, Placement]
 """A shape and its placement in the object's frame."""
@@ -86,21 +88,14 @@ class SceneObject(Value):
         return AnchoredObject(anchor, bodies)
 
     @cached_property
-    def centre(self) -> Floats:
-        """Middle of its shapes' bounding boxes, weighed by their volume, in its frame, shape (3,) [m].
-
-        Its origin where it has no shape of finite size.
-        """
-        middles, volumes = [np.zeros(3)], [0.0]
+    def inertia(self) -> pin.Inertia:
+        """Its mass, spread evenly over its shapes, in its frame; at its origin where these have no volume."""
+        whole = pin.Inertia.Zero()
         for shape, where in self.parts:
-            lower, upper = bounding_box(shape)
-            if np.isfinite(lower).all() and np.isfinite(upper).all():
-                middles.append(where * ((lower + upper) / 2.0))
-                volumes.append(float(np.prod(upper - lower)))
-        total = sum(volumes)
-        return (
-            readonly(np.array(volumes) @ np.array(middles) / total) if total > 0.0 else readonly(middles[0])
-        )
+            whole += pin.SE3(where.rotation, where.translation).act(uniform_inertia(shape))
+        if whole.mass <= 0.0:
+            return pin.Inertia(self.mass, np.zeros(3), np.zeros((3, 3)))
+        return pin.Inertia(self.mass, whole.lever, self.mass / whole.mass * whole.inertia)
 
     @cached_property
     def contact_traits(self) -> tuple[str, str, int, frozenset[str]]:

@@ -6,7 +6,7 @@ from trajopt.errors import ModelError, shown
 from trajopt.io.engine import mujoco
 from trajopt.model.placement import Placement
 from trajopt.model.scene_object import SceneObject
-from trajopt.model.shapes import Shape, bounding_box
+from trajopt.model.uniform_inertia import uniform_inertia
 from trajopt.simulate.options import Friction
 from trajopt.simulate.pieces import pieces, scalar_first
 from trajopt.simulate.spec import SpecReport, add_piece
@@ -33,8 +33,7 @@ def add_loose(
 ) -> SpecReport:
     """Add an object that falls, slides and can be held to a MuJoCo model.
 
-    It collides with everything. Its mass is spread evenly over its shapes, by the volume of their
-    bounding boxes.
+    It collides with everything. Its mass is spread evenly over its shapes.
 
     Args:
         report: The model, without the object; its specification is changed.
@@ -57,7 +56,7 @@ def add_loose(
     body = spec.worldbody.add_body(name=item.name, pos=where.translation, quat=scalar_first(where))
     body.add_freejoint(name=item.name)
     others = dict(report.owners)
-    volumes = [_volume(shape) for shape, _ in item.parts]
+    volumes = [uniform_inertia(shape).mass for shape, _ in item.parts]
     owners, notes = dict(others), list(report.notes)
     for count, (shape, placed) in enumerate(item.parts):
         parts, note = pieces(shape, moving=True)
@@ -78,8 +77,3 @@ def add_loose(
                 # that acceleration times half this.
                 pair.solreffriction = np.array((2.0 * spec.option.timestep, 1.0))
     return SpecReport(spec, owners, tuple(notes), report.changing)
-
-
-def _volume(shape: Shape) -> float:
-    lower, upper = bounding_box(shape)
-    return float(np.prod(upper - lower))

@@ -41,7 +41,7 @@ def _trajectory_notes(motion: Motion, limits: JointLimits) -> list[str]:
         weighed = [item.name for item in payloads(reduced)]
         if weighed:
             names = _listed(sorted(weighed), count=len(weighed))
-            found.append(f"torques count the mass of {names} as a point in its middle")
+            found.append(f"torques count the mass of {names} as spread evenly over its shape")
         owners = {body.owner for body in reduced.bodies if body.joint != 0}
         carried = sorted((owners & set(reduced.scene.objects)) - set(weighed))
         if carried:
