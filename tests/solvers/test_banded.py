@@ -210,6 +210,31 @@ def test_no_room_at_all() -> None:
     check(tight)
 
 
+def test_variables_at_their_bounds_cost_hardly_more_iterations() -> None:
+    # Limits of acceleration are steep in single knots: a start that is well inside the bounds breaks them.
+    knots, joints, rng = 48, 7, np.random.default_rng(0)
+    first, joint = (each.ravel() for each in np.indices((knots - 2, joints)))
+    slopes = np.zeros((len(first), 3, joints))
+    slopes[np.arange(len(first)), :, joint] = 30.0 * np.array((1.0, -2.0, 1.0))
+    at_knots, one = first[:, None] + np.arange(3), np.ones(len(first))
+    bend = Rows(rng.uniform(-1.2, 1.2, len(first)), slopes, at_knots, joint, first.astype(float))
+    middle = np.arange(knots // 3, 2 * knots // 3)
+    numbers, slope = np.arange(len(middle)), np.ones((len(middle), 1, joints))
+    away = Rows(np.full(len(middle), -0.1), slope, middle[:, None], numbers, middle.astype(float))
+    limits = ConstraintRows("limits", bend, -one, one, 1e-3)
+    apart = ConstraintRows("apart", away, np.zeros(len(middle)), np.full(len(middle), np.inf), 1e-3)
+    at = Linearisation(np.zeros((knots, joints)), (), (limits, apart), np.ones(knots - 1, dtype=np.int64))
+    moves = np.ones((knots, joints), dtype=bool)
+    moves[[0, -1]] = False
+    upper = moves.astype(float)
+    lower = -upper * (np.arange(joints) > 1)
+    program = BandedSteps().program(moves, at, 50.0)
+    free, bounded = (program.solve(low, upper, 1e-2) for low in (-upper, lower))
+    assert free is not None and bounded is not None
+    assert bounded.iterations <= free.iterations + 2
+    check(Case(moves, at, 50.0, lower, upper), 1e-2)
+
+
 @pytest.mark.parametrize("joints", [1, 3])
 def test_band_is_chosen_where_rows_are_local_and_not_where_they_are_wide(joints: int) -> None:
     rng = np.random.default_rng(1)

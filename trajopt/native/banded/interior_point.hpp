@@ -9,7 +9,8 @@ enum class Outcome { kSolved, kInaccurate, kFailed };
 
 struct Options {
   double accuracy = 1e-6;   // by how much the objective may exceed its least value
-  double start = 0.1;       // distance from the kinks that slacks and bounds start with, in their own unit
+  double start = 0.1;       // distance from the kinks that slacks start with, in the unit of their row
+  double inside = 0.01;     // share of the way between its bounds that a variable starts inside them; from nearer it hardly gets away
   int max_iterations = 60;
 };
 

@@ -85,10 +85,11 @@ class InteriorPoint {
   }
 
  private:
-  // Well inside all bounds; slacks so that both products of a row are equal.
+  // At zero, or hardly inside the bounds that it is at: where a row is steep, as a limit of acceleration is, a small way
+  // off already breaks it by far more than its slack. Slacks so that both products of a row are equal.
   void start() {
     for (int j = 0; j < variables_ * kLanes; ++j) {
-      const double low = numbers(lower_)[j], high = numbers(upper_)[j], inside = options_.start * (high - low);
+      const double low = numbers(lower_)[j], high = numbers(upper_)[j], inside = options_.inside * (high - low);
       const double x = std::clamp(0.0, low + inside, high - inside);
       numbers(x_)[j] = x;
       numbers(to_lower_.room.value)[j] = x - low;
