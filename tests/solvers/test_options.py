@@ -6,7 +6,8 @@ from trajopt.errors import ProblemError
 from trajopt.solvers import Chomp, Sqp, Stomp
 
 TOO_SMALL = [
-    *((Sqp, name, 0) for name in ("max_iterations", "penalty", "penalty_rounds", "penalty_growth")),
+    *((Sqp, name, 0) for name in ("max_iterations", "penalty", "penalty_growth")),
+    (Sqp, "penalty_rounds", -1),
     *((Sqp, name, -1e-9) for name in ("relative_gain", "absolute_gain")),
     *((Chomp, name, 0) for name in ("max_iterations", "learning_rate", "step_limit", "weight_growth")),
     *((Chomp, name, -1) for name in ("after_feasible", "smoothness_weight", "obstacle_weight")),

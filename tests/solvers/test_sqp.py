@@ -8,7 +8,7 @@ import pytest
 from tests.solvers.analytic import AnalyticNlp
 from trajopt.arrays import Floats, Ints
 from trajopt.nlp import Loss
-from trajopt.solvers import SolverStatus, Sqp
+from trajopt.solvers import SolverStatus, Sqp, SqpStep
 from trajopt.solvers.flat import subproblem
 
 SHARP = Sqp(relative_gain=1e-10, absolute_gain=1e-12, max_iterations=300)
@@ -94,6 +94,12 @@ def test_infeasible_ends_stationary() -> None:
     assert result.status in {SolverStatus.INFEASIBLE_STATIONARY, SolverStatus.TRUST_REGION_COLLAPSED}
     assert result.x[0] == pytest.approx([0.0, 0.0], abs=1e-2)
     assert result.violations()["constraint"] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_without_rounds_the_penalty_stays() -> None:
+    result = replace(SHARP, penalty_rounds=0).solve(program(upper=-1.0), np.array([[2.0, 1.0]]))
+    assert not result.feasible
+    assert {entry.penalty for entry in result.log if isinstance(entry, SqpStep)} == {SHARP.penalty}
 
 
 @pytest.mark.parametrize("loss", [Loss.ABSOLUTE, Loss.HINGE])

@@ -160,7 +160,11 @@ class SpaceTimeProgram(Printed):
                 not be looked at on many. When None all are.
             progress: Called after every step.
         """
-        solver = self.solver if proves is None else replace(self.solver, relative_gain=GAIN)
+        solver = self.solver
+        if proves is not None:
+            # Shortness and smoothness hardly stand against violations at their first weight already.
+            rounds = 0 if solver.until_feasible else solver.penalty_rounds
+            solver = replace(solver, relative_gain=GAIN, penalty_rounds=rounds)
         run = _Run(solver, proves, progress)
         family = self.family(motion)
         # Schoenberg's approximation: its velocities are slopes of chords, no larger than the motion's.

@@ -37,7 +37,7 @@ class Sqp:
         qp: Name of the QP backend; "auto" chooses by the structure of the program.
         penalty: First weight of constraint violations.
         penalty_growth: Factor when constraints do not hold at convergence.
-        penalty_rounds: Rounds of growth at most.
+        penalty_rounds: Rounds of growth at most; 0 where whoever asks has other ways to try.
         max_iterations: QPs at most; what is not feasible by then rarely will be, and another
             seed is the better use of the time.
         relative_gain: Converged when the predicted reduction is below this share of the merit.
@@ -65,8 +65,8 @@ class Sqp:
     def __post_init__(self) -> None:
         """Check the ranges."""
         above_zero(self, "penalty")
-        at_least(self, 1, "penalty_growth", "penalty_rounds", "max_iterations")
-        at_least(self, 0, "relative_gain", "absolute_gain")
+        at_least(self, 1, "penalty_growth", "max_iterations")
+        at_least(self, 0, "penalty_rounds", "relative_gain", "absolute_gain")
 
     @property
     def name(self) -> str:

@@ -66,17 +66,16 @@ class InteriorPoint {
       }
       invert();
       factorise_system();
-      const double now = gap();
       const int products = 2 * (program_.size() + program_.row_count());
       aim(0.0, false);
       direction();
       const double predicted = gap_after(longest_step());
-      const double ratio = predicted / now;
-      aim(ratio * ratio * ratio * now / products, true);
+      const double ratio = predicted / gap_;
+      aim(ratio * ratio * ratio * gap_ / products, true);
       direction();
       take(std::min(1.0, kBackOff * longest_step()));
       residuals();
-      if (!std::isfinite(gap())) break;
+      if (!std::isfinite(gap_)) break;
     }
     if (solution.iterations == options_.max_iterations) solution.outcome = Outcome::kInaccurate;
     solution.reduction = reduction();
@@ -115,6 +114,7 @@ class InteriorPoint {
         for (int p = 0; p < kParts; ++p) part(each->multiplier.value[k], p) = centre * part(each->room.inverse[k], p);
       }
     }
+    gap_ = gap_after(0.0);
   }
 
   void residuals() {
@@ -132,8 +132,6 @@ class InteriorPoint {
     }
   }
 
-  double gap() const { return gap_after(0.0); }
-
   // By how much the objective exceeds its least value, at most: the duality gap, and what is left of the gradient
   // times the way that any variable could still go.
   double error_bound() const {
@@ -144,7 +142,7 @@ class InteriorPoint {
         total[p] += (left < 0.0 ? -left : left) * (part(upper_[k], p) - part(lower_[k], p));
       }
     }
-    return gap() + sum(total);
+    return gap_ + sum(total);
   }
 
   static void reciprocals(const Eights& there, Positive& of) {
@@ -281,13 +279,19 @@ class InteriorPoint {
     for (int k = 0; k < variables_; ++k) {
       for (int p = 0; p < kParts; ++p) part(x_[k], p) += step * part(dx_[k], p);
     }
-    for (Products* products : {&to_lower_, &to_upper_, &below_, &above_}) {
-      for (Positive* each : {&products->room, &products->multiplier}) {
-        for (int k = 0; k < products->groups(); ++k) {
-          for (int p = 0; p < kParts; ++p) part(each->value[k], p) += step * part(each->change[k], p);
+    Vec total[kParts] = {};
+    for (Products* each : {&to_lower_, &to_upper_, &below_, &above_}) {
+      for (int k = 0; k < each->groups(); ++k) {
+        for (int p = 0; p < kParts; ++p) {
+          Vec& multiplier = part(each->multiplier.value[k], p);
+          Vec& room = part(each->room.value[k], p);
+          multiplier += step * part(each->multiplier.change[k], p);
+          room += step * part(each->room.change[k], p);
+          total[p] += multiplier * room;
         }
       }
     }
+    gap_ = sum(total);
   }
 
   // Of 1/2 x'Hx + g'x + the penalised excess; good after `residuals`.
@@ -310,6 +314,7 @@ class InteriorPoint {
   int variables_, rows_;  // groups of eight
 
   Eights x_, dx_, stationarity_;
+  double gap_ = 0.0;  // of the products
   Products to_lower_, to_upper_;  // of variables
   Products below_, above_;        // of rows: s and lambda, t and nu
   Eights excess_, weight_, along_;
