@@ -32,6 +32,7 @@ from trajopt.model.stated import (
     stated_waypoints,
 )
 from trajopt.model.tool_speed import ToolSpeed
+from trajopt.query.gap import inside_carriers
 from trajopt.terms.residual import Constraint, Cost, check_path_constraint
 from trajopt.terms.rolling import stated_knots
 from trajopt.terms.smoothness import default_costs
@@ -108,8 +109,7 @@ class Problem(Value):
             raise ProblemError(f"group {shown(self.group)} has no joint to move")
         start = stated_start(robot, self.group, self.start, degrees=degrees)
         goal = stated_goal(self.scene, self.group, self.goal, degrees=degrees)
-        by_name = goal if isinstance(goal, dict) else {}
-        goals = tuple(chain(*by_name.values())) if isinstance(goal, dict) else goal
+        by_name, goals = (goal, tuple(chain(*goal.values()))) if isinstance(goal, dict) else ({}, goal)
         constraints = tuple(sequence("constraints", self.constraints))
         if not goals:
             raise ProblemError(
@@ -308,6 +308,7 @@ class Problem(Value):
             f"Problem {shown(self.name)}: {self.scene.robot.name}, group {self.group}, {self.knots} knots",
             *((f"  from         {moving}",) if moving else ()),
             *(f"  {what:<12} {words}" for what, words in self.scene.described),
+            *(f"  carried      {words}" for words in inside_carriers(self.reduced)),
             *(
                 f"  on the way   {name}: {' and '.join(each.in_full() for each in item)}"
                 for name, item in zip(self.waypoint_names, self.waypoint_requirements, strict=True)

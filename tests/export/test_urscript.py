@@ -69,6 +69,13 @@ def test_movej_waits_as_long_as_the_motion_does(motion: to.Trajectory, tmp_path:
     assert "sleep(" not in (tmp_path / "at_once.script").read_text()
 
 
+def test_one_line_is_told_in_the_singular(motion: to.Trajectory, tmp_path: Path) -> None:
+    straight = motion.between(0.0, 1e-3)
+    assert "\n  1 straight line in joint space" in str(
+        export(straight, tmp_path / "m.script", to="urscript-movej")
+    )
+
+
 def test_movej_stays_near_and_ends_at_rest_at_the_end(motion: to.Trajectory, tmp_path: Path) -> None:
     for tolerance in (0.05, 0.01):
         export(motion, tmp_path / "m.script", to=Movej(tolerance=tolerance, blend=0.01))

@@ -3,11 +3,13 @@
 import re
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import trajopt as to
+from tests.robots_for_tests import odd_arm
 from trajopt.cartesian import follows_curve, line
 from trajopt.kinematics.missed import missed_at
 
@@ -70,3 +72,15 @@ def test_out_of_reach_says_millimetres_and_degrees() -> None:
     result = to.plan(to.Problem(scene=to.Scene(SCENE.robot), group="manipulator", start=START, goal=goal))
     said = f"{result.reason} {result.explain()}"
     assert re.search(r"misses the goal by [0-9.]+ m?m and [0-9.]+ deg", said) and "added up" not in said
+
+
+def test_an_arm_of_fewer_joints_than_a_placement_fixes_axes_is_told_so(tmp_path: Path) -> None:
+    arm = to.Scene(odd_arm(tmp_path))
+    there = arm.placement_of("tip", arm.robot.positions({"pan": 0.4})) * to.placement(rpy=(0.3, 0.2, 0.0))
+    for turn, fixed, free in ((0.01, 6, "2"), ((0.01, 0.01, np.inf), 5, "one")):
+        goal = to.frame_placement("tip", there, rotation_tolerance=turn)
+        said = to.plan(to.Problem(scene=arm, start={}, goal=goal)).reason
+        assert "; 4 joints move in group all, and the goal fixes" in said
+        assert f"{fixed} axes of tip: leave {free} of them free" in said
+    goal = to.frame_placement("tip", to.placement((9.0, 0.0, 0.0)), rotation_tolerance=np.inf)
+    assert "axes of tip" not in to.plan(to.Problem(scene=arm, start={}, goal=goal)).reason

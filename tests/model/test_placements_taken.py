@@ -48,6 +48,11 @@ def attached(scene: to.Scene, at: Any) -> np.ndarray:
     return scene.attach("box", "fore", placement=at).object("box").placement.homogeneous
 
 
+def there_of_any(scene: to.Scene, at: Any) -> Any:
+    problem = to.Problem(scene=scene, start={}, group="arm", goal=to.any_of({"there": at}))
+    return problem.alternatives["there"].goals[0]
+
+
 BALL = to.Sphere(0.1)
 TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
     "Scene.add": lambda scene, at: [
@@ -57,6 +62,7 @@ TAKEN: dict[str, Callable[[to.Scene, Any], Any]] = {
     "Scene.with_tool": lambda scene, at: (
         scene.with_tool("tip", "fore", at).tools["tip"].placement.homogeneous
     ),
+    "any_of": lambda scene, at: there_of_any(scene, at).placement.homogeneous,
     "Scene.move": lambda scene, at: scene.move("box", at).object("box").placement.homogeneous,
     "Scene.attach": attached,
     "frame_placement": lambda scene, at: to.frame_placement("arm", at).placement.homogeneous,

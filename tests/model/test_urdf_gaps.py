@@ -151,3 +151,10 @@ def test_links_that_are_seen_and_not_solid_are_named(tmp_path: Path) -> None:
         "no link that moves has a collision shape: the motion is kept clear of nothing"
         in plan.certificate.notes
     )
+
+
+def test_negative_moments_of_inertia_are_told(tmp_path: Path) -> None:
+    robot = loaded(tmp_path, 'ixx="0.1"', 'ixx="-0.1"')
+    (said,) = (note for note in robot.notes if "inertia" in note)
+    assert said.startswith("no body has the negative moments of inertia that are stated of what swing moves")
+    assert not any("inertia" in note for note in loaded(tmp_path, MASS, MASS).notes)

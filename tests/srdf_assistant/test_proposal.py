@@ -1,6 +1,7 @@
 """A whole SRDF: written, read back, and right."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,17 @@ def test_fingers_may_meet_and_others_are_named(proposal: SrdfProposal) -> None:
     text = str(proposal)
     assert "not checked: inside one gripper" in text and "arm: panda_link0 to panda_link8" in text
     json.dumps(proposal.as_dict(), allow_nan=False)
+
+
+def test_a_long_list_of_pairs_is_cut_and_a_pair_that_always_collides_does_so_in_all_samples(
+    proposal: SrdfProposal,
+) -> None:
+    one = proposal.with_verdict(Verdict.SOMETIMES)[0]
+    many = replace(proposal, evidence=(one,) * 25)
+    assert str(many).count(str(one)) == 20
+    assert "  and 5 more: --json, or as_dict(), has all" in str(many)
+    always = replace(one, collisions=one.samples, descended=False)
+    assert f"in collision in 100 % of {one.samples} samples" in str(always)
 
 
 def test_home_is_zero_where_zero_is_valid(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from trajopt.execution.events import Kind
 from trajopt.execution.guard import start_from
 from trajopt.execution.intention import Goal, Intention
 from trajopt.execution.options import SupervisorOptions
-from trajopt.model.stated import tool_of
+from trajopt.model.group_tools import tool_of
 from trajopt.planning import on_the_way
 from trajopt.planning.moving.waiting import JOLT
 from trajopt.planning.plan import plan

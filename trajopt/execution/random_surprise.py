@@ -23,10 +23,10 @@ from trajopt.execution.options import SupervisorOptions
 from trajopt.execution.room import with_room
 from trajopt.execution.surprises import Surprise, Surprises
 from trajopt.model.collisions.clearances import Part
+from trajopt.model.group_tools import ends_of
 from trajopt.model.placement import placement
 from trajopt.model.reduced import reduce_model
 from trajopt.model.shapes import Box
-from trajopt.model.stated import ends_of
 from trajopt.model.trajectory import Trajectory
 from trajopt.planning.plan import plan
 from trajopt.problem import Problem

@@ -21,10 +21,11 @@ from trajopt.execution.recovery import recovery
 from trajopt.execution.running import Running
 from trajopt.execution.soonest_stop import StopTaken
 from trajopt.execution.tracking import off_track
+from trajopt.model.group_tools import tool_of
 from trajopt.model.placement import IDENTITY, PlacementLike, as_placement
 from trajopt.model.scene import Scene
 from trajopt.model.shapes import Points, Voxels
-from trajopt.model.stated import GoalLike, tool_of
+from trajopt.model.stated import GoalLike
 from trajopt.planning.moving.meeting import goals_that_move
 from trajopt.problem import Problem
 

@@ -13,6 +13,7 @@ from trajopt.errors import ShapeError, listed
 from trajopt.errors.arguments import checked
 from trajopt.export.exporter import Exported
 from trajopt.io.document import write_text
+from trajopt.model.printed import in_number
 from trajopt.model.trajectory import Trajectory
 
 OTHERS = "csv, ros2, ros2-topic and moveit"
@@ -136,7 +137,7 @@ class Movej:
             )
             lasting += seconds + speed / acceleration
         notes = (
-            f"{len(corners) - 1} straight lines in joint space, "
+            f"{in_number(corners[1:], 'straight line')} in joint space, "
             f"at most {math.degrees(self.tolerance):.2g} deg from the motion in each joint; "
             f"corners rounded by {self.blend * 1000:g} mm of the tool",
             "each line at the motion's mean speed on it: no joint goes faster than in the motion",

@@ -2,24 +2,19 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import product
-
-import coal
-import numpy as np
 
 from trajopt.arrays import Floats
 from trajopt.grasping.grasp import Grasp, Place
 from trajopt.grasping.gripper import Gripper
 from trajopt.grasping.result import Refusal, Segment, Stage
-from trajopt.grasping.straight import TOUCHING, track_line, up, vector_of
+from trajopt.grasping.straight import track_line, up, vector_of
 from trajopt.grasping.task import CandidateNames, Moment, Step, Task, in_turn
 from trajopt.model.placement import Placement
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import WORLD, Requirement, frame_placement
 from trajopt.model.scene import Scene
-from trajopt.model.shapes import Shape, bounding_sphere, solids_near
 from trajopt.planning.status import Status
-from trajopt.query.geometry import collision_geometry
+from trajopt.query.gap import TOUCHING, gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +200,7 @@ def touched(scene: Scene, name: str, where: Placement) -> tuple[str, ...]:
         for body in scene.object_bodies()
         if body.owner != name
         and body.frame == WORLD
-        and any(_gap(placed, shape, body.placement, body.shape) < TOUCHING for placed, shape in own)
+        and any(gap(placed, shape, body.placement, body.shape) < TOUCHING for placed, shape in own)
     )
     return tuple(dict.fromkeys(found))
 
@@ -231,31 +226,6 @@ def hand_meets(reduced: ReducedModel, gripper: Gripper, tool: Placement) -> str:
         for body in links:
             if scene.may_touch(body.owner, other.owner):
                 continue
-            if _gap(hand * body.placement, body.shape, other.placement, other.shape) < 0.0:
+            if gap(hand * body.placement, body.shape, other.placement, other.shape) < 0.0:
                 return f"{body.owner} is inside {other.owner}"
     return ""
-
-
-def _gap(first: Placement, shape: Shape, second: Placement, other: Shape) -> float:
-    """Return how far two shapes are apart, negative where they overlap [m]; infinite for far clouds."""
-    (centre, radius), (far, reach) = bounding_sphere(shape), bounding_sphere(other)
-    ones = solids_near(shape, first, second * far, reach + TOUCHING)
-    others = solids_near(other, second, first * centre, radius + TOUCHING)
-    return min((_convex_gap(*one, *each) for one, each in product(ones, others)), default=np.inf)
-
-
-def _convex_gap(shape: Shape, first: Placement, other: Shape, second: Placement) -> float:
-    return float(
-        coal.distance(
-            collision_geometry(shape),
-            _transform(first),
-            collision_geometry(other),
-            _transform(second),
-            coal.DistanceRequest(),
-            coal.DistanceResult(),
-        )
-    )
-
-
-def _transform(placement: Placement) -> coal.Transform3s:
-    return coal.Transform3s(np.array(placement.rotation), np.array(placement.translation))

@@ -19,6 +19,7 @@ from trajopt.planning.budget import BudgetTracker
 from trajopt.planning.status import Status
 from trajopt.problem import Problem
 from trajopt.query import Counts, Query
+from trajopt.query.gap import TOUCHING
 from trajopt.terms.residual import Constraint
 
 STEPS = 8
@@ -27,8 +28,6 @@ JUMP = 0.6
 """A joint that moves more between two of them has changed to another branch of solutions [rad | m]."""
 KNOTS = 12
 """Knots of a straight motion."""
-TOUCHING = 2e-3
-"""Objects closer than this are in contact [m]."""
 SHARE = 0.5
 """Share of the gap at the end of a straight motion that is kept as margin all along it."""
 

@@ -17,7 +17,7 @@ from trajopt.model.likely_units import meant_at_depth, meant_in_joint
 from trajopt.model.limits import EXCESS, LimitKind
 from trajopt.model.printed import in_joint_position, in_range, in_unit
 from trajopt.model.reduced import ReducedModel
-from trajopt.model.requirements import JointPositions, Requirement
+from trajopt.model.requirements import FollowsCurve, FramePlacement, JointPositions, Requirement
 from trajopt.nlp import ConstraintRows
 from trajopt.problem import Problem
 from trajopt.solvers import SolveResult
@@ -214,7 +214,24 @@ def unreachable(
     if len(clash) > 1:
         each = " and ".join(str(item) for item in clash)
         return f"no configuration was found that holds {each} together, though any one fewer can be held"
-    return f"the nearest of the configurations tried misses the goal by {missed_at(reduced, goals, nearest)}"
+    missed, few = missed_at(reduced, goals, nearest), _of_too_few_joints(reduced, goals)
+    return f"the nearest of the configurations tried misses the goal by {missed}{few}"
+
+
+def _of_too_few_joints(reduced: ReducedModel, goals: Sequence[Requirement]) -> str:
+    """Say that a placement fixes more axes than the group has joints: only chance meets it exactly."""
+    count = len(reduced.joint_names)
+    for goal in goals:
+        if isinstance(goal, FramePlacement):
+            held = np.isfinite(goal.position_tolerance).sum() + (goal.rotation_tolerance < np.pi).sum()
+            if held > count:
+                free = "one" if held == count + 1 else f"{held - count}"
+                joints = "1 joint moves" if count == 1 else f"{count} joints move"
+                return (
+                    f"; {joints} in group {reduced.group}, and the goal fixes {held} axes of {goal.frame}: "
+                    f"leave {free} of them free, such as rotation_tolerance=(0.01, 0.01, inf)"
+                )
+    return ""
 
 
 def no_goal_configuration(reduced: ReducedModel, found: GoalCandidates, goals: Sequence[Requirement]) -> str:
@@ -250,7 +267,9 @@ def nowhere_within(message: str) -> str:
 
 def stuck(problem: Problem, solved: SolveResult) -> str:
     """Say which constraint the solver could not satisfy, where, and by how much."""
-    return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}"
+    along = any(isinstance(item, FollowsCurve) for item in problem.requirements)
+    hint = "; trajopt.cartesian.follow is made for curves: it takes as many knots as they need" * along
+    return f"{solved.status.value}; worst is {blocks_on_the_way(problem, solved)[0].words}{hint}"
 
 
 def enclosed(problem: Problem, cut: ClosedCut) -> str:

@@ -16,6 +16,7 @@ from trajopt.model.description.base_joints import with_base
 from trajopt.model.description.effort_notes import effort_notes
 from trajopt.model.description.from_pinocchio import check_joints, described, group_elements
 from trajopt.model.description.groups import Group
+from trajopt.model.description.inertia_notes import inertia_notes
 from trajopt.model.description.mimics import resolve_mimics
 from trajopt.model.description.mjcf import read_mjcf
 from trajopt.model.description.pinocchio_model import (
@@ -176,6 +177,7 @@ def _assembled(
             *description.notes,
             *named.notes,
             *effort_notes(model, limits, motorless),
+            *inertia_notes(model),
             *solid.notes,
             *_ghost_notes(description),
         ),

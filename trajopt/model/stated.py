@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from trajopt.arrays import Floats, floats, mapping, number, one_of, sequence
 from trajopt.errors import ModelError, ProblemError, ShapeError, StateNotFound, listed, shown
-from trajopt.model.description.pinocchio_model import joint_unit, link_above, link_joint
+from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.group_tools import tool_of
 from trajopt.model.likely_units import stated_angle
 from trajopt.model.placement import Placement, as_placement
 from trajopt.model.requirements import (
-    WORLD,
     FramePlacement,
     GoalSet,
     JointPositions,
@@ -221,53 +221,6 @@ def _state(robot: Robot, group: str, name: str) -> Mapping[str, float]:
         if owner == group or set(joints) <= robot.states[owner, state].keys()
     }
     raise StateNotFound(f"state of group {shown(group)}", name, known, left_out=robot.left_out.get(name, ""))
-
-
-def tool_of(scene: Scene, group: str) -> str:
-    """Return the frame that a placement as a goal of a group means.
-
-    The tool frame fixed to what the group's last joint moves, where the scene or else the robot was given
-    one; else the tip of the group's chain; else the link that the SRDF fixes an end effector of the group to.
-
-    Raises:
-        GroupNotFound: If there is no such group.
-        ProblemError: If there is none, or several.
-    """
-    candidates = _tools(scene, group)
-    if len(candidates) == 1:
-        return candidates[0]
-    raise ProblemError(
-        f"group {shown(group)} has no single tool frame that a placement could mean: name it in "
-        f"frame_placement(frame, placement); its ends are {listed(ends_of(scene, group))}"
-    )
-
-
-def ends_of(scene: Scene, group: str) -> tuple[str, ...]:
-    """Return the frames at the ends of a group: its tool, or one for each arm that it has.
-
-    Raises:
-        GroupNotFound: If there is no such group.
-    """
-    candidates = _tools(scene, group)
-    if candidates:
-        return tuple(dict.fromkeys(candidates))
-    robot, own = scene.robot, scene.robot.group(group)
-    above = {link_above(robot.model, link) for link in own.links}
-    fixed_to = [item.parent_link for item in robot.end_effectors.values() if item.parent_link in own.links]
-    return tuple(dict.fromkeys((*fixed_to, *(link for link in own.links if link not in above))))
-
-
-def _tools(scene: Scene, group: str) -> list[str]:
-    """Return the frames that a placement may mean, the scene's own first; none where nothing says so."""
-    robot, own = scene.robot, scene.robot.group(group)
-    effectors = (item.parent_link for item in robot.end_effectors.values() if item.parent_group == group)
-    tips = [own.tip] if own.tip is not None else list(dict.fromkeys(effectors))
-    carriers = {link_joint(robot.model, link) for link in tips or own.links}
-    on = {name: scene.holder(name).link for name in (*robot.frames, *scene.tools)}
-    carried = [
-        name for name, link in on.items() if link != WORLD and link_joint(robot.model, link) in carriers
-    ]
-    return [name for name in carried if name in scene.tools] or carried or tips
 
 
 def check_waypoints(waypoints: Mapping[str, Sequence[object]], knots: int) -> None:

@@ -143,4 +143,5 @@ class PairEvidence(Value):
                 f"{name}: no collision in {self.samples} samples (< {rarely:.2g} %), nearest {nearest:.1f} mm"
             )
         share = 100.0 * self.collisions / self.samples
-        return f"{name}: in collision in {share:.2g} % of {self.samples} samples"
+        said = f"{share:.0f}" if share >= 99.5 else f"{share:.2g}"  # two digits of it would be 1e+02
+        return f"{name}: in collision in {said} % of {self.samples} samples"

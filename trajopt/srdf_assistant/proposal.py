@@ -21,6 +21,8 @@ from trajopt.srdf_assistant.writer import srdf_text
 
 DISABLED = (Verdict.ADJACENT, Verdict.NEVER, Verdict.ALWAYS)
 """Verdicts whose pairs are never checked for collision."""
+PRINTED = 20
+"""Pairs of one verdict that are printed: a page; a robot with two hands has thousands."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -100,7 +102,13 @@ class SrdfProposal:
         for verdict, title in titles.items():
             chosen = self.with_verdict(verdict)
             if chosen:
-                lines += [f"{len(chosen)} {title}", *(f"  {item}{self._note(item)}" for item in chosen)]
+                lines += [
+                    f"{len(chosen)} {title}",
+                    *(f"  {item}{self._note(item)}" for item in chosen[:PRINTED]),
+                ]
+                lines += [f"  and {len(chosen) - PRINTED} more: --json, or as_dict(), has all"] * (
+                    len(chosen) > PRINTED
+                )
         if self.findings:
             lines += ["", "findings in the URDF", *(f"  {finding}" for finding in self.findings)]
         return "\n".join(lines)

@@ -6,7 +6,14 @@ from dataclasses import dataclass, field
 import pinocchio as pin
 
 from trajopt.errors import FrameNotFound, GroupNotFound, JointNotFound, NameNotFound, shown
-from trajopt.model.description.pinocchio_model import joint_above, joint_frame_names, link_frame, link_names
+from trajopt.model.description.gripper_names import names_fingers
+from trajopt.model.description.pinocchio_model import (
+    joint_above,
+    joint_frame_names,
+    link_frame,
+    link_joint,
+    link_names,
+)
 from trajopt.model.description.srdf import GroupElement, Srdf
 from trajopt.model.printed import in_number, in_short
 
@@ -33,7 +40,8 @@ class Group:
     def __repr__(self) -> str:
         """Say name, joints and tip."""
         tip = f", tip {self.tip}" if self.tip else ""
-        joints = f"{in_number(self.joints, 'joint')}{tip}: {', '.join(self.joints)}"
+        named = f": {', '.join(self.joints)}" if self.joints else ""
+        joints = f"{in_number(self.joints, 'joint')}{tip}{named}"
         return in_short(f"Group({shown(self.name)}, {joints})")
 
 
@@ -147,5 +155,22 @@ def resolve_groups(
             element.chains[0][1] if len(element.chains) == 1 else None,
         )
     if not groups:
-        groups[ALL_JOINTS] = Group(ALL_JOINTS, driven, links, links[-1])
+        groups[ALL_JOINTS] = Group(ALL_JOINTS, driven, links, _end_of_one_chain(model, driven, links))
     return groups, left_out, notes
+
+
+def _end_of_one_chain(model: pin.Model, driven: tuple[str, ...], links: tuple[str, ...]) -> str | None:
+    """Return the last link of the chain that all joints are in, a gripper's apart; None where it branches."""
+    moved = {joint_above(model, link): link for link in links}
+    moving = tuple(model.names[1:])
+    fingers = {joint for joint in moving if names_fingers(joint, moved.get(joint, ""))}
+    if fingers.isdisjoint(driven) or fingers.issuperset(driven):
+        fingers = set[str]()  # none that opens and closes by itself, or nothing but a gripper
+    last = 0
+    for joint in moving:
+        if joint not in fingers:
+            number = int(model.getJointId(joint))
+            if last not in list(model.supports[number]):
+                return None
+            last = number
+    return [link for link in links if link_joint(model, link) == last][-1]
