@@ -19,7 +19,9 @@ Row = Mapping[str, Any]
 
 
 def failed(row: Row) -> bool:
-    """Say whether a run broke what is promised within the stated errors."""
+    """Say whether a run broke what is promised within the stated errors, or an exception ended it."""
+    if "error" in row:
+        return True
     if "not_drawn" in row or row["part"] == Part.BEYOND.value:
         return False
     proven = row["proven"]
@@ -51,9 +53,12 @@ def _line(name: str, rows: Sequence[Row]) -> list[str]:
 
 def page(rows: Iterable[Row], names: Sequence[str]) -> str:
     """Return the section of the page."""
-    kept = [row for row in rows if "not_drawn" not in row]
+    given = list(rows)
+    errors = [row for row in given if "error" in row]
     by_way: dict[str, list[Row]] = {}
-    for row in kept:
+    for row in given:
+        if "not_drawn" in row or "error" in row:
+            continue
         by_way.setdefault(str(row["key"]).split(" ", 3)[3], []).append(row)
     within = [row for row in by_way.get("supervisor", []) if row["part"] != Part.BEYOND.value]
     lines = [_line("all", within)] if within else []
@@ -74,6 +79,9 @@ def page(rows: Iterable[Row], names: Sequence[str]) -> str:
         "",
         f"Failures (problem, seed): {', '.join(failures) if failures else 'none'}.",
     ]
+    if errors:
+        parts += ["", f"{len(errors)} runs were ended by an exception, and are in no table:", ""]
+        parts += [f"- `{row['key']}`: {row['error']}" for row in errors]
     if others:
         parts += ["", "Beside other rules, the same problems and seeds:", "", table(HEADS, others)]
     if beyond:

@@ -1,6 +1,7 @@
 """What is proven and driven is of the robot as it stands, whatever a problem says of it."""
 
 from multiprocessing import Pipe
+from pathlib import Path
 from threading import Thread
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 import trajopt as to
 from trajopt.errors import ExecutionError, ProblemError
-from trajopt.execution import IdealExecutor, Kind, SimulatedExecutor, Supervisor
+from trajopt.execution import IdealExecutor, Kind, Servo, SimulatedExecutor, Supervisor
 from trajopt.execution.guard import Seen, guard_of
 from trajopt.execution.remote import RemoteExecutor, attend
 
@@ -148,3 +149,18 @@ def test_an_answer_that_nobody_waited_for_is_not_taken_for_another() -> None:
         remote.state()
     assert remote.fault() == ""
     assert remote.now() == 0.0
+
+
+@pytest.mark.parametrize("kind", [Supervisor, Servo])
+def test_a_scene_of_another_robot_is_refused_by_both_names(
+    kind: type[Supervisor] | type[Servo], robot: to.Robot, tmp_path: Path
+) -> None:
+    (tmp_path / "other.urdf").write_text(URDF.replace('name="crossing"', 'name="other"'))
+    (tmp_path / "other.srdf").write_text(SRDF.replace('name="crossing"', 'name="other"'))
+    other = to.load(tmp_path / "other.urdf", srdf=tmp_path / "other.srdf")
+    problem = across(robot, 1.0)
+    driver = kind(IdealExecutor(robot.joint_names, problem.start_positions), problem)
+    told, events = driver.seen, list(driver.events)
+    with pytest.raises(ProblemError, match=r"of the robot 'other'; driven is 'crossing'"):
+        driver.see(to.Scene(other))
+    assert driver.seen is told and list(driver.events) == events

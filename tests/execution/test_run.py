@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from benchmarks.driving.__main__ import keys
+from benchmarks.driving import __main__ as driving
+from benchmarks.driving.__main__ import SUPERVISOR, WAYS, keys
 from benchmarks.driving.drawing import TOLERANCE, Part, drawn
+from benchmarks.driving.report import failed, page
 from trajopt.errors import FileFormatError, ObjectNotFound
 from trajopt.execution import (
     Fault,
@@ -188,6 +190,20 @@ def test_shares_of_the_driving_benchmark_are_all_of_it_once() -> None:
     assert sorted(map(str, whole)) == sorted(str(key) for share in shares for key in share)
     assert {part for share in shares for _, _, part, _ in share} == set(Part)
     assert min(map(len, shares)) > 0
+
+
+def test_an_exception_in_a_run_is_a_row_that_names_it_and_counts_as_an_error(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def breaks(*_: object, **__: object) -> None:
+        raise ValueError("broken in the middle")
+
+    monkeypatch.setattr(driving, "driven_by", breaks)
+    key = f"cup_past_pillar 0 {Part.BEYOND.value} {SUPERVISOR}"
+    row = driving.driven("cup_past_pillar", 0, Part.BEYOND, WAYS[SUPERVISOR], key)
+    assert failed(row) and "ValueError: broken in the middle (test_run.py, line" in str(row["error"])
+    text = page([row], ("cup_past_pillar",))
+    assert "1 runs were ended by an exception" in text and f"`{key}`: ValueError" in text
 
 
 def test_a_random_box_leaves_the_robot_room_until_it_could_have_come_to_rest() -> None:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from trajopt.arrays import Floats, Value
-from trajopt.errors import JointNotFound
+from trajopt.errors import JointNotFound, ProblemError, shown
 from trajopt.execution.committed_motion import CommittedMotion
 from trajopt.execution.executor import Executor
 from trajopt.model.cached import LruCache
@@ -35,6 +35,25 @@ class Seen(Value):
 
     scene: Scene
     stamp: float
+
+    def followed_by(self, scene: Scene, stamp: float) -> "Seen":
+        """Return the world as it is seen next.
+
+        Args:
+            scene: Its clock shows 0 at the time of the stamp.
+            stamp: On the executor's clock [s].
+
+        Raises:
+            ProblemError: If it is a scene of another robot.
+        """
+        own, other = self.scene.robot, scene.robot
+        if other is not own:
+            loaded = ", loaded anew" if other.name == own.name else ""
+            raise ProblemError(
+                f"the scene is of the robot {shown(other.name)}{loaded}; driven is {shown(own.name)}: "
+                "tell of the world by a scene made from the problem's"
+            )
+        return Seen(scene, stamp)
 
     def stale(self, time: float) -> str:
         """Say whose motion is not known any more at a time on the executor's clock [s]; empty if all are."""

@@ -164,8 +164,11 @@ class Servo(Printed):
         Args:
             scene: Its clock shows 0 at the time of the stamp.
             stamp: On the executor's clock [s]; now when None.
+
+        Raises:
+            ProblemError: If it is a scene of another robot; nothing is changed then.
         """
-        self._look(Seen(scene, self.executor.now() if stamp is None else stamp))
+        self._look(self._seen.followed_by(scene, self.executor.now() if stamp is None else stamp))
         self._revise = True
         self._note(Kind.WORLD_CHANGED)
 

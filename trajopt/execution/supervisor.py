@@ -202,8 +202,14 @@ class Supervisor(Printed):
         Args:
             scene: Its clock shows 0 at the time of the stamp.
             stamp: On the executor's clock [s]; now when None.
+
+        Raises:
+            ProblemError: If it is a scene of another robot; nothing is changed then.
         """
-        self._commitment.world = Seen(scene, self.executor.now() if stamp is None else stamp)
+        commitment = self._commitment
+        commitment.world = commitment.world.followed_by(
+            scene, self.executor.now() if stamp is None else stamp
+        )
         self._revise = True
         self._journal.note(Kind.WORLD_CHANGED)
 

@@ -26,8 +26,9 @@ from trajopt.transcription.world import World
 
 SMOOTH = (Velocity, Acceleration, Jerk)
 """Terms that ask for a short and smooth motion."""
-PIECES = 2
-"""Pieces for each knot of a path: a motion that lets something pass bends in time as well as in space."""
+PIECES, PIECES_AMONG_CHANGES = 1, 2
+"""Pieces for each knot of a path, which bends at its knots; among what changes with time twice as many, since
+a motion that lets something pass bends in time as well as in space."""
 MOST_PIECES = 4
 """The same where it takes long: time and memory grow with them."""
 STRETCHES = (1.0, 1.25, 1.6, 2.5)
@@ -189,7 +190,8 @@ class SpaceTimeProgram(Printed):
         # What bends faster than a joint reaches its speed is no use to it.
         quickest = float((limits.velocity / limits.acceleration).min())
         count = ceil(min(motion.duration / quickest, MOST_PIECES * knots))
-        basis = even_basis(DEGREE, max(count, PIECES * knots))
+        pieces = PIECES if self.world is None else PIECES_AMONG_CHANGES
+        basis = even_basis(DEGREE, max(count, pieces * knots))
         places = Places.along(self.polyline, motion, self.waypoint_knots)
         end = motion.positions[-1]
         return SpaceTimeFamily(self.base, self.world, basis, places, end, self.dynamics)

@@ -117,12 +117,14 @@ class Trajectory(Value):
 
     @checked
     def ordered(self, joint_names: tuple[str, ...]) -> Trajectory:
-        """Return the same motion with its joints in another order.
+        """Return the same motion with its joints in another order; itself where that is its own.
 
         Raises:
             JointNotFound: If a joint is missing.
             ShapeError: If it moves joints that are not named.
         """
+        if joint_names == self.joint_names:
+            return self
         for name in joint_names:
             if name not in self.joint_names:
                 raise JointNotFound("joint in the trajectory", name, self.joint_names)

@@ -23,6 +23,7 @@ from trajopt.problem import Problem
 from trajopt.query import Query
 from trajopt.solvers import SolveResult
 from trajopt.transcription.free_duration import SHORTEST
+from trajopt.verify import Judge
 
 SLOWER = (1.05, 1.25)
 """Where what is left does not do in as much time, so many times as long are tried: what even pieces cost, and
@@ -93,12 +94,14 @@ def _from_rest_of_it(here: Problem, rest: Trajectory, tracker: BudgetTracker) ->
     method = SpaceTime()
     if here.waypoints or goals_that_move(here) or method.objection(here):
         return None
+    first = Workspace(here, tracker)
     with tracker.stage("seed"):
-        nearest = _nearest_goal(here, rest.positions[-1])
+        nearest = _nearest_goal(here, rest.positions[-1], first.judge)
     if nearest is None:
         return None
     name, alone, end = nearest
-    motion, work, proven = _led_to(rest, end), Workspace(alone, tracker), list[Result]()
+    work = first if alone is here else Workspace(alone, tracker)
+    motion, proven = _led_to(rest, end), list[Result]()
     program = method.program(alone, with_knots(motion.positions, alone.knots))
 
     def proves(found: Trajectory) -> bool:
@@ -151,10 +154,12 @@ def _won(proven: Result, solved: SolveResult | None, goal_name: str, tracker: Bu
     )
 
 
-def _nearest_goal(here: Problem, end: Floats) -> tuple[str, Problem, Floats] | None:
+def _nearest_goal(here: Problem, end: Floats, judge: Judge) -> tuple[str, Problem, Floats] | None:
     """Return the goal that is nearest to a configuration, and where near to that it holds, shape (n,)."""
     found = list[tuple[float, str, Problem, Floats]]()
     for name, alone in (here.alternatives or {"": here}).items():
+        if all(check.holds for check in judge.check(end, alone.goals)):
+            return name, alone, end  # mostly: the running motion leads there
         projected = Projection(alone.reduced, alone.goals, Query(alone.reduced))(end[None])
         if projected.violation[0] == 0.0:
             place = projected.positions[0]

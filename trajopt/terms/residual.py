@@ -184,7 +184,8 @@ def constraint(
 
 
 def _check_residual(role: str, residual: object) -> None:
-    if not isinstance(residual, Residual):
+    # As `isinstance` of the protocol says, in a tenth of its time.
+    if not (hasattr(residual, "name") and callable(getattr(residual, "linearise", None))):
         raise ProblemError(f"{role}: {shown(residual)} is no residual, which has a name and linearise()")
 
 

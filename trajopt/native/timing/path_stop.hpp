@@ -2,7 +2,8 @@
 // the quintic polynomials between them keep the limits.
 //
 // A stop is tabulated for moments that are evenly apart, when it is first asked for. Each tries shares of the limits
-// to brake with, the largest first, and points that are few at first.
+// to brake with, the largest first, and points that are few at first. Moments from which no joint alone could be at
+// rest sooner than with a stop that is known are not asked.
 //
 // The same in plain Python, compared with this in the tests: tests/oracles/stopping.py.
 #pragma once
@@ -65,8 +66,10 @@ class PathStops {
     const Way* best = nullptr;
     double soonest = duration() - moment;
     for (auto number = static_cast<long>(std::ceil(after / moment)); number < std::ceil(duration() / moment); ++number) {
-      if (static_cast<double>(number) * moment >= soonest) break;
-      const std::optional<Way>& way = tabulated(number);
+      const double begin = static_cast<double>(number) * moment;
+      if (begin >= soonest) break;
+      if (begin + least(begin) >= soonest) continue;
+      const std::optional<Way>& way = tabulated(number, soonest);
       if (way && way->end() < soonest) best = &*way, soonest = way->end();
     }
     if (best == nullptr) return std::nullopt;
@@ -77,24 +80,44 @@ class PathStops {
   Numbers times_, coefficients_, acceleration_, jerk_;
   Choices choices_;
   std::size_t joints_;
-  std::map<long, std::optional<Way>> table_;
+  // What was found for a moment; where it is nothing, nothing is at rest before a time.
+  struct Known {
+    std::optional<Way> way;
+    double before;
+  };
+  std::map<long, Known> table_;
 
   Motion motion() const { return {times_.data(), coefficients_.data(), times_.size() - 1, joints_}; }
   double near() const { return choices_.step / 10.0; }  // Points nearer than this are one: the jerk would be rounding.
 
-  const std::optional<Way>& tabulated(long number) {
-    const auto known = table_.find(number);
-    if (known != table_.end()) return known->second;
-    return table_.emplace(number, found(static_cast<double>(number) * choices_.moment)).first->second;
+  // The least time from a moment to rest: no stop that keeps the limits takes less, along the path or off it.
+  double least(double begin) const {
+    const std::size_t piece = piece_at(motion(), begin);
+    const double more = 1.0 + choices_.excess;
+    double longest = 0.0;
+    for (std::size_t joint = 0; joint < joints_; ++joint) {
+      const Rates at = rates(motion(), piece, joint, begin - times_[piece]);
+      longest = std::max(longest, least_stop(at, acceleration_[joint] * more, jerk_[joint] * more));
+    }
+    return longest;
   }
 
-  std::optional<Way> found(double begin) const {
+  // The way to brake from a moment on, if there is one that is at rest before a time.
+  const std::optional<Way>& tabulated(long number, double before) {
+    const auto known = table_.find(number);
+    if (known != table_.end() && (known->second.way || known->second.before >= before)) return known->second.way;
+    const Known found{this->found(static_cast<double>(number) * choices_.moment, before), before};
+    return table_.insert_or_assign(number, found).first->second.way;
+  }
+
+  std::optional<Way> found(double begin, double before) const {
+    double suspect = begin;
     for (const double share : choices_.shares) {
       Way way{begin, beats(begin, share), 0};
-      if (way.beats.empty()) continue;
+      if (way.beats.empty() || way.end() >= before) continue;
       for (const std::size_t every : choices_.every) {
         way.every = every;
-        if (holds(braked(begin, way))) return way;
+        if (holds(way, suspect)) return way;
       }
     }
     return std::nullopt;
@@ -162,45 +185,66 @@ class PathStops {
     return found;
   }
 
+  // Where the motion is at a moment of braking: all joints' positions, velocities and accelerations.
+  void state(const Beat& beat, double* positions, double* velocities, double* accelerations) const {
+    const double clock = std::clamp(beat.clock, 0.0, duration());
+    const std::size_t piece = piece_at(motion(), clock);
+    const double t = clock - times_[piece], inside = beat.clock < duration() ? 1.0 : 0.0;
+    for (std::size_t joint = 0; joint < joints_; ++joint) {
+      const double* c = coefficients_.data() + piece * joints_ + joint;
+      double position = c[0];
+      for (int power = 1; power < 6; ++power) position = position * t + c[static_cast<std::size_t>(power) * stride()];
+      const Rates at = rates(motion(), piece, joint, t);
+      positions[joint] = position;
+      velocities[joint] = inside * at.velocity * beat.rate;
+      accelerations[joint] = inside * (at.acceleration * beat.rate * beat.rate + at.velocity * beat.slope);
+    }
+  }
+  std::size_t stride() const { return (times_.size() - 1) * joints_; }
+
   Points braked(double time, const Way& way) const {
     const std::vector<Beat> rows = moments(time, way);
-    Points found;
-    const std::size_t size = rows.size() * joints_, stride = (times_.size() - 1) * joints_;
+    const std::size_t size = rows.size() * joints_;
+    Points found{{}, Numbers(size), Numbers(size), Numbers(size)};
     found.times.reserve(rows.size());
-    for (Numbers* each : {&found.positions, &found.velocities, &found.accelerations}) each->reserve(size);
-    for (const Beat& row : rows) {
-      found.times.push_back(row.time - rows.front().time);
-      const double clock = std::clamp(row.clock, 0.0, duration());
-      const std::size_t piece = piece_at(motion(), clock);
-      const double t = clock - times_[piece], inside = row.clock < duration() ? 1.0 : 0.0;
-      for (std::size_t joint = 0; joint < joints_; ++joint) {
-        const double* c = coefficients_.data() + piece * joints_ + joint;
-        double position = c[0];
-        for (int power = 1; power < 6; ++power) position = position * t + c[static_cast<std::size_t>(power) * stride];
-        const Rates at = rates(motion(), piece, joint, t);
-        found.positions.push_back(position);
-        found.velocities.push_back(inside * at.velocity * row.rate);
-        found.accelerations.push_back(inside * (at.acceleration * row.rate * row.rate + at.velocity * row.slope));
-      }
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      const std::size_t at = row * joints_;
+      found.times.push_back(rows[row].time - rows.front().time);
+      state(rows[row], &found.positions[at], &found.velocities[at], &found.accelerations[at]);
     }
     return found;
   }
 
   // Whether the polynomials between points keep the limits of acceleration and jerk at all times: by their extremes.
-  bool holds(const Points& stop) const {
-    for (std::size_t i = 0; i + 1 < stop.times.size(); ++i) {
-      const double h = stop.times[i + 1] - stop.times[i];
+  // Where they did not on the clock of the motion, with other points or less hard, is looked at first.
+  bool holds(const Way& way, double& suspect) const {
+    const std::vector<Beat> rows = moments(way.begin, way);
+    Numbers begin(3 * joints_), end(3 * joints_);
+    const auto look = [&](const Beat& beat, Numbers& at) { state(beat, &at[0], &at[joints_], &at[2 * joints_]); };
+    const auto breaks = [&](std::size_t i) {
+      const double h = rows[i + 1].time - rows[i].time, h3 = h * h * h;
       for (std::size_t joint = 0; joint < joints_; ++joint) {
-        const std::size_t one = i * joints_ + joint, other = one + joints_;
-        const double a0 = stop.accelerations[one], v0 = stop.velocities[one];
-        const double da = (stop.accelerations[other] - a0) * h * h;
-        const double dv = (stop.velocities[other] - v0 - a0 * h) * h;
-        const double dp = stop.positions[other] - stop.positions[one] - v0 * h - a0 * h * h / 2.0;
-        const double h3 = h * h * h;
+        const double p0 = begin[joint], v0 = begin[joints_ + joint], a0 = begin[2 * joints_ + joint];
+        const double da = (end[2 * joints_ + joint] - a0) * h * h;
+        const double dv = (end[joints_ + joint] - v0 - a0 * h) * h;
+        const double dp = end[joint] - p0 - v0 * h - a0 * h * h / 2.0;
         const double c[6] = {(6.0 * dp - 3.0 * dv + da / 2.0) / (h3 * h * h), (-15.0 * dp + 7.0 * dv - da) / (h3 * h),
-                             (10.0 * dp - 4.0 * dv + da / 2.0) / h3, a0 / 2.0, v0, stop.positions[one]};
-        if (!keeps(c, h, acceleration_[joint], jerk_[joint])) return false;
+                             (10.0 * dp - 4.0 * dv + da / 2.0) / h3, a0 / 2.0, v0, p0};
+        if (!keeps(c, h, acceleration_[joint], jerk_[joint])) return true;
       }
+      return false;
+    };
+    const auto after = std::upper_bound(rows.begin() + 1, rows.end() - 1, suspect,
+                                        [](double clock, const Beat& beat) { return clock < beat.clock; });
+    const auto first = static_cast<std::size_t>(after - rows.begin()) - 1;
+    look(rows[first], begin), look(rows[first + 1], end);
+    if (breaks(first)) return false;
+    look(rows.front(), begin);
+    for (std::size_t i = 0; i + 1 < rows.size(); ++i, std::swap(begin, end)) {
+      look(rows[i + 1], end);
+      if (!breaks(i)) continue;
+      suspect = (rows[i].clock + rows[i + 1].clock) / 2.0;
+      return false;
     }
     return true;
   }

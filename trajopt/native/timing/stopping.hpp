@@ -54,6 +54,20 @@ struct Braking {
   double last = std::numeric_limits<double>::infinity();
 };
 
+// The least time in which a joint comes to rest with bounded acceleration and jerk, whatever it does: on to the peak of
+// a deceleration, maybe some time with it, and off it again.
+inline double least_stop(const Rates& at, double acceleration, double jerk) {
+  // The velocity that is left where the acceleration is brought to zero at once says which way to brake.
+  const double left = at.velocity + at.acceleration * std::abs(at.acceleration) / (2.0 * jerk);
+  if (std::abs(left) < kStill) return std::abs(at.acceleration) / jerk;
+  const double side = left > 0.0 ? 1.0 : -1.0, speed = side * at.velocity, gain = side * at.acceleration;
+  if (std::isinf(jerk)) return speed / acceleration;
+  const double peak = std::sqrt(std::max(jerk * speed + gain * gain / 2.0, 0.0));
+  if (peak <= acceleration) return (gain + 2.0 * peak) / jerk;
+  const double held = (speed + gain * gain / (2.0 * jerk)) / acceleration - acceleration / jerk;
+  return (gain + 2.0 * acceleration) / jerk + held;
+}
+
 inline std::size_t piece_at(const Motion& motion, double time) {
   const double* end = motion.times + motion.pieces;
   const double* after = std::upper_bound(motion.times + 1, end, time);
