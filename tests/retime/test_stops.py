@@ -144,3 +144,16 @@ def test_the_motion_goes_on_as_long_as_is_asked(case: tuple[to.Problem, to.Traje
     stop = stops.earliest(0.1, after=0.3)
     assert stop.leaves >= 0.3
     assert stop.trajectory(0.2) == pytest.approx(motion(0.3), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_what_was_asked_before_changes_no_stop(name: str) -> None:
+    """Moments are looked at only as far as they matter: asked in any order, the stops are the same."""
+    problem, motion = planned(name)
+    asked = StopsAlong(motion, problem.limits)
+    for time, ahead in ((0.5, 0.3), (0.1, 0.6), (0.3, 0.0), (0.2, 0.1), (0.0, 0.0), (0.4, 0.2)):
+        begin = time * motion.duration
+        fresh = StopsAlong(motion, problem.limits).earliest(begin, after=begin + ahead * motion.duration)
+        again = asked.earliest(begin, after=begin + ahead * motion.duration)
+        assert again.leaves == fresh.leaves
+        assert again.trajectory.positions == pytest.approx(fresh.trajectory.positions, abs=0.0)

@@ -65,6 +65,11 @@ class _Piece:
             whole[:, self.columns] = part
         return Trajectory(self.joint_names, motion.times, positions, *rates)
 
+    def of(self, joint_names: tuple[str, ...]) -> Trajectory:
+        """Return the part of the motion that some joints make, in their order."""
+        own = self.trajectory
+        return own if own.joint_names == joint_names else of_joints(self.whole, joint_names)
+
 
 class CommittedMotion:
     """What a robot has to do.
@@ -195,13 +200,14 @@ class CommittedMotion:
             begin, end = max(piece.begin, time), min(piece.end, next_begin)
             if end - begin <= INSTANT:
                 continue
-            part = piece.whole.between(begin - piece.begin, min(end - piece.begin, piece.whole.duration))
+            motion = piece.of(joint_names)
+            part = motion.between(begin - piece.begin, min(end - piece.begin, motion.duration))
             if rest is None:
                 rest = part if begin - time <= INSTANT else begun_later(part, begin - time)
             else:
                 gap = begin - time - rest.duration
                 rest = rest.followed_by(part) if gap <= INSTANT else _one_after_the_other(rest, gap, part)
-        return None if rest is None else of_joints(rest, joint_names)
+        return rest
 
 
 def _one_after_the_other(first: Trajectory, gap: float, second: Trajectory) -> Trajectory:

@@ -156,8 +156,10 @@ class Trajectory(Value):
             raise ShapeError("part", f"from {begin:g} to {end:g} s is none of 0 to {self.duration:g} s")
         inner = (self.times > begin + _INSTANT) & (self.times < end - _INSTANT)
         times = np.concatenate(((begin,), self.times[inner], (end,)))
-        # A polynomial's restriction has its own values at its own ends.
-        values = [self(times, order) for order in range((self.interpolation.value + 1) // 2)]
+        # A polynomial's restriction has its own values at its ends, and what its points state between.
+        given = [rows for rows in (self.positions, self.velocities, self.accelerations) if rows is not None]
+        ends = [self((begin, end), order) for order in range(len(given))]
+        values = [np.concatenate((at[:1], rows[inner], at[1:])) for rows, at in zip(given, ends, strict=True)]
         return Trajectory(self.joint_names, times - begin, *values)
 
     def followed_by(self, other: Trajectory) -> Trajectory:

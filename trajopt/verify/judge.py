@@ -122,8 +122,10 @@ class Judge:
         motion, followed = self._motion(trajectory, specification), self._followed(specification)
         staying = 0.0 if followed else specification.dwell
         among = self._surroundings.among(motion, staying, specification.clock)
+        # Most motions that are refused come too near to something, which is found sooner than that none does.
         held = (
-            ends_hold(motion, specification)
+            self._search(among, measured=False).proven
+            and ends_hold(motion, specification)
             and limits_hold(motion, moving, specification.start_accelerations)
             and torques_hold(motion, group_part(reduced, moving))
             and all(
@@ -135,7 +137,6 @@ class Judge:
                     meeting_checks(among, followed, specification.dwell),
                 )
             )
-            and self._search(among, measured=False).proven
         )
         return Verdict(verified=held, counts=self._counted(before))
 

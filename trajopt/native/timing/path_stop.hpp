@@ -2,8 +2,8 @@
 // the quintic polynomials between them keep the limits.
 //
 // A stop is tabulated for moments that are evenly apart, when it is first asked for. Each tries shares of the limits
-// to brake with, the largest first, and points that are few at first. Moments from which no joint alone could be at
-// rest sooner than with a stop that is known are not asked.
+// to brake with, the largest first, and points that are few at first. Moments are left out from which no joint alone
+// could be at rest sooner than with a stop that is known, and those at which an earlier one had not begun to slow down.
 //
 // The same in plain Python, compared with this in the tests: tests/oracles/stopping.py.
 #pragma once
@@ -64,13 +64,14 @@ class PathStops {
   std::optional<std::pair<Points, double>> earliest(double time, double after) {
     const double moment = choices_.moment;
     const Way* best = nullptr;
-    double soonest = duration() - moment;
+    double soonest = duration() - moment, same = 0.0;
     for (auto number = static_cast<long>(std::ceil(after / moment)); number < std::ceil(duration() / moment); ++number) {
       const double begin = static_cast<double>(number) * moment;
       if (begin >= soonest) break;
-      if (begin + least(begin) >= soonest) continue;
-      const std::optional<Way>& way = tabulated(number, soonest);
-      if (way && way->end() < soonest) best = &*way, soonest = way->end();
+      if (begin < same || begin + least(begin) >= soonest) continue;
+      const Known& known = tabulated(number, soonest);
+      if (known.way && known.way->end() < soonest) best = &*known.way, soonest = known.way->end();
+      same = known.idle;
     }
     if (best == nullptr) return std::nullopt;
     return std::make_pair(braked(time, *best), best->begin);
@@ -80,10 +81,11 @@ class PathStops {
   Numbers times_, coefficients_, acceleration_, jerk_;
   Choices choices_;
   std::size_t joints_;
-  // What was found for a moment; where it is nothing, nothing is at rest before a time.
+  // What was found for a moment; where it is nothing, nothing is at rest before a time. Until another time none of what
+  // was tried runs slower than the motion: from there on it is the same as if it had begun there.
   struct Known {
     std::optional<Way> way;
-    double before;
+    double before, idle;
   };
   std::map<long, Known> table_;
 
@@ -103,30 +105,39 @@ class PathStops {
   }
 
   // The way to brake from a moment on, if there is one that is at rest before a time.
-  const std::optional<Way>& tabulated(long number, double before) {
+  const Known& tabulated(long number, double before) {
     const auto known = table_.find(number);
-    if (known != table_.end() && (known->second.way || known->second.before >= before)) return known->second.way;
-    const Known found{this->found(static_cast<double>(number) * choices_.moment, before), before};
-    return table_.insert_or_assign(number, found).first->second.way;
+    if (known != table_.end() && (known->second.way || known->second.before >= before)) return known->second;
+    return table_.insert_or_assign(number, found(static_cast<double>(number) * choices_.moment, before)).first->second;
   }
 
-  std::optional<Way> found(double begin, double before) const {
+  Known found(double begin, double before) const {
+    Known known{std::nullopt, before, duration()};
     double suspect = begin;
     for (const double share : choices_.shares) {
-      Way way{begin, beats(begin, share), 0};
+      const Limits limits{acceleration_.data(), jerk_.data(), choices_.ramp, share, choices_.kept};
+      const Braking rows = brake(motion(), limits, begin, choices_.step);
+      known.idle = std::min(known.idle, idle(rows));
+      Way way{begin, beats(rows), 0};
       if (way.beats.empty() || way.end() >= before) continue;
       for (const std::size_t every : choices_.every) {
         way.every = every;
-        if (holds(way, suspect)) return way;
+        if (!holds(way, suspect)) continue;
+        known.way = way;
+        return known;
       }
     }
-    return std::nullopt;
+    return known;
+  }
+
+  // Until when the clock has not begun to run slower.
+  static double idle(const Braking& rows) {
+    const auto slower = std::find_if(rows.slope.begin(), rows.slope.end(), [](double slope) { return slope < 0.0; });
+    return rows.clock[static_cast<std::size_t>(slower - rows.slope.begin()) - 1];
   }
 
   // The clock at the end of each step; none where the limits leave no way to stop.
-  std::vector<Beat> beats(double begin, double share) const {
-    const Limits limits{acceleration_.data(), jerk_.data(), choices_.ramp, share, choices_.kept};
-    const Braking rows = brake(motion(), limits, begin, choices_.step);
+  std::vector<Beat> beats(const Braking& rows) const {
     if (std::isinf(rows.last)) return {};
     std::vector<Beat> beats;
     const std::size_t count = rows.clock.size() - 1;
