@@ -50,10 +50,11 @@ def checked(target: Target) -> Target:
 
     @wraps(target)
     def call(*args: Any, **kwargs: Any) -> Any:
-        for name, value in (*zip(names, args, strict=False), *kwargs.items()):
-            test, hint = kinds[name]
-            if not test(value):
-                raise _refusal(name, hint, value)
+        for given in (zip(names, args, strict=False), kwargs.items()):
+            for name, value in given:
+                test, hint = kinds[name]
+                if not test(value):
+                    raise _refusal(name, hint, value)
         return target(*args, **kwargs)
 
     return cast("Target", call)
@@ -141,6 +142,9 @@ def _test(hint: Any) -> Test:
     if any(map(_open, parts)):
         return _anything
     tests = tuple(_test_of_one(part) for part in parts)
+    if len(tests) == 2:  # mostly something or None
+        first, second = tests
+        return lambda value: first(value) or second(value)
     return tests[0] if len(tests) == 1 else lambda value: any(test(value) for test in tests)
 
 
@@ -149,7 +153,10 @@ def _test_of_one(hint: Any) -> Test:
     inner = typing.get_args(hint)
     if kind in NUMBERS:
         numbers = NUMBERS[kind]
-        return lambda value: isinstance(value, numbers) and _is_number(value)
+        return lambda value: (
+            (type(value) is float and not isnan(value))  # as most are
+            or (isinstance(value, numbers) and _is_number(value))
+        )
     if kind is type(None):
         return lambda value: value is None
     if kind is np.ndarray:

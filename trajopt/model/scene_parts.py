@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import pinocchio as pin
@@ -112,7 +113,7 @@ class SceneParts(Value):
             name = placed[name].frame
         return None
 
-    @property
+    @cached_property
     def changing(self) -> tuple[str, ...]:
         """Names of the objects that move by themselves, are carried by such, appear or expire."""
         if all(item.timing.always for item in self.objects.values()):

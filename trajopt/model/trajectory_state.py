@@ -23,7 +23,7 @@ def state_of(trajectory: Trajectory, t: float) -> Floats:
     velocities, accelerations = trajectory.velocities, trajectory.accelerations
     if velocities is not None and accelerations is not None and not 0.0 < t < duration:
         end = 0 if t <= 0.0 else -1
-        return np.stack((trajectory.positions[end], velocities[end], accelerations[end]))
+        return np.array((trajectory.positions[end], velocities[end], accelerations[end]))
     moment = min(max(t, 0.0), duration)
     segment = min(max(int(times.searchsorted(moment, side="right")) - 1, 0), len(times) - 2)
     since, rows = moment - float(times[segment]), trajectory.coefficients[:, segment]
