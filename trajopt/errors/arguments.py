@@ -153,10 +153,7 @@ def _test_of_one(hint: Any) -> Test:
     inner = typing.get_args(hint)
     if kind in NUMBERS:
         numbers = NUMBERS[kind]
-        return lambda value: (
-            (type(value) is float and not isnan(value))  # as most are
-            or (isinstance(value, numbers) and _is_number(value))
-        )
+        return lambda value: isinstance(value, numbers) and _is_number(value)
     if kind is type(None):
         return lambda value: value is None
     if kind is np.ndarray:

@@ -10,9 +10,9 @@ from trajopt.simulate.depth_camera import DepthCamera as DepthCamera
 from trajopt.simulate.depth_camera import Flaws as Flaws
 from trajopt.simulate.execution import build_spec as build_spec
 from trajopt.simulate.execution import simulate as simulate
-from trajopt.simulate.execution import simulate_phases as simulate_phases
 from trajopt.simulate.options import Friction as Friction
 from trajopt.simulate.options import SimulationOptions as SimulationOptions
+from trajopt.simulate.phases import simulate_phases as simulate_phases
 from trajopt.simulate.rendering import Layout as Layout
 from trajopt.simulate.rendering import render as render
 from trajopt.simulate.rollout import Phase as Phase
