@@ -234,6 +234,8 @@ class _Run:
 
     def shrunk(self, family: SpaceTimeFamily, found: _Found, low: float) -> _Found:
         """Return the shortest motion that is found from one, none shorter than a bound [s]."""
+        if low >= PRECISION * found.nlp.duration:
+            return found
         self.solver = replace(self.solver, max_iterations=ceil(self.solver.max_iterations / 2))
         refused = False
         while low < PRECISION * found.nlp.duration:

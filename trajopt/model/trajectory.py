@@ -158,8 +158,16 @@ class Trajectory(Value):
         times = np.concatenate(((begin,), self.times[inner], (end,)))
         # A polynomial's restriction has its own values at its ends, and what its points state between.
         given = [rows for rows in (self.positions, self.velocities, self.accelerations) if rows is not None]
-        ends = [self((begin, end), order) for order in range(len(given))]
-        values = [np.concatenate((at[:1], rows[inner], at[1:])) for rows, at in zip(given, ends, strict=True)]
+        ends = np.array((begin, end))
+        segment = np.clip(np.searchsorted(self.times, ends, side="right") - 1, 0, len(self.times) - 2)
+        since, coefficients = (ends - self.times[segment])[:, None], self.coefficients[:, segment]
+        values: list[Floats] = []
+        for rows in given:
+            at = coefficients[0]
+            for coefficient in coefficients[1:]:
+                at = at * since + coefficient
+            values.append(np.concatenate((at[:1], rows[inner], at[1:])))
+            coefficients = coefficients[:-1] * np.arange(len(coefficients) - 1, 0, -1)[:, None, None]
         return Trajectory(self.joint_names, times - begin, *values)
 
     def followed_by(self, other: Trajectory) -> Trajectory:

@@ -120,7 +120,14 @@ class Motion:
 
     def poses(self, times: Floats) -> Poses:
         """Compute where all joint frames are at times of shape (c,)."""
+        if len(times) == 1 and times[0] == self.duration:
+            return self._poses_at_end
         return self.kinematics.poses(self.positions(times))
+
+    @cached_property
+    def _poses_at_end(self) -> Poses:
+        """Where all joint frames are at the end, which every goal asks."""
+        return self.kinematics.poses(self.positions(np.array((self.duration,))))
 
     def deviation(self, begin: Floats, end: Floats) -> Floats:
         """Bound how far joints get from where they are in the middle of intervals.
