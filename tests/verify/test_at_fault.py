@@ -117,3 +117,11 @@ def test_a_clearance_that_is_refuted_is_said_to_be_measured(arm: to.Robot) -> No
     assert "mm measured" in refuted.closest and "proven" not in refuted.closest
     clear = judged(alone(arm).add("ball", to.Sphere(0.05), FAR), [0.0, 1.0], [0.0, 1.5])
     assert clear.closest.endswith("proven")
+
+
+def test_where_nothing_has_to_keep_apart_there_is_nothing_to_come_near(arm: to.Robot) -> None:
+    belt = alone(arm).add("belt", (), motion=Track.through([0.0, 1.0], [FAR, to.placement((0.5, 0.0, 0.2))]))
+    certificate = judged(belt, [0.0, 1.0], [0.0, 1.5])
+    always, at_fault = checks_of(certificate)
+    assert always.holds and at_fault.holds and at_fault.value is None
+    assert certificate.clearance == certificate.at_fault == np.inf

@@ -53,18 +53,17 @@ def _broken(distances: PairDistances, worst: Contact, required: float) -> Check:
 
 def _without_contact(distances: PairDistances, searches: Sequence[Findings], always: float) -> Check:
     """State the clearance at fault, of which so much is proven as of that at all times [m]."""
-    every = np.arange(len(distances.first))
     gap = next((search.gap for search in searches if search.gap is not None), None)
     nearest = min(searches, key=_bound)
-    pair, time = tightest_of(nearest, every)
+    bound = max(_bound(nearest), always)
+    if gap is None and bound == inf:
+        return _check("", None, 0.0, None, Evidence.PROVEN, "nothing comes near what moves of the robot")
+    pair, time = tightest_of(nearest, np.arange(len(distances.first)))
     required = float(nearest.windows.required[pair])
     if gap is not None:
         name = distances.pair_name(gap.pair)
         words = f"no proof for {name} from {gap.begin:.5f} to {gap.end:.5f} s"
         return _check(name, nearest.free.best(), required, time, Evidence.UNPROVEN, words)
-    bound = max(_bound(nearest), always)
-    if bound == inf:
-        return _check("", None, 0.0, None, Evidence.PROVEN, "nothing comes near what moves of the robot")
     subject = "no pair is near" if time is None else distances.pair_name(pair)
     words = f"nothing comes nearer than {1000 * bound:.2f} mm to a link while it moves"
     return _check(subject, bound, required, time, Evidence.PROVEN, words)

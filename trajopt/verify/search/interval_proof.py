@@ -61,21 +61,24 @@ def prove_over_time(motion: Motion, excess: Callable[[Floats, Floats], Excess]) 
     worst, when, total = -np.inf, 0.0, 0
     while len(begin):
         found = excess(begin, end)
+        measured, bound = _known(found.measured), _known(found.bound)
         total += len(begin)
-        at = int(found.measured.argmax())
-        if found.measured[at] > worst:
-            worst, when = float(found.measured[at]), float(found.time[at])
+        at = int(measured.argmax())
+        if measured[at] > worst:
+            worst, when = float(measured[at]), float(found.time[at])
         if worst > accepted:
             return Proof(Evidence.SAMPLED, when, None)
-        left = found.bound > accepted
+        left = bound > accepted
         begin, end = begin[left], end[left]
-        needed, reserve = (
-            found.bound[left] - found.measured[left],
-            accepted - found.measured[left],
-        )
+        needed, reserve = bound[left] - measured[left], accepted - measured[left]
         pieces = pieces_needed(needed, reserve)
         narrow = (end - begin) / pieces < motion.options.smallest_interval
         if narrow.any() or total > _MOST_INTERVALS:
             return Proof(Evidence.UNPROVEN, when, (float(begin[0]), float(end[0])))
         begin, end = cut(begin, end, pieces)
     return Proof(Evidence.PROVEN, when, None)
+
+
+def _known(excess: Floats) -> Floats:
+    """Return excesses with the largest in the place of those that are no numbers: nothing is known there."""
+    return np.where(np.isnan(excess), np.inf, excess)
