@@ -12,6 +12,7 @@ import trajopt as to
 from tests.server.test_service import ROOMS, SMALL, served, why
 from trajopt.server import Lane, Limits, Refusal, Service, Why
 from trajopt.server.keeper import Keeper
+from trajopt.server.messages import LENGTH
 from trajopt.warehouse import Warehouse
 
 
@@ -133,6 +134,21 @@ def test_a_listener_that_fails_ends_its_own_request_and_no_worker() -> None:
         assert {lane: pool.pids for lane, pool in service.pools.items()} == before
 
     served(test, Limits(workers=1, seconds=20.0))
+
+
+def test_a_worker_that_hears_nothing_any_more_ends_and_another_takes_its_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def test(service: Service) -> None:
+        session = service.create()
+        before = service.pools[Lane.PLANNING].pids
+        with monkeypatch.context() as patch:
+            patch.setattr("trajopt.server.worker_process.framed", lambda _: LENGTH.pack(1) + b"?")
+            assert await why(service.ask(session, "wait", {"seconds": 0.0})) is Why.WORKER_LOST
+        assert (await service.ask(session, "wait", {"seconds": 0.0})).document() == {"cancelled": False}
+        assert not set(before) & set(service.pools[Lane.PLANNING].pids)
+
+    served(test, Limits(workers=1, seconds=10.0))
 
 
 def test_a_fork_knows_how_old_its_clouds_are() -> None:

@@ -163,6 +163,7 @@ class Pool:
             while isinstance(said, Feedback):
                 job.tell(said)
                 said = await worker.receive()
+            return self._finished(worker, job, said)
         except WorkerLost as error:
             _LOG.warning("worker lost", extra={"pool": self._name, "pid": worker.pid, "ended": str(error)})
             self._over(job, lost(error))
@@ -172,7 +173,6 @@ class Pool:
             raise
         finally:
             self.busy -= 1
-        return self._finished(worker, job, said)
 
     def _finished(self, worker: WorkerProcess, job: Job, said: FromWorker) -> bool:
         """Pass on what a worker said at the end; say whether it has not grown so much that it must go."""

@@ -56,7 +56,8 @@ class Watch:
         self._until, self._tell = time.monotonic() + seconds, tell
         self._stage, self._last, self._attempt = "", 0.0, 0
         self._best: float | None = None
-        self._lock, self._scene = Lock(), None
+        self._lock = Lock()
+        self._scene: Callable[[], Scene] | None = None
 
     @property
     def seconds_left(self) -> float:
@@ -91,8 +92,8 @@ class Watch:
         self.tell({"stage": self._stage, "attempt": self._attempt, "best": self._best})
 
     @checked
-    def change(self, scene: Scene) -> None:
-        """Take note of a new scene; any thread may call it."""
+    def change(self, scene: Callable[[], Scene]) -> None:
+        """Take note of a new scene, which is read when it is asked for; any thread may call it."""
         with self._lock:
             self._scene = scene
 
@@ -100,4 +101,4 @@ class Watch:
         """Return the scene that the session has got since the last call; None where it is as it was."""
         with self._lock:
             scene, self._scene = self._scene, None
-        return scene
+        return None if scene is None else scene()

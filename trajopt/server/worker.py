@@ -12,6 +12,7 @@ import sys
 import time
 import traceback
 from collections.abc import Mapping
+from functools import partial
 from queue import SimpleQueue
 from threading import Thread
 from typing import cast
@@ -150,20 +151,30 @@ class Worker:
         return self._scenes.get(scene.key, lambda: unpacked(scene, self._robots))
 
     def _listen(self) -> None:
-        """Take in messages while requests are done."""
-        while (message := self._channel.receive()) is not None:
-            match message:
-                case Request():
-                    watch = self._watch(message)
-                    self._watches[message.number] = watch
-                    self._waiting.put((message, watch))
-                case Cancel(number=number) if number in self._watches:
-                    self._watches[number].cancel.set()
-                case Changed(number=number) if number in self._watches:
-                    self._watches[number].change(self._scene(message))
-                case _:
-                    pass
+        """Take in messages while requests are done; a worker that hears nothing any more ends."""
+        try:
+            while (message := self._channel.receive()) is not None:
+                self._hear(message)
+        except Exception:
+            traceback.print_exc()
+            os._exit(1)  # the server starts another
         os._exit(0)  # in the midst of a request nobody waits for
+
+    def _hear(self, message: ToWorker) -> None:
+        """Take in a message; the request that it is about may be over meanwhile."""
+        match message:
+            case Request():
+                watch = self._watch(message)
+                self._watches[message.number] = watch
+                self._waiting.put((message, watch))
+            case Cancel():
+                if (watch := self._watches.get(message.number)) is not None:
+                    watch.cancel.set()
+            case Changed():
+                if (watch := self._watches.get(message.number)) is not None:
+                    watch.change(partial(self._scene, message))
+            case _:
+                pass
 
     def _watch(self, request: Request) -> Watch:
         def tell(document: Mapping[str, object], positions: list[float] | None) -> None:

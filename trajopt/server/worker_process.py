@@ -7,6 +7,8 @@ import socket
 import subprocess
 import sys
 
+import msgspec
+
 from trajopt.server.messages import FROM_WORKER, LENGTH, FromWorker, Hello, Ready, ToWorker, framed
 from trajopt.server.refusals import Refusal, Why
 
@@ -84,7 +86,7 @@ class WorkerProcess:
         try:
             head = await self._reader.readexactly(LENGTH.size)
             return FROM_WORKER.decode(await self._reader.readexactly(LENGTH.unpack(head)[0]))
-        except (asyncio.IncompleteReadError, ConnectionError) as error:
+        except (asyncio.IncompleteReadError, ConnectionError, msgspec.DecodeError) as error:
             raise WorkerLost(await self._ending()) from error
 
     def kill(self) -> None:
