@@ -255,6 +255,15 @@ def test_the_simulated_robot_stops() -> None:
     assert held.positions[0] < 2.4
 
 
+def test_the_simulated_robot_is_at_rest_when_its_time_is_over() -> None:
+    far = {"goal": {"joint_positions": {"positions": {"joint1": 2.5, "joint2": 0.3}}}}
+    answer, held = ask("execute", {"problem": far, "speed": 0, "longest": 0.4})
+    assert answer["stopped"] and not answer["reached"]
+    assert answer["events"][-1]["kind"] == "stopping"
+    assert answer["duration"] > 0.6, "it brakes for longer than that"
+    assert 0.0 < held.positions[0] < 2.4
+
+
 def test_sizes_are_bounded() -> None:
     watch = Watch(1.0, triangles=10, points=10)
     check_sizes({"a": [{"faces": [[0, 1, 2]] * 10}], "points": [1] * 10}, watch)

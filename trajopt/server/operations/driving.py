@@ -34,7 +34,7 @@ class Drive:
         self._events, self._last = 0, 0.0
 
     def run(self, longest: float) -> Answer:
-        """Drive until there is nothing more to do, or so much simulated time is over [s]."""
+        """Drive until there is nothing more to do, or stop after so much simulated time [s]."""
         begin = time.monotonic()
         while self._going(longest):
             scene = self._watch.changed()
@@ -45,7 +45,7 @@ class Drive:
             self._tell()
             if self._speed:
                 time.sleep(max(begin + self._arm.now() / self._speed - time.monotonic(), 0.0))
-        stopped = self._watch.cancel.is_set()
+        stopped = self._watch.cancel.is_set() or (self._supervisor.moving and not self._arm.fault())
         if stopped:
             self._stop()
         return self._answer(stopped=stopped)
@@ -111,7 +111,8 @@ class Drive:
 def execute(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Plan to a goal and drive the simulated robot there; what the session's scene becomes on the way counts.
 
-    `speed` is that of time: 1 as in the world, 0 as fast as the machine goes. Who cancels it stops the robot.
+    `speed` is that of time: 1 as in the world, 0 as fast as the machine goes. Who cancels it stops the robot,
+    and so does the end of `longest`, a simulated time [s].
     """
     arguments.only((*ABOUT, "speed", "longest"))
     problem, _ = problem_in(state, arguments)
