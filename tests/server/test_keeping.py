@@ -9,14 +9,18 @@ from collections.abc import Awaitable, Callable
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 import trajopt as to
 from tests.server.serving import MODULES
-from trajopt.server import Lane, Limits, Refusal, Service, Session, Why
+from trajopt.io.document import Node
+from trajopt.server import Lane, Limits, Refusal, Service, Session, SessionState, Watch, Why
+from trajopt.server.keeping import keep
 from trajopt.server.rosbridge.cell import Cell
-from trajopt.warehouse import Kind, Warehouse
+from trajopt.warehouse import Kind, State, Warehouse
 
 ANSWERS = "trajopt.server.rosbridge.answers"
 LIMITS = Limits(workers=1, seconds=60.0)
@@ -100,6 +104,29 @@ def test_only_what_holds_now_is_kept(file: Path) -> None:
             assert kept.state(session.id).positions["joint1"] == 0.3
 
     served(file, test)
+
+
+def test_a_scene_is_kept_with_its_positions_or_not_at_all(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = to.load("planar2")
+    state = SessionState("planar2", to.Scene(robot), np.zeros(2))
+    said: dict[str, Any] = {"session": "s", "scene": True, "positions": True, "warehouse": str(file)}
+    add = Warehouse.add
+
+    def dying(kept: Warehouse, name: str, what: Any, **options: Any) -> Any:
+        if isinstance(what, State):
+            raise KeyboardInterrupt
+        return add(kept, name, what, **options)
+
+    Warehouse(file).close()
+    with monkeypatch.context() as patch:
+        patch.setattr(Warehouse, "add", dying)
+        with pytest.raises(KeyboardInterrupt):
+            keep(state, Node(said, "request"), Watch(1.0))
+    assert Warehouse(file).find() == ()
+    keep(state, Node(said, "request"), Watch(1.0))
+    assert {entry.kind for entry in Warehouse(file).find()} == {Kind.SCENE, Kind.STATE}
 
 
 def test_a_change_is_kept_though_the_clock_was_set_back(file: Path) -> None:

@@ -253,3 +253,26 @@ def test_an_entry_prints(kept: Warehouse, solved: Result) -> None:
     for words in ("plan", "'around'", "version 1", "planar2", "SOLVED", "tags demo"):
         assert words in str(entry)
     assert entry.as_dict()["kind"] == "plan"
+
+
+def test_what_is_kept_together_is_there_as_a_whole_or_not_at_all(kept: Warehouse, cell: to.Scene) -> None:
+    kept.add("cell", cell)
+    with pytest.raises(ZeroDivisionError), kept.together():
+        kept.add("cell", cell.remove("ball"))
+        kept.add("home", State("planar2", {"joint1": 0.25, "joint2": -0.5}))
+        kept.remove("cell", version=1)
+        raise ZeroDivisionError
+    assert [(entry.name, entry.version) for entry in kept.find()] == [("cell", 1)]
+    with kept.together():
+        kept.add("cell", cell.remove("ball"))
+        kept.remove("cell", version=1)
+    assert [(entry.name, entry.version) for entry in kept.find()] == [("cell", 2)]
+
+
+def test_what_fails_alone_leaves_what_it_is_kept_together_with(kept: Warehouse, cell: to.Scene) -> None:
+    with kept.together():
+        kept.add("cell", cell)
+        with pytest.raises(EntryNotFound):
+            kept.remove("another")
+        kept.add("home", State("planar2", {"joint1": 0.25, "joint2": -0.5}))
+    assert sorted(names(kept.find())) == ["cell", "home"]

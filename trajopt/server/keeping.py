@@ -21,10 +21,13 @@ KINDS = (Kind.SCENE, Kind.STATE)
 
 
 def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
-    """Keep what a session holds, or as much of it as has changed; what was kept of it before goes."""
+    """Keep what a session holds, or as much of it as has changed; what was kept of it before goes.
+
+    It is there as a whole: a scene is never found beside the positions of another time.
+    """
     name, face = arguments["session"].text(), arguments["face"].text("")
     tags = (SESSION, face) if face else (SESSION,)
-    with _warehouse(arguments) as kept:
+    with _warehouse(arguments) as kept, kept.together():
         if arguments["scene"].value:
             kept.add(name, state.scene, tags=tags)
         if arguments["positions"].value:
@@ -40,7 +43,7 @@ def keep(state: SessionState, arguments: Node, watch: Watch) -> Answer:
 def forget(state: SessionState, arguments: Node, watch: Watch) -> Answer:
     """Remove a session from the disk."""
     name = arguments["session"].text()
-    with _warehouse(arguments) as kept:
+    with _warehouse(arguments) as kept, kept.together():
         for kind in KINDS:
             if kept.find(kind=kind, name=name):
                 kept.remove(name, kind=kind)

@@ -106,21 +106,24 @@ class Database(Forked):
 
     @contextmanager
     def _transaction(self, begin: str) -> Generator[sqlite3.Connection]:
+        """Yield the connection in a transaction, or in a part of the one that this thread has begun."""
         with self.lock, self._translated():
             connection = self._opened(create=False)
-            if self._depth:
-                raise RuntimeError("a transaction within a transaction")
-            connection.execute(begin)
-            self._depth = 1
+            part = bool(self._depth)
+            end, undo = ("RELEASE part", "ROLLBACK TO part") if part else ("COMMIT", "ROLLBACK")
+            connection.execute("SAVEPOINT part" if part else begin)
+            self._depth += 1
             try:
                 yield connection
-                connection.execute("COMMIT")
+                connection.execute(end)
             except BaseException:
                 with suppress(sqlite3.Error):
-                    connection.execute("ROLLBACK")
+                    connection.execute(undo)
+                    if part:
+                        connection.execute(end)
                 raise
             finally:
-                self._depth = 0
+                self._depth -= 1
 
     @contextmanager
     def _translated(self) -> Generator[None]:

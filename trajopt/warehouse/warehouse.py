@@ -1,6 +1,7 @@
 """Warehouse: robots, scenes, problems, plans, states and constraints in one file, by name."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -68,6 +69,13 @@ class Warehouse:
     def close(self) -> None:
         """Close the file; it opens again when it is used again."""
         self._database.close()
+
+    def together(self) -> AbstractContextManager[object]:
+        """Have all that is kept, marked and removed in a block be there as a whole after it, or not at all.
+
+        Other threads and processes wait with what they write until the block is over.
+        """
+        return self._database.writing()
 
     @checked
     def add(
@@ -226,13 +234,7 @@ class Warehouse:
         return self.load(self.entry(name, kind=Kind.CONSTRAINTS, version=version))
 
     @checked
-    def mark(
-        self,
-        entry: Entry,
-        *,
-        tags: Sequence[str] | None = None,
-        note: str | None = None,
-    ) -> Entry:
+    def mark(self, entry: Entry, *, tags: Sequence[str] | None = None, note: str | None = None) -> Entry:
         """Change the tags or the note of an entry; what is None stays.
 
         Raises:
