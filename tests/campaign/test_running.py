@@ -25,7 +25,7 @@ from trajopt.campaign import (
     resume_campaign,
     run_campaign,
 )
-from trajopt.campaign.columns import encoded, write_bytes
+from trajopt.campaign.columns import encoded
 from trajopt.errors import CampaignError, MissingExtra, ProblemError
 
 pytestmark = pytest.mark.timeout(200)
@@ -111,17 +111,17 @@ def test_without_pyarrow_the_extra_is_named(
     assert not (tmp_path / "none").exists()
 
 
+def on_disk(full: bool) -> None:
+    """Be a disk that may be full."""
+    if full:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
 def test_a_shard_that_cannot_be_written_is_planned_again(
     planned: CampaignFolder, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    full = iter((True, True))
-
-    def write(path: Path, data: bytes) -> None:
-        if next(full, False):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        write_bytes(path, data)
-
-    monkeypatch.setattr("trajopt.campaign.kept.write_bytes", write)
+    full = iter((False, False, True, True))  # after the table of problems, which is written
+    monkeypatch.setattr("trajopt.io.whole.os.fsync", lambda _: on_disk(next(full, False)))
     said: list[Progress] = []
     folder = run_campaign(small, tmp_path / "full", Local(1), progress=said.append)
     assert said[-1].unwritten == 2 and rows_of(folder) == rows_of(planned)
@@ -130,15 +130,10 @@ def test_a_shard_that_cannot_be_written_is_planned_again(
 def test_a_disk_that_stays_full_ends_it_and_it_can_be_resumed(
     planned: CampaignFolder, small: Campaign, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    room = iter((True, False, False, False))
-
-    def write(path: Path, data: bytes) -> None:
-        if not next(room):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        write_bytes(path, data)
-
+    # The table of problems and the first shard, each with its folder, are written; then there is no room.
+    room = iter((True, True, True, True, False, False, False))
     with monkeypatch.context() as patched:
-        patched.setattr("trajopt.campaign.kept.write_bytes", write)
+        patched.setattr("trajopt.io.whole.os.fsync", lambda _: on_disk(not next(room)))
         with pytest.raises(CampaignError, match=r"No space left on device.*campaign resume"):
             run_campaign(small, tmp_path / "full", Local(1))
     assert 0 < len(CampaignFolder.open(tmp_path / "full").done()) < 12

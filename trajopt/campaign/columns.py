@@ -3,15 +3,14 @@
 What `Row` and `Task` are called here is what the files say; docs/campaigns.md lists every column.
 """
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trajopt.campaign.tables import table_of
-from trajopt.errors import CampaignError, MissingExtra
+from trajopt.errors import CampaignError, FileFormatError, MissingExtra
+from trajopt.io.whole import written_whole
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -112,9 +111,13 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
     """
     import pyarrow.parquet as pq
 
-    columns, seen, draft = task_columns(), set[bytes](), path.with_name(f".{path.name}.{os.getpid()}")
+    columns, seen = task_columns(), set[bytes]()
     try:
-        with draft.open("wb") as file, pq.ParquetWriter(file, columns, compression="zstd") as writer:
+        with (
+            written_whole(path, durable=True) as draft,
+            draft.open("wb") as file,
+            pq.ParquetWriter(file, columns, compression="zstd") as writer,
+        ):
             some: list[Row] = []
             for task in tasks:
                 key = bytes.fromhex(task["id"])
@@ -126,12 +129,8 @@ def write_tasks(path: Path, tasks: Iterator[Row]) -> int:
                     writer.write_table(table_of(some, columns))
                     some = []
             writer.write_table(table_of(some, columns))
-        replace_by(draft, path)
-    except OSError as error:
-        raise CampaignError(f"{path} cannot be written: {error}") from error
-    finally:
-        with suppress(OSError):
-            draft.unlink()
+    except FileFormatError as error:
+        raise CampaignError(str(error)) from error
     return len(seen)
 
 
@@ -171,38 +170,6 @@ def size_of(path: Path) -> tuple[int, frozenset[str]]:
             return file.metadata.num_rows, frozenset(file.schema_arrow.names)
     except (OSError, pa.ArrowException) as error:
         raise CampaignError(f"{path} cannot be read: {error}") from error
-
-
-def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file in one step: a reader finds all of it or nothing, even after the machine went down.
-
-    Raises:
-        OSError: If it cannot be written; nothing is left of it then.
-    """
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        with draft.open("wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        replace_by(draft, path)
-    finally:
-        with suppress(OSError):
-            draft.unlink()
-
-
-def replace_by(draft: Path, path: Path) -> None:
-    """Give a finished file its name, for good.
-
-    Raises:
-        OSError: If the name cannot be given.
-    """
-    draft.replace(path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)  # the name is on disk when this returns
-    finally:
-        os.close(folder)
 
 
 def _is_map(item: object) -> bool:

@@ -12,6 +12,7 @@ from trajopt.campaign.extract import MOTIONS, motion_of
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.errors import CampaignError, FileFormatError, ShapeError
 from trajopt.errors.arguments import checked
+from trajopt.io.whole import written_whole
 
 SHARES = 2**32
 """Beginnings of ids, by which rows are shared out: even, for ids are hashes."""
@@ -91,11 +92,8 @@ class Dataset(Value):
         """
         if Path(path).suffix != ".npz":
             raise FileFormatError(str(path), "a data set is written as .npz")
-        try:
-            with Path(path).open("wb") as file:
-                np.savez_compressed(file, allow_pickle=False, **vars(self))
-        except OSError as error:
-            raise FileFormatError(str(path), f"cannot be written: {error}") from error
+        with written_whole(path) as draft, draft.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **vars(self))
 
     def _rows(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> "Dataset":
         names = [name for name in vars(self) if name != "joint_names"]

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from trajopt.bundle.writing import versions
 from trajopt.campaign.campaign import SYSTEM, Campaign, Task
-from trajopt.campaign.columns import Row, need_parquet, read_rows, write_bytes, write_tasks
+from trajopt.campaign.columns import Row, need_parquet, read_rows, write_tasks
 from trajopt.campaign.documents import Packer
 from trajopt.campaign.options import Options
 from trajopt.errors import CampaignError, FileFormatError, shown
 from trajopt.errors.arguments import checked
 from trajopt.io.files import read_json
 from trajopt.io.json_files import write_json
+from trajopt.io.whole import written_whole
 
 FORMAT = "trajopt campaign"
 VERSION = 1
@@ -176,9 +177,11 @@ class CampaignFolder:
         """Add rows, as `encoded` returns them; the same ones are the same file.
 
         Raises:
-            OSError: If they cannot be written.
+            FileFormatError: If they cannot be written.
         """
-        write_bytes(self.path / RESULTS / f"{sha256(shard).hexdigest()[:32]}.parquet", shard)
+        name = f"{sha256(shard).hexdigest()[:32]}.parquet"
+        with written_whole(self.path / RESULTS / name, durable=True) as draft:
+            draft.write_bytes(shard)
 
     def check_versions(self) -> None:
         """Make sure that what plans now is what the rows say that planned.

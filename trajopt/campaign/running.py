@@ -12,7 +12,7 @@ from trajopt.campaign.engine import Block, Engine, Lost, Planned, Pool
 from trajopt.campaign.kept import CampaignFolder
 from trajopt.campaign.local import Local
 from trajopt.campaign.row import Fate, lost_row
-from trajopt.errors import CampaignError
+from trajopt.errors import CampaignError, FileFormatError
 from trajopt.errors.arguments import checked
 
 BLOCK_SECONDS = 5.0
@@ -188,7 +188,7 @@ class _Run:
         self._pace = ended.seconds / count
         try:
             self._folder.write(ended.shard)
-        except OSError as error:
+        except FileFormatError as error:
             self._failures += 1
             if self._failures >= FAILURES:
                 raise CampaignError(

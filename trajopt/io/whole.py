@@ -1,5 +1,6 @@
 """Files written as a whole: a reader finds the old content or the new, never half of it."""
 
+import os
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -9,7 +10,7 @@ from trajopt.errors import FileFormatError, TrajoptError
 
 
 @contextmanager
-def written_whole(path: Path | str) -> Generator[Path]:
+def written_whole(path: Path | str, *, durable: bool = False) -> Generator[Path]:
     """Yield the name of a draft beside a file, which takes the file's place when the block ends well.
 
     Each call has a draft of its own, so that processes and threads may write one file at once: the last one
@@ -17,6 +18,8 @@ def written_whole(path: Path | str) -> Generator[Path]:
 
     Args:
         path: The file.
+        durable: Whether the file is on the disk when the block is over, even if the machine goes down then;
+            that takes some milliseconds.
 
     Raises:
         FileFormatError: If the file cannot be written.
@@ -27,7 +30,11 @@ def written_whole(path: Path | str) -> Generator[Path]:
         target.parent.mkdir(parents=True, exist_ok=True)
         try:
             yield draft
+            if durable:
+                _to_disk(draft)
             draft.replace(target)
+            if durable:
+                _to_disk(target.parent)  # which has the name
         finally:
             with suppress(OSError):
                 draft.unlink()
@@ -35,3 +42,12 @@ def written_whole(path: Path | str) -> Generator[Path]:
         raise
     except (OSError, ValueError) as error:
         raise FileFormatError(str(path), f"cannot be written: {error}") from error
+
+
+def _to_disk(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    opened = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
