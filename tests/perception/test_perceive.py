@@ -6,6 +6,7 @@ import pytest
 import trajopt as to
 from tests.perception.scenes import AT, CAN, FRONT, ROBOT, SMALL, TABLE, camera_over, image
 from trajopt.errors import FrameNotFound, ModelError, ObjectNotFound, ProblemError, ShapeError, SizeError
+from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.shapes import Shape
 from trajopt.perception import (
     Camera,
@@ -160,6 +161,33 @@ def test_a_known_object_is_left_out() -> None:
     assert heights.min() > 0.015 and heights.max() > 0.18
     with pytest.raises(ObjectNotFound, match="table"):
         perceive(to.Scene(ROBOT), taken, sensing)
+
+
+@pytest.mark.parametrize("wall", [0.0, 0.01])
+def test_what_lies_in_a_known_bin_stays(wall: float) -> None:
+    """Of triangles, open as sheets or closed as plates: within the bin's hull, and no part of the bin."""
+    scene = to.Scene(ROBOT).add(
+        "bin", _bin(0.4, 0.2, wall), to.placement((0.6, 0.0, 0.0)), meshes=to.MeshPolicy(exact=True)
+    )
+    rng = np.random.default_rng(8)
+    inside = rng.uniform((0.55, -0.05, 0.04), (0.65, 0.05, 0.1), (400, 3))
+    floor = rng.uniform((0.45, -0.15, 0.0), (0.75, 0.15, 0.01), (400, 3))
+    sensing = Sensing(known=("bin",), padding=0.02)
+    assert len(perceive(scene, PointCloud(inside, AT), sensing).cloud) > 300
+    assert len(perceive(scene, PointCloud(floor, AT), sensing).cloud) == 0
+
+
+def _bin(wide: float, high: float, wall: float) -> Mesh:
+    """Return a floor and four walls: sheets, or plates where they are so thick [m]."""
+    plates = [((wide, wide, wall), (0.0, 0.0, wall / 2.0))]
+    for side in (-1.0, 1.0):
+        plates.append(((wall, wide, high), (side * wide / 2.0, 0.0, high / 2.0)))
+        plates.append(((wide, wall, high), (0.0, side * wide / 2.0, high / 2.0)))
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    hull = to.convex(corners).faces
+    vertices = np.concatenate([corners * size + middle for size, middle in plates])
+    faces = np.concatenate([hull + 8 * number for number in range(len(plates))])
+    return Mesh(vertices, faces)
 
 
 def test_the_object_is_replaced_whole() -> None:

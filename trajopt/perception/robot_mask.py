@@ -8,6 +8,7 @@ import numpy as np
 from trajopt.arrays import Bools, Floats, Ints, floats
 from trajopt.model.cached import cached_per_value
 from trajopt.model.collisions.bodies import CollisionBody
+from trajopt.model.meshes.closed_surface import HOLE
 from trajopt.model.meshes.mesh_file import Mesh
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
@@ -25,7 +26,6 @@ from trajopt.model.shapes import (
     Sphere,
     Voxels,
     bounding_box,
-    convex,
 )
 
 
@@ -77,6 +77,11 @@ class _Solid:
                 return _within(points, centres, radius + padding)
             case Voxels():
                 return _within(points, self.shape.centres, self.shape.size * np.sqrt(0.75) + padding)
+            case Mesh():
+                # What lies in a bin is no part of it, though it is within the bin's hull.
+                near = self.shape.distance(points) <= padding
+                near[~near] = self.shape.contains(points[~near], opening=HOLE)
+                return near
             case _:
                 return np.ones(len(points), dtype=np.bool_)
 
@@ -181,8 +186,6 @@ def _solid(shape: Shape) -> _Solid:
             return _Solid(shape, lower, upper, np.array(((0.0, 0.0, 1.0, 0.0),)))
         case Convex():
             faces = _faces(shape)
-        case Mesh():
-            faces = _faces(convex(shape.vertices))
         case _:
             pass
     return _Solid(shape, lower, upper, faces)
