@@ -24,7 +24,7 @@ from trajopt.messages.moveit_msgs import (
 )
 from trajopt.messages.names import messages
 from trajopt.messages.shape_msgs import Mesh, SolidPrimitive
-from trajopt.messages.std_msgs import Header, UInt8
+from trajopt.messages.std_msgs import Float64, Header, UInt8
 from trajopt.messages.trajectory_msgs import JointTrajectoryPoint
 
 EVERY = sorted(messages().values(), key=name_of)
@@ -109,6 +109,8 @@ def test_null_is_missing_but_no_number() -> None:
         ),
         (SolidPrimitive, {"type": 2.5}, "type: must be a whole number from 0 to 255, is 2.5"),
         (UInt8, {"data": 256}, "data: must be a whole number from 0 to 255, is 256"),
+        (UInt8, {"data": 10**400}, "data: must be a whole number from 0 to 255, is a whole"),
+        (Float64, {"data": -(10**400)}, "data: is beyond all numbers of 64 bits"),
         (MoveItErrorCodes, {"val": float("inf")}, "val: must be a whole number"),
         (Header, {"stamp": {"sec": float("inf")}}, "stamp: must count seconds"),
         (Header, {"stamp": {"second": 1}}, "stamp: builtin_interfaces/Time has no field 'second'"),
@@ -153,7 +155,7 @@ def test_names() -> None:
 
 
 JSON = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    st.none() | st.booleans() | st.integers() | st.just(10**400) | st.floats() | st.text(max_size=5),
     lambda inner: (
         st.lists(inner, max_size=3)
         | st.dictionaries(

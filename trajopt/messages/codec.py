@@ -166,7 +166,7 @@ def _plain(kind: type, what: Primitive) -> Decoder:
             if isinstance(value, str):
                 return value
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            return _number(float(value) if kind is float else value, what)
+            return _number(_as_float(value) if kind is float else value, what)
         raise _Wrong(f"must be {_ARTICLES[kind]}, is {_said(value)}")
 
     return read
@@ -179,13 +179,20 @@ def _said(value: object) -> str:
     return "null" if value is None else shown(value)
 
 
+def _as_float(value: float) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        raise _Wrong(f"is beyond all numbers of 64 bits: {_said(value)}") from None
+
+
 def _number(value: float, what: Primitive) -> float:
-    if isnan(value):
+    if isinstance(value, float) and isnan(value):
         raise _Wrong("must be a number, is not one (NaN)")
     if what.lowest is None or what.highest is None:
         return value
     if value != value // 1 or not what.lowest <= value <= what.highest:
-        raise _Wrong(f"must be a whole number from {what.lowest} to {what.highest}, is {value:g}")
+        raise _Wrong(f"must be a whole number from {what.lowest} to {what.highest}, is {_said(value)}")
     return int(value)
 
 
