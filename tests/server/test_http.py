@@ -1,5 +1,6 @@
 """What HTTP sees beside the operations: health, numbers, pages, who is let in, and the end."""
 
+import asyncio
 import json
 import os
 import re
@@ -14,9 +15,11 @@ import pytest
 import trajopt as to
 from tests.commander.conftest import SRDF, URDF
 from tests.server.serving import SMALL, Serving, serving
+from tests.server.test_service import served
 from trajopt.cli.serve import loaded, sources_of
 from trajopt.client import Client, ServerError
-from trajopt.server.http import HttpOptions
+from trajopt.server import Service
+from trajopt.server.http import HttpOptions, http_app
 
 TOKEN = "a token of sixteen or more"
 POST = {"content-type": "application/json"}
@@ -59,6 +62,27 @@ def test_a_full_server_says_when_to_come_again(server: Serving) -> None:
     assert response.status_code == 429
     assert response.headers["retry-after"] == "1"
     assert response.headers["x-retry-after"] == "0.250"
+
+
+def test_of_two_requests_of_one_name_at_once_one_is_refused() -> None:
+    async def test(service: Service) -> None:
+        transport = httpx.ASGITransport(http_app(service))
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost") as client:
+            session = (await client.post("/sessions", json={})).json()["session"]
+            asked = [
+                client.post(
+                    f"/sessions/{session}/wait", json={"seconds": 0.2}, headers={"x-request-name": "mine"}
+                )
+                for _ in range(2)
+            ]
+            answers = await asyncio.gather(*asked)
+            assert sorted(each.status_code for each in answers) == [200, 409]
+            again = await client.post(
+                f"/sessions/{session}/wait", json={"seconds": 0.0}, headers={"x-request-name": "mine"}
+            )
+            assert again.status_code == 200
+
+    served(test)
 
 
 def test_a_token_is_asked_for() -> None:

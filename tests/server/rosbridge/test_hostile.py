@@ -2,14 +2,17 @@
 
 import asyncio
 import json
+from collections.abc import AsyncGenerator
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError
 
 from tests.server.rosbridge.bridged import FEW, Client, bridged, talk
 from tests.server.rosbridge.test_moveit_services import STRAIGHT, goal, motion
+from trajopt.server.rosbridge.connection import WAITING, converse
 
 DEEP = "[" * 20_000 + "]" * 20_000
 MESH = {"vertices": [{"x": 0.0}] * 3, "triangles": [{"vertex_indices": [0, 1, 2]}] * 4000}
@@ -178,6 +181,25 @@ def test_who_reads_nothing_holds_up_nobody(tmp_path: Path) -> None:
             assert (await client.call("/rosapi/get_ros_version"))["version"] == 2
 
     asyncio.run(asyncio.wait_for(run(), 100.0))
+
+
+class Gone:
+    """A socket of a client that has gone: what it said is still there, and nothing can be sent any more."""
+
+    async def __aiter__(self) -> AsyncGenerator[str]:
+        for _ in range(4 * WAITING):
+            yield "no JSON"
+
+    async def send(self, _: str) -> None:
+        raise ConnectionClosedError(None, None)
+
+
+def test_who_is_gone_while_much_is_to_be_told_is_forgotten() -> None:
+    bridge: Any = SimpleNamespace(
+        clients=set(), options=SimpleNamespace(connections=4), largest=1000, leave=lambda _: None
+    )
+    asyncio.run(asyncio.wait_for(converse(bridge, cast("Any", Gone())), 20.0))
+    assert bridge.clients == set()
 
 
 def test_who_leaves_in_the_midst_is_forgotten(tmp_path: Path) -> None:

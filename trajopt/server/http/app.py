@@ -212,12 +212,10 @@ class Face:
         name = request.headers.get("x-request-name", "")[:LONGEST_NAME]
         cancellation = Cancellation()
         key = (session, name)
-        if name and key in self._running:
-            raise Refusal(Why.BUSY, "a request of that name is under way")
 
         async def ask(told: Any) -> Any:
-            if name:
-                self._running[key] = cancellation
+            if name and self._running.setdefault(key, cancellation) is not cancellation:
+                raise Refusal(Why.BUSY, "a request of that name is under way")
             try:
                 return await self._service.ask(
                     held,
@@ -229,7 +227,8 @@ class Face:
                     cancellation=cancellation,
                 )
             finally:
-                self._running.pop(key, None)
+                if name:
+                    del self._running[key]
 
         return await answered(request, ask)
 

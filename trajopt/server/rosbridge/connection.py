@@ -261,13 +261,23 @@ async def converse(bridge: Bridge, socket: ServerConnection) -> None:
         return
     client = Connection(bridge, socket)
     bridge.clients.add(client)
-    writing = asyncio.create_task(client.write())
+    # Who cannot be told anything any more is not heard either: else what waits to be said waits for ever.
+    both = [asyncio.create_task(each) for each in (_heard(client, socket), client.write())]
     try:
-        async for message in socket:
-            await client.take(message)
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        for task in both:
+            if task.done():
+                task.result()
     except ConnectionClosed:
         _LOG.info("a client of rosbridge has gone without a word")
     finally:
         bridge.clients.discard(client)
-        writing.cancel()
-        await asyncio.gather(client.leave(), writing, return_exceptions=True)
+        for task in both:
+            task.cancel()
+        await asyncio.gather(client.leave(), *both, return_exceptions=True)
+
+
+async def _heard(client: Connection, socket: ServerConnection) -> None:
+    """Do what a client says until it has nothing more to say."""
+    async for message in socket:
+        await client.take(message)
