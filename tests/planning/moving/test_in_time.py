@@ -136,3 +136,17 @@ def test_each_goal_of_a_set_is_planned_to_as_if_alone(table: to.Scene) -> None:
     result = to.plan(replace(problem(scene), goal=goals), every_goal=True)
     among = result.of_each_goal["there"].require().trajectory
     assert np.array_equal(among.positions, alone.positions)
+
+
+def test_a_motion_that_seems_too_near_to_something_and_is_not_is_returned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bare, begin, end = to.Scene(to.load("planar2")), {"joint1": -0.5, "joint2": 0.0}, {"joint1": 0.5}
+    still = to.plan(to.Problem(scene=bare, start=begin, goal=end)).require().trajectory
+    ball = bare.add("ball", to.Sphere(0.05), to.placement((1.1, 0.0, 0.14)), expires=100.0)
+    in_time = to.Problem(scene=ball, start=begin, goal=end, finish_by=still.duration)
+    assert to.judge(in_time, still).verified
+    # Looks that keep so much room find no time at which the motion seems clear.
+    monkeypatch.setattr("trajopt.planning.moving.looks.ROOM", 1.0)
+    result = to.plan(in_time)
+    assert result.verified and result.require().trajectory.duration <= still.duration

@@ -138,7 +138,10 @@ def _soonest_from(alone: Result, none: Result, work: Workspace, rng: np.random.G
         best = impossible(_unjudged(alone, work), alone, work.tracker) or best
     if together is not None and not _ended(best, planned.trajectory.duration):
         best = together.shortest(best, rng)
-    return _blocked(work.judged(_motion(alone), alone.solve)) if best is none else best
+    if best.verified or best.certainty is Certainty.PROVEN:
+        return best
+    as_it_is = _as_it_is(alone, work)
+    return as_it_is if best is none or as_it_is.verified else best
 
 
 def _motion(result: Result) -> TimedMotion:
@@ -203,7 +206,13 @@ def _among(other: Result, scene: Scene, tracker: BudgetTracker) -> Result:
 
 def _judged(other: Result, work: Workspace) -> Result:
     """Judge a motion among what changes, as it is, begun later, or timed anew on its path."""
-    return _timed_among(other, work) or _blocked(work.judged(_motion(other), other.solve))
+    return _timed_among(other, work) or _as_it_is(other, work)
+
+
+def _as_it_is(other: Result, work: Workspace) -> Result:
+    """Judge a motion as it is, which may hold though it does not seem clear: looks keep some room."""
+    judged = work.judged(_motion(other), other.solve)
+    return _kept(judged, other) if judged.verified else _blocked(judged)
 
 
 def _timed_among(other: Result, work: Workspace, by: float = inf) -> Result | None:
