@@ -1,6 +1,7 @@
 """Another robot's motion as tracks, against pinocchio's kinematics at many times."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -147,3 +148,25 @@ def test_an_object_is_carried_by_what_moves(other: ReducedModel) -> None:
         scene.detach("belt", at=start)
     with pytest.raises(to.TrajoptError, match="stands in the world: nothing attached to it would move"):
         scene.attach("belt", "tray", at=start)
+
+
+CONVEYOR = """<robot name="conveyor"><link name="frame"/><link name="belt"/>
+<joint name="drive" type="{kind}"><parent link="frame"/><child link="belt"/><axis xyz="0.6 0 0.8"/>
+<limit lower="0" upper="2" velocity="1" effort="10"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("kind", ["prismatic", "revolute"])
+def test_a_robot_of_one_joint_is_one_too(tmp_path: Path, kind: str) -> None:
+    (tmp_path / "conveyor.urdf").write_text(CONVEYOR.format(kind=kind))
+    (tmp_path / "conveyor.srdf").write_text(
+        '<robot name="conveyor"><group name="all"><joint name="drive"/></group></robot>'
+    )
+    robot = to.load(tmp_path / "conveyor.urdf", srdf=tmp_path / "conveyor.srdf")
+    reduced = reduce_model(to.Scene(robot), "all", np.zeros(1))
+    motion = swing(reduced, 3, "quintic")
+    found = to.Track.of(reduced, "belt", reach=0.3, trajectory=motion)
+    for time in np.linspace(0.0, motion.duration, 50):
+        at = reduced.scene.placement_of("belt", motion(time))
+        apart = at.inverse() * found.track.at(float(time))
+        turned = 2.0 * np.sin(np.linalg.norm(pin.log3(apart.rotation)) / 2.0)
+        assert np.linalg.norm(apart.translation) + 0.3 * turned <= found.error[0] + 1e-9

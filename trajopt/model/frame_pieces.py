@@ -188,8 +188,8 @@ class _Steps:
             at = data.oMi[anchor.joint]
             points[row] = at.rotation @ out + at.translation
             rotations[row] = at.rotation @ anchor.placement.rotation
-            # Of a point at the world's origin, and of the frame's turning.
-            moving = rates[:, row, chain] @ data.J[:, chain].T
+            # Of a point at the world's origin, and of the frame's turning; of one joint J is a vector.
+            moving = rates[:, row, chain] @ data.J.reshape(6, -1)[:, chain].T
             velocities[:, row] = moving[:, :3] + np.cross(moving[:, 3:], points[row])
         return _Steps(times, points, velocities, rotations)
 
