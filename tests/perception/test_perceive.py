@@ -50,6 +50,18 @@ def test_every_measured_point_is_within_a_ball() -> None:
     assert seen.scene.objects["camera"].parts[0][0].radius == pytest.approx(seen.cloud.radius.whole)
 
 
+def test_single_precision_takes_no_point_out_of_its_ball() -> None:
+    """Points at the corners of cells, as far as sensors measure by default: the cell beside may be taken."""
+    rng, scene, cell = np.random.default_rng(9), to.Scene(ROBOT), 0.005
+    where = to.placement((0.7, -0.4, 0.2), rpy=(0.3, -1.1, 2.2))
+    corners = np.round(rng.uniform(-20.0, 20.0, (100_000, 3)) / cell) * cell
+    corners = corners[np.abs(corners).max(axis=1) > 3.0]
+    corners += rng.uniform(-2e-6, 2e-6, corners.shape)
+    points = (where.inverse() * corners).astype(np.float32)
+    seen = perceive(scene, PointCloud(points, AT, placement=where), Sensing(cell=cell, padding=0.0))
+    assert farthest_outside(where * points.astype(np.float64), seen.cloud.shape) <= seen.cloud.radius.whole
+
+
 def test_the_surface_between_pixels_is_within_the_balls() -> None:
     scene, sensing = to.Scene(ROBOT), Sensing(workspace=FRONT, cell=0.01, padding=0.0)
     coarse = camera_over(intrinsics=SMALL)

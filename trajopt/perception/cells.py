@@ -85,6 +85,11 @@ class Grid(Value):
         first, last = np.clip(first, -far, far), np.clip(last, -far, far)
         return Grid(edge, first.astype(np.int64), np.maximum(last - first, 0.0).astype(np.int64))
 
+    @property
+    def across(self) -> float:
+        """How far it reaches along its longest axis [m]."""
+        return float(self.count.max()) * self.edge
+
     def placed(self, where: Placement) -> tuple[Singles, Singles]:
         """Return the rotation (3, 3) and shift (3,) from a sensor's frame to cells from the first."""
         turn = (where.rotation / self.edge).astype(np.float32)

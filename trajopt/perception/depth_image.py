@@ -121,6 +121,7 @@ class DepthImage(Value):
             found.append(leaders(numbers))
         radius = radius_for(
             sensing,
+            largest=max(reach, grid.across),
             noise=(camera.noise.sigma(deepest) * sensing.sigmas + self.rounding)
             * camera.intrinsics.longest_ray,
             # Half the diagonal of a pixel, on a surface that is tilted as much as asked.

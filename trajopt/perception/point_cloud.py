@@ -93,7 +93,12 @@ class PointCloud(Value):
         numbers = grid.numbered(list(placed), valid)
         farthest = float(np.max(distances, where=valid, initial=0.0))
         noise = self.noise.sigma(farthest) * sensing.sigmas if farthest else 0.0
-        radius = radius_for(sensing, noise=noise, gap=self.spacing / np.sqrt(2.0))
+        radius = radius_for(
+            sensing,
+            largest=max(self.farthest, grid.across),
+            noise=noise,
+            gap=self.spacing / np.sqrt(2.0),
+        )
         counts = {
             "measured": measured,
             "in the workspace": int(np.count_nonzero(valid)),

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from trajopt.arrays import Floats, Ints, Value
 from trajopt.perception.sensing import Sensing
 
-ROUNDING = 2e-6
-"""What coordinates within 10 m lose in single precision, twice [m]."""
+ROUNDING = 8.0 * 2.0**-24
+"""What coordinates lose in single precision, of the largest of them: half a step in each of the numbers that
+they are made of, of three products and of the sums with the shift."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,13 @@ class Taken(Value):
     positions: Floats
 
 
-def radius_for(sensing: Sensing, *, noise: float, gap: float) -> Radius:
+def radius_for(sensing: Sensing, *, largest: float, noise: float, gap: float) -> Radius:
     """Return the radius of balls about the centres of cells.
 
     Args:
         sensing: Has the size of the cells.
+        largest: No coordinate is larger, of those in the sensor's frame and of those from the first cell [m].
         noise: How far a measured point may be from what was there [m].
         gap: How far what is there may be from the next measured point [m].
     """
-    return Radius(float(sensing.spread) + ROUNDING, float(noise), float(gap))
+    return Radius(float(sensing.spread) + ROUNDING * largest, float(noise), float(gap))
