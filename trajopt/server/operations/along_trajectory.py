@@ -15,7 +15,7 @@ from trajopt.server.watch import Watch
 TELLING = 0.1
 """Who watches a robot sees it move smoothly enough at so many seconds between two places [s]."""
 CYCLE = 0.02
-"""Time from one look at the robot to the next [s]."""
+"""Time from one look at the robot to the next, and of its supervisor: as its options have it [s]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,14 +9,11 @@ from trajopt.execution import SimulatedExecutor, Supervisor
 from trajopt.io.document import Node
 from trajopt.problem import Problem
 from trajopt.server.operation import Answer
+from trajopt.server.operations.along_trajectory import CYCLE, TELLING
 from trajopt.server.operations.asking import ABOUT, at_start, problem_in
 from trajopt.server.state import SessionState
 from trajopt.server.watch import Watch
 
-CYCLE = 0.02
-"""Time from one look of the supervisor to the next, as its options have it [s]."""
-TELLING = 0.1
-"""Who watches a robot sees it move smoothly enough at so many seconds between two places [s]."""
 STOPPING = 5.0
 """A robot that was told to stop stands after so long, or it never will [s]."""
 
