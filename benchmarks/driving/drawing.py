@@ -23,8 +23,8 @@ import trajopt as to
 from trajopt.errors import ProblemError
 from trajopt.execution import Fault, FaultKind, Sensors, Surprise, Surprises, random_surprise
 from trajopt.execution.random_surprise import DRAWS, has_room
+from trajopt.model.group_tools import ends_of
 from trajopt.model.scene import Scene
-from trajopt.model.stated import ends_of
 
 TOLERANCE = 1e-3
 """How far a joint of the simulated robots may be from where it has to be [rad | m]."""

@@ -24,7 +24,8 @@ import trajopt as to
 from benchmarks.page import table, write_section
 from trajopt.arrays import Floats
 from trajopt.execution import Kind, SimulatedExecutor, Supervisor
-from trajopt.model.stated import GoalLike, ends_of
+from trajopt.model.group_tools import ends_of
+from trajopt.model.stated import GoalLike
 from trajopt.verify import Judge
 
 PROBLEM = "bookshelf_ur5"
