@@ -1,5 +1,6 @@
 """What is proven and driven is of the robot as it stands, whatever a problem says of it."""
 
+import pickle
 from multiprocessing import Pipe
 from pathlib import Path
 from threading import Thread
@@ -164,3 +165,12 @@ def test_a_scene_of_another_robot_is_refused_by_both_names(
     with pytest.raises(ProblemError, match=r"of the robot 'other'; driven is 'crossing'"):
         driver.see(to.Scene(other))
     assert driver.seen is told and list(driver.events) == events
+
+
+def test_a_scene_from_another_process_is_of_the_same_robot(robot: to.Robot) -> None:
+    problem = across(robot, 1.0)
+    driver = Supervisor(IdealExecutor(robot.joint_names, problem.start_positions), problem)
+    copy = pickle.loads(pickle.dumps(problem.scene.add("far", to.Box(1, 1, 1), to.placement((9, 0, 0)))))
+    assert copy.robot is not robot
+    driver.see(copy)
+    assert driver.seen.scene is copy

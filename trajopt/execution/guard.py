@@ -47,10 +47,11 @@ class Seen(Value):
             ProblemError: If it is a scene of another robot.
         """
         own, other = self.scene.robot, scene.robot
-        if other is not own:
-            loaded = ", loaded anew" if other.name == own.name else ""
+        # Whoever watches may do so in another process: its robot is a copy.
+        if other is not own and (other.name != own.name or other.model != own.model):
+            unlike = " with other joints" if other.name == own.name else ""
             raise ProblemError(
-                f"the scene is of the robot {shown(other.name)}{loaded}; driven is {shown(own.name)}: "
+                f"the scene is of the robot {shown(other.name)}{unlike}; driven is {shown(own.name)}: "
                 "tell of the world by a scene made from the problem's"
             )
         return Seen(scene, stamp)
