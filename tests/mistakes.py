@@ -147,6 +147,7 @@ SECTIONS: Mapping[str, tuple[Mistake, ...]] = {
     "Files": (
         Mistake('to.load("robots/arm.urdf")', "RobotNotFound"),
         Mistake('to.load("text.urdf")', "FileFormatError"),
+        Mistake('to.load(".")', "FileFormatError"),
         Mistake('to.load_mesh("bracket.stl")', "MeshFileError"),
         Mistake('read_scene("missing.yaml", panda)', "FileFormatError"),
         Mistake('read_scene("text.urdf", panda)', "FileFormatError"),

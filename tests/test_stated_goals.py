@@ -151,6 +151,30 @@ def test_what_is_no_goal_is_refused_in_words(panda: to.Scene, goal: Any) -> None
         problem(panda, goal=goal)
 
 
+def test_of_states_of_the_same_name_the_start_is_that_of_the_group(tmp_path: Path) -> None:
+    """Each group that `trajopt srdf` proposes has a state "home"; that of the first was all that counted."""
+    home = '<group_state name="home" group="{0}">{1}</group_state>'
+    first = '<joint name="elbow" value="0.1"/><joint name="pan" value="0.4"/>'
+    second = '<joint name="elbow" value="0.2"/>'
+    (tmp_path / "odd.srdf").write_text(
+        '<robot name="odd"><group name="turret"><joint name="pan"/><joint name="elbow"/></group>'
+        '<group name="arm"><joint name="elbow"/><joint name="wrist"/></group>'
+        f"{home.format('turret', first)}{home.format('arm', second)}</robot>"
+    )
+    robot = to.load(odd_arm(tmp_path).urdf_path, srdf=tmp_path / "odd.srdf")
+    for group, elbow in (("turret", 0.1), ("arm", 0.2)):
+        asked = to.Problem(scene=to.Scene(robot), group=group, start="home", goal="home")
+        at = dict(zip(robot.joint_names, asked.start_positions.tolist(), strict=True))
+        assert (at["pan"], at["elbow"], at["wrist"]) == (0.4, elbow, 0.0)
+
+
+def test_two_states_that_are_asked_together_lead_to_any_of(panda: to.Scene) -> None:
+    result = to.plan(problem(panda, goal=["ready", "extended"]))
+    assert result.status is to.Status.CONFLICTING_CONSTRAINTS
+    assert "panda_joint2 are 44.99 deg farther apart than" in result.message
+    assert result.message.endswith("; any_of takes either of several goals")
+
+
 def test_missing_numbers_of_a_start_are_named(panda: to.Scene, odd: to.Scene) -> None:
     with pytest.raises(
         ShapeError, match=r"has 7 numbers.*those of group panda_arm, panda_finger_joint1 and panda"

@@ -48,8 +48,8 @@ class Problem(Value):
 
     Attributes:
         scene: The robot and what is around it, with the clearance to keep.
-        start: Name of a state, joint -> position [rad | m], or positions of all joints. Mimic joints are
-            where they follow.
+        start: Name of a state (the group's; other groups stand in theirs of that name), joint -> position
+            [rad | m], or positions of all joints. Mimic joints are where they follow.
         goal: What must hold at the end: one requirement or several, or any one goal of a set (`any_of`). The
             name of a state or joint -> position stands for `joint_positions`, a placement for
             `frame_placement` of the group's tool: its tool frame, where it has one, or the tip of its chain.

@@ -112,7 +112,7 @@ def test_what_is_held_together_is_not_excluded(reduced: ReducedModel, seed: int)
         (
             to.joint_positions({"pan": 0.1}, tolerance=0.05),
             to.joint_positions({"pan": 0.4}, tolerance=0.05),
-            "0.2 farther apart",
+            "11.46 deg farther apart",
         ),
     ],
     ids=lambda value: str(value)[:24],

@@ -6,8 +6,10 @@ import pytest
 
 import trajopt as to
 from tests.robots_for_tests import ODD_ARM, odd_arm, two_arms
+from trajopt import commander
+from trajopt.commander.exception import MoveItCommanderException
 from trajopt.errors import ProblemError
-from trajopt.model.group_tools import ends_of, tool_of
+from trajopt.model.group_tools import end_link, ends_of, tool_of
 from trajopt.model.requirements import FramePlacement
 
 SRDF = """<robot name="odd">
@@ -61,6 +63,18 @@ def test_without_groups_two_arms_have_no_single_end(tmp_path: Path) -> None:
     assert bare.robot.group("all").tip is None
     with pytest.raises(ProblemError, match="its ends are left_hand, right_hand"):
         tool_of(bare, "all")
+
+
+def test_degrees_in_a_script_for_moveit_are_likely_meant(by_joints: to.Scene) -> None:
+    with commander.World(by_joints.robot):
+        group = commander.MoveGroupCommander("by_joints")
+        with pytest.raises(MoveItCommanderException, match="; were degrees meant\\? Angles are"):
+            group.set_joint_value_target({"elbow": 90.0})
+
+
+def test_one_link_is_the_end_of_a_group_that_has_joints(by_joints: to.Scene) -> None:
+    assert end_link(by_joints.robot, "by_joints") == "tip"
+    assert end_link(by_joints.robot, "still") == ""
 
 
 def test_a_group_without_joints_is_printed(by_joints: to.Scene) -> None:

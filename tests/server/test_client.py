@@ -197,3 +197,12 @@ def test_an_asynchronous_client_asks_many_things_at_once_and_comes_again_when_it
             await asyncio.gather(*(each.close() for each in [*sessions, fork]))
 
     asyncio.run(run())
+
+
+def test_an_edit_that_is_refused_names_its_place_once(server: Serving) -> None:
+    with Client(server.url) as client, client.session("planar2") as session:
+        assert repr(session) == f"Session('planar2', id {session.id!r})"
+        with pytest.raises(ServerError) as refused:
+            session.edit([{"add": {"name": "box", "shape": {"box": {"x": 0.1, "y": 0.1}}}}])
+        assert str(refused.value).count("edits[0]") == 1
+        assert "edits[0].add.shape.box: missing a required argument: 'z'" in str(refused.value)

@@ -9,6 +9,7 @@ import typer
 from trajopt.cli.options import RobotSource
 from trajopt.errors import ProblemError, shown
 from trajopt.kinematics.arguments import frame_of
+from trajopt.model.group_tools import end_link
 from trajopt.model.reduced import ReducedModel, reduce_model
 from trajopt.model.scene import Scene
 from trajopt.moveit import read_scene
@@ -44,15 +45,15 @@ def sampled_model(source: RobotSource, scene: Path | None, group: str, state: st
 
 
 def chosen_frame(reduced: ReducedModel, frame: str) -> str:
-    """Return the frame, or the tip of the group where none is named.
+    """Return the frame, or the link at which the group ends where none is named.
 
     Raises:
-        ProblemError: If the group has no tip.
+        ProblemError: If the group has no single end.
         FrameNotFound: If there is no such frame.
     """
-    tip = frame or reduced.scene.robot.group(reduced.group).tip
+    tip = frame or end_link(reduced.scene.robot, reduced.group)
     if not tip:
-        raise ProblemError(f"group {shown(reduced.group)} is not a single chain; name the frame with --frame")
+        raise ProblemError(f"group {shown(reduced.group)} has no single end; name the frame with --frame")
     return frame_of(reduced, tip)
 
 

@@ -125,6 +125,10 @@ class SessionCalls(Generic[Reply]):
         """Take the session's id."""
         self.id, self.robot = name, robot
 
+    def __repr__(self) -> str:
+        """Say which robot, and the session's id."""
+        return f"{type(self).__name__}({shown(self.robot)}, id {shown(self.id)})"
+
     def _send(self, call: Call) -> Reply:
         """Send a request."""
         raise NotImplementedError

@@ -16,11 +16,18 @@ from trajopt.kinematics import goal_configurations
 from trajopt.messages import document_of, is_message
 from trajopt.model.description.mimic_limits import followed_limits
 from trajopt.model.description.pinocchio_model import joint_unit
+from trajopt.model.likely_units import meant_in_joint
 from trajopt.model.placement import placement
 from trajopt.model.printed import in_joint_position, in_range
 from trajopt.model.requirements import frame_placement
 from trajopt.moveit.robot_state import checked_joint_positions
 from trajopt.problem import Problem
+
+SMALLER = {
+    "rad": "degrees meant? Angles are in radians",
+    "m": "millimetres meant? Lengths are in metres",
+}
+"""What a position far outside a joint's limits was likely given in, by the joint's unit."""
 
 
 class GroupTargets(GroupBase):
@@ -192,8 +199,10 @@ class GroupTargets(GroupBase):
             if not lower <= float(floats(f"position of {joint}", value, ())) <= upper:
                 unit = joint_unit(self._world.robot.model, joint)
                 where, span = in_joint_position(float(value), unit), in_range(lower, upper, unit)
+                meant = meant_in_joint(joint, float(value), lower, upper, unit)
+                hint = f"; were {SMALLER[unit]}" if meant else ""
                 raise MoveItCommanderException(
-                    f"joint {shown(joint)} cannot go to {where}: its limits are {span}"
+                    f"joint {shown(joint)} cannot go to {where}: its limits are {span}{hint}"
                 )
         self._targets = replace(self._targets, joints={**self._targets.joints, **values}, poses={})
 

@@ -14,7 +14,9 @@ import numpy as np
 from trajopt.arrays import Floats
 from trajopt.kinematics.goal_candidates import random_starts
 from trajopt.kinematics.projection import Projection
+from trajopt.model.description.pinocchio_model import joint_unit
 from trajopt.model.limits import EXCESS
+from trajopt.model.printed import in_unit
 from trajopt.model.reduced import ReducedModel
 from trajopt.model.requirements import (
     AxisAlignment,
@@ -54,7 +56,7 @@ def exclusion(first: Requirement, second: Requirement, reduced: ReducedModel) ->
     """Say why two requirements cannot be held together; empty where that cannot be proven."""
     if isinstance(first, JointPositions) and isinstance(second, JointPositions):
         pairs = product(without_followers((first,), reduced), without_followers((second,), reduced))
-        return next(filter(None, (_joints(one, other) for one, other in pairs)), "")
+        return next(filter(None, (_joints(one, other, reduced) for one, other in pairs)), "")
     if _bodies(first, reduced) is None or _bodies(first, reduced) != _bodies(second, reduced):
         return ""
     return (
@@ -72,15 +74,16 @@ def _bodies(required: Requirement, reduced: ReducedModel) -> tuple[int, int] | N
     return None
 
 
-def _joints(first: Requirement, second: Requirement) -> str:
+def _joints(first: Requirement, second: Requirement, reduced: ReducedModel) -> str:
     assert isinstance(first, JointPositions) and isinstance(second, JointPositions)
-    for joint in first.positions.keys() & second.positions.keys():
+    for joint in filter(second.positions.__contains__, first.positions):  # a set has no order
         apart = max(
             first.positions[joint] - first.below[joint] - second.positions[joint] - second.above[joint],
             second.positions[joint] - second.below[joint] - first.positions[joint] - first.above[joint],
         )
         if apart > 2.0 * EXCESS:  # the judge accepts as much of each
-            return f"the two positions of {joint} are {apart:.4g} farther apart than their tolerances allow"
+            excess = in_unit(apart, joint_unit(reduced.scene.robot.model, joint))
+            return f"the two positions of {joint} are {excess} farther apart than their tolerances allow"
     return ""
 
 

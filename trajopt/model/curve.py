@@ -15,7 +15,7 @@ from trajopt.arrays import Floats, Value, floats_of_any_shape, readonly
 from trajopt.errors import ProblemError, ShapeError
 from trajopt.errors.arguments import checked
 from trajopt.model.placement import Placement
-from trajopt.model.printed import in_degrees, in_length
+from trajopt.model.printed import in_degrees, in_length, in_number
 
 TURN_LENGTH = 1.0 / 3.5
 """Length that turning by one radian counts as, where turning takes longer than moving [m/rad].
@@ -158,7 +158,7 @@ class Curve(Value):
     def __repr__(self) -> str:
         """Show length, pieces and ends."""
         first, last = self.placement(0.0), self.placement(self.length)
-        return f"Curve({self.length:.4g} m, {len(self.pieces)} pieces, from {first} to {last})"
+        return f"Curve({self.length:.4g} m, {in_number(self.pieces, 'piece')}, from {first} to {last})"
 
 
 @checked

@@ -37,6 +37,16 @@ def ends_of(scene: Scene, group: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(candidates)) if candidates else _ends(scene.robot, group)
 
 
+def end_link(robot: Robot, group: str) -> str:
+    """Return the link at which a group ends: the tip of its chain, or else its one last link; or nothing.
+
+    Raises:
+        GroupNotFound: If there is no such group.
+    """
+    ends = _ends(robot, group)
+    return robot.group(group).tip or (ends[0] if len(ends) == 1 and robot.group(group).joints else "")
+
+
 def _ends(robot: Robot, group: str) -> tuple[str, ...]:
     """Return the last links of a group: of those that it lists, or else of those that its joints move."""
     own = robot.group(group)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
-from os.path import isfile
+from os.path import isdir, isfile
 from pathlib import Path
 from pkgutil import iter_modules
 from xml.etree import ElementTree
@@ -57,6 +57,7 @@ def load(
 
     Raises:
         RobotNotFound: If it is neither an installed name nor a file.
+        FileFormatError: If it is a folder, or a file cannot be read.
         MissingExtra: If it is a description or a xacro file, and what reads that is not installed.
         ModelError: If options for a path come with a name, or a description has no URDF.
     """
@@ -75,6 +76,8 @@ def load(
             urdf, srdf=srdf, limits=limits, package_dirs=dirs, meshes=meshes, base=base
         )
         return _limited(described, torque_scaling, limit_jerk)
+    if isdir(file):
+        raise FileFormatError(str(robot), "is a folder: give the URDF, xacro or MJCF file in it")
     if not isfile(file):  # never raises, as `Path.is_file` does on what cannot be a path
         raise RobotNotFound("installed robot or URDF file", str(robot), installed)
     if _root(file) == "mujoco":

@@ -34,7 +34,7 @@ def stated_start(robot: Robot, group: str, start: StartLike, *, degrees: bool) -
 
     Args:
         robot: The robot.
-        group: The planning group.
+        group: The planning group: where several groups have a state of the same name, its own comes first.
         start: Where it starts.
         degrees: Whether positions of joints that turn are in degrees.
 
@@ -44,7 +44,9 @@ def stated_start(robot: Robot, group: str, start: StartLike, *, degrees: bool) -
         NameNotFound: If a name is unknown.
         MimicContradiction: If a mimic joint is not where it follows.
     """
-    if isinstance(start, str | Mapping):
+    if isinstance(start, str):
+        positions = _in_state(robot, group, start)
+    elif isinstance(start, Mapping):
         positions = robot.positions(start, degrees=degrees)
     elif isinstance(start, list | tuple | np.ndarray):
         given = floats("start, of all joints of the robot", cast("ArrayLike", start), (None,))
@@ -56,6 +58,19 @@ def stated_start(robot: Robot, group: str, start: StartLike, *, degrees: bool) -
         forms = "the name of a state, joint -> position, or positions of all joints"
         raise ProblemError(f"start must be {forms}, is {shown(start)}")
     return robot.followed(positions, checked=robot.mimics)
+
+
+def _in_state(robot: Robot, group: str, name: str) -> Floats:
+    """Return positions of all joints in a state: the group's own, and those of its name of other groups."""
+    others = {
+        joint: at
+        for (_, state), found in reversed(robot.states.items())
+        if state == name
+        for joint, at in found.items()
+    }
+    own = robot.states.get((group, name), dict[str, float]())
+    together = {joint: at for joint, at in {**others, **own}.items() if joint not in robot.mimics}
+    return robot.positions(together if others else name)
 
 
 def stated_rates(

@@ -167,6 +167,7 @@ class EndpointChecks:
         for first, second in combinations(joints, 2):
             words = exclusion(first, second, problem.reduced)
             if words:
+                words += "; any_of takes either of several goals"
                 words = f"{first} and {second} exclude each other: {words}"
                 return result(Status.CONFLICTING_CONSTRAINTS, words, certainty=Certainty.PROVEN)
         return None

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from trajopt.arrays import floats
-from trajopt.errors import ModelError, ProblemError
+from trajopt.errors import FileFormatError, ModelError, ProblemError
 from trajopt.io.document import Node
 from trajopt.model.scene import Scene
 from trajopt.moveit.frames import Reading, world_names
@@ -51,6 +51,8 @@ def edited(state: SessionState, edits: Node) -> SessionState:
             raise node.error("must hold one edit")
         try:
             state = _once(state, keys[0], node[keys[0]])
+        except FileFormatError:
+            raise  # it names its place
         except (ModelError, ProblemError) as error:
             raise node.error(str(error)) from error
     return state
