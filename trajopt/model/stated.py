@@ -64,7 +64,7 @@ def _in_state(robot: Robot, group: str, name: str) -> Floats:
     """Return positions of all joints in a state: the group's own, and those of its name of other groups."""
     others = {
         joint: at
-        for (_, state), found in reversed(robot.states.items())
+        for (_, state), found in reversed(tuple(robot.states.items()))
         if state == name
         for joint, at in found.items()
     }
