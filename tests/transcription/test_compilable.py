@@ -41,7 +41,8 @@ def same_logs(one: SolveResult, other: SolveResult) -> None:
     assert one.status is other.status and len(one.log) == len(other.log)
     for mine, theirs in zip(one.log, other.log, strict=True):
         same(vars(mine), vars(theirs))
-    np.testing.assert_allclose(one.x, other.x, **SAME)
+    # Of a whole path: a joint that is near zero is rounded no finer than the others that its step depends on.
+    np.testing.assert_allclose(one.x, other.x, rtol=0.0, atol=SAME["rtol"] * np.abs(other.x).max())
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

@@ -38,12 +38,28 @@ constexpr int kWidth = 8;
 #pragma GCC pop_options
 #endif
 
-Solution best(const Program& program, const Eights& lower, const Eights& upper, const Options& options) {
+namespace {
+
+Solution from(const Program& program, const Eights& lower, const Eights& upper, const Options& options) {
 #ifdef SEVERAL_PROCESSORS
   if (__builtin_cpu_supports("x86-64-v4")) return eight_at_once::InteriorPoint(program, lower, upper, options).solve();
   if (__builtin_cpu_supports("x86-64-v3")) return four_at_once::InteriorPoint(program, lower, upper, options).solve();
 #endif
   return two_at_once::InteriorPoint(program, lower, upper, options).solve();
+}
+
+}  // namespace
+
+Solution best(const Program& program, const Eights& lower, const Eights& upper, const Options& options) {
+  Solution found = from(program, lower, upper, options);
+  if (found.outcome == Outcome::kSolved) return found;
+  // From near its bound a variable may hardly get away: begin again, well inside.
+  Options again = options;
+  again.inside = options.well_inside;
+  const int spent = found.iterations;
+  found = from(program, lower, upper, again);
+  found.iterations += spent;
+  return found;
 }
 
 }  // namespace banded

@@ -10,7 +10,8 @@ enum class Outcome { kSolved, kInaccurate, kFailed };
 struct Options {
   double accuracy = 1e-6;   // by how much the objective may exceed its least value
   double start = 0.1;       // distance from the kinks that slacks start with, in the unit of their row
-  double inside = 0.01;     // share of the way between its bounds that a variable starts inside them; from nearer it hardly gets away
+  // Share of the way between its bounds that a variable starts inside them: at first, and where that does not converge.
+  double inside = 0.01, well_inside = 0.1;
   int max_iterations = 60;
 };
 
