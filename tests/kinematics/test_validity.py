@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import trajopt as to
-from trajopt.kinematics import validity
-from trajopt.model.reduced import ReducedModel
+from trajopt.kinematics import Validity, validity
+from trajopt.model.reduced import ReducedModel, reduce_model
 
 FREE = (-1.5, 0.1, 0.3, 0.0)
 
@@ -45,3 +45,20 @@ def test_misuse_is_named(odd: ReducedModel) -> None:
         validity(odd, (0.0, 0.0, np.nan, 0.0))
     with pytest.raises(to.TrajoptError, match="no frame named 'tipp'"):
         validity(odd, FREE, requirements=[to.frame_placement("tipp", to.placement())])
+
+
+def test_what_changes_with_time_is_named_and_judged_as_it_stands_at_a_moment() -> None:
+    arm = to.load("planar2")
+    tip = to.Scene(arm).placement_of("tool", arm.positions())
+    motion = to.Track.constant_velocity(to.placement((0.0, 1.0, 0.0)) * tip, (0.0, -1.0, 0.0))
+    scene = to.Scene(arm).add("cart", to.Box(0.1, 0.1, 0.1), motion=motion)
+    start = arm.positions()
+
+    def judged(scene: to.Scene) -> Validity:
+        return validity(reduce_model(scene, "arm", start), start)
+
+    beside = judged(scene)
+    assert beside.valid and beside.left_out == ("cart",) and "changes with time: cart" in str(beside)
+    assert judged(scene.still_at(0.0)).valid and not judged(scene.still_at(0.0)).left_out
+    there = judged(scene.still_at(1.0))
+    assert not there.valid and "cart" in there.reasons[0]

@@ -18,7 +18,6 @@ from trajopt.io.document import Node
 from trajopt.view import MirrorView, Publisher, mirror_view
 from trajopt.view.mirror.source import Source
 from trajopt.view.mirror.state import State, state_of
-from trajopt.view.mirror.still import still
 
 from .test_viewer import free_port
 
@@ -208,11 +207,11 @@ def test_what_moves_stands_where_it_is_at_a_moment() -> None:
         .add("post", to.Sphere(0.1), to.placement((0.0, 4.0, 0.0)))
     )
     for time_, x, there in ((0.0, 2.0, False), (1.5, 2.75, True), (9.0, 3.5, False)):
-        now = still(scene, time_)
+        now = scene.still_at(time_)
         assert not now.changing and ("late" in now.objects) is there
         np.testing.assert_allclose(now.object("cart").placement.translation, (x, 0.0, 0.0))
     rest = scene.remove("cart").remove("late")
-    assert still(rest, 5.0) is rest
+    assert rest.still_at(5.0) is rest
 
 
 def test_in_a_browser_the_mirror_shows_where_the_robot_is(problem: to.Problem, publisher: Publisher) -> None:

@@ -25,12 +25,15 @@ class Validity(Value):
         examination: Collisions and joints out of their limits.
         margin: Clearance that was required [m].
         checks: The checks of the requirements, including those that hold.
+        left_out: Objects that change with time, which are not looked at: `scene.still_at(time)` has them as
+            they stand at a moment.
     """
 
     positions: Floats
     examination: Examination
     margin: float
     checks: tuple[Check, ...]
+    left_out: tuple[str, ...] = ()
 
     @property
     def valid(self) -> bool:
@@ -69,11 +72,17 @@ class Validity(Value):
             "reasons": list(self.reasons),
             "positions": self.positions.tolist(),
             "nearest_pair": None if nearest is None else vars(nearest).copy(),
+            "left_out": list(self.left_out),
         }
 
     def __str__(self) -> str:
-        """Say that it is valid, or why not."""
-        return "valid" if self.valid else "not valid: " + "; ".join(self.reasons)
+        """Say that it is valid, or why not, and what changes with time and is not looked at."""
+        beside = (
+            f" (not looked at, since it changes with time: {', '.join(self.left_out)})"
+            if self.left_out
+            else ""
+        )
+        return ("valid" if self.valid else "not valid: " + "; ".join(self.reasons)) + beside
 
 
 def validity(
@@ -84,6 +93,9 @@ def validity(
     margin: float = 0.0,
 ) -> Validity:
     """Judge a configuration: collisions, limits, and what else must hold there.
+
+    What changes with time (moves, appears, expires) is not looked at, and named in `left_out`; a model of
+    `scene.still_at(time)` has it where it is at a moment.
 
     Args:
         reduced: The robot with its group's joints free, in its scene.
@@ -115,6 +127,7 @@ def judged_validity(
         examination=judge.examine(place),
         margin=margin,
         checks=judge.check(place, requirements_of(reduced, "requirements", requirements)),
+        left_out=reduced.scene.changing,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from trajopt.arrays import Floats, floats, one_of, unless_none
+from trajopt.arrays import Floats, floats, number, one_of, unless_none
 from trajopt.errors import FrameNotFound, ModelError, shown
 from trajopt.model.collisions.allowed_collisions import ContactAllowance
 from trajopt.model.meshes.mesh_cover import MeshPolicy
@@ -111,6 +111,25 @@ class Scene(SceneMotions):
         if on not in self.frame_names and on not in self.objects:
             raise FrameNotFound("frame", on, self.frame_names, objects=self.objects)
         return self._with_tool(SceneObject(name, (), object_placement(name, placement), on))
+
+    def still_at(self, time: float) -> Scene:
+        """Return the scene as it stands at a time of its clock [s]: nothing in it changes any more.
+
+        What is not known any more stands where it was known last; errors of predictions are left out. What is
+        not there then is left out, unless something is placed in it.
+
+        Raises:
+            ShapeError: If the time is no finite number.
+        """
+        moment = number("time", time)
+        if not self.changing:
+            return self
+        found = replace(self, objects={name: item.still_at(moment) for name, item in self.objects.items()})
+        carrying = {item.frame for item in self.placed.values()}
+        for name, item in self.objects.items():
+            if not item.timing.appears <= moment <= item.timing.expires and name not in carrying:
+                found = found.remove(name)
+        return found
 
     def remove(self, name: str) -> Scene:
         """Remove an object, or the frame of a tool.

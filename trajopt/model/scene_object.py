@@ -102,6 +102,12 @@ class SceneObject(Value):
         """What decides which bodies it must keep apart from: all but where it is in its frame."""
         return (self.name, self.frame, len(self.parts), self.touch_links)
 
+    def still_at(self, time: float) -> "SceneObject":
+        """Return it where it is at a time of its clock [s], or where it was known last."""
+        motion = self.timing.motion
+        where = self.placement if motion is None else motion.track.at(min(time, motion.until))
+        return replace(self, placement=where, timing=ALWAYS)
+
     def shifted(self, time: float) -> "SceneObject":
         """Return it by a clock that shows 0 when this one's shows `time` [s]; see `Timing.shifted`."""
         if self.timing.always:

@@ -60,8 +60,8 @@ LONGEST = 1e9
 """No trajectory takes longer: thirty years [s]."""
 _MOST_SAMPLES = 1_000_000
 """Of more samples the rate is a mistake: a quarter of an hour at the fastest controllers' 1 kHz."""
-_ROUNDING = 1e-6
-"""Of a step: a last step shorter than this comes from rounding and is none."""
+_LEAST_STEP = 0.01
+"""Share of a step that the last one is at least: over less, rounding of positions reads as acceleration."""
 
 
 class Interpolation(Enum):
@@ -202,9 +202,10 @@ class Trajectory(Value):
         """Return the motion at a fixed rate, as a controller reads it.
 
         The times are 0, 1/hz, 2/hz, ... and last the duration itself, so the last step may be shorter than
-        the others; positions, velocities and accelerations are arrays of shape (k, n), and the last row is
-        exactly the end. They are the motion's own at these times; between them the result is quintic, which
-        comes as near to the motion as the rate is high. (`judge` tells whether it still holds everything.)
+        the others, or longer by a hundredth; positions, velocities and accelerations are arrays of shape
+        (k, n), and the last row is exactly the end. They are the motion's own at these times; between them
+        the result is quintic, which comes as near to the motion as the rate is high. (`judge` tells whether
+        it still holds everything.)
 
         Args:
             hz: Samples per second [1/s].
@@ -219,7 +220,7 @@ class Trajectory(Value):
                 f"must be positive and give at most {_MOST_SAMPLES} samples; {rate:g} Hz over "
                 f"{self.duration:g} s do not",
             )
-        steps = max(1, math.ceil(self.duration * rate - _ROUNDING))
+        steps = max(1, math.ceil(self.duration * rate - _LEAST_STEP))
         times = np.append(np.arange(steps) / rate, self.duration)
         rows = [self(times, order) for order in range(3)]
         for row, given in zip(rows, (self.positions, self.velocities, self.accelerations), strict=True):

@@ -301,6 +301,8 @@ def examine(
 ) -> Examination:
     """Examine a configuration: measure every pair, and compare joints with their limits.
 
+    What changes with time is left out; a model of `scene.still_at(time)` has it where it is at a moment.
+
     Args:
         reduced: The robot with the group's joints free, in its scene.
         positions: Of the group's joints, shape (n,) [rad | m].

@@ -21,7 +21,6 @@ from trajopt.model.scene import Scene
 from trajopt.model.trajectory import Trajectory
 from trajopt.problem import Problem
 from trajopt.view.mirror.state import State
-from trajopt.view.mirror.still import still
 
 AHEAD = 25
 """Configurations that stand for what is left of a motion: a line of the hand looks smooth through so many."""
@@ -118,9 +117,9 @@ class Publisher:
     def _scene(self) -> Scene:
         moment = self._moment()
         if moment is None:
-            return still(self._problem.scene, 0.0)
+            return self._problem.scene.still_at(0.0)
         seen = moment.sighting.seen
-        return still(seen.scene, moment.time - seen.stamp)
+        return seen.scene.still_at(moment.time - seen.stamp)
 
     def _revised(self, moment: Moment) -> int:
         """Return the number of what is around the robot: another one where it is another."""

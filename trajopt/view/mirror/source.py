@@ -6,7 +6,6 @@ from trajopt.io.document import Node
 from trajopt.model.robot import Robot
 from trajopt.model.scene import Scene
 from trajopt.view.mirror.state import State, state_of
-from trajopt.view.mirror.still import still
 
 PATIENCE = 5.0
 """Whoever says nothing for so long is asked again [s]."""
@@ -62,7 +61,7 @@ class Source:
             FileFormatError: If it does not say what it must.
         """
         known = {"robot": self.robot}
-        return still(value_of_message(self._asked("POST", "scene"), known, Scene), 0.0)
+        return value_of_message(self._asked("POST", "scene"), known, Scene).still_at(0.0)
 
     def close(self) -> None:
         """Close the connection."""
