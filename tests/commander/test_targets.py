@@ -1,10 +1,14 @@
 """Every way to say where a group is to go, and what the planned motion does."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import trajopt as to
+from tests.commander.conftest import SRDF, URDF
+from tests.commander.jumping import JumpingExecutor
 from trajopt import placement
 from trajopt.commander import MoveGroupCommander, MoveItCommanderException, World
 from trajopt.commander.conversions import placement_of, pose_of, stamped
@@ -12,6 +16,7 @@ from trajopt.commander.moveit_msgs.msg import RobotState
 from trajopt.commander.sensor_msgs.msg import JointState
 from trajopt.model.placement import Placement
 
+WRIST = '<joint name="wrist"/>'
 JOINTS = ("shoulder", "elbow", "wrist")
 STATE = JointState(name=["elbow", "shoulder", "wrist"], position=[0.4, 0.1, -0.3])
 GOAL = placement((0.6, 0.5, 0.1), rpy=(0.0, 0.0, 0.8))
@@ -216,13 +221,22 @@ def test_misuse_names_the_offender_and_changes_nothing(
     assert arm.construct_motion_plan_request() == before
 
 
-def test_no_end_effector(jumping: World) -> None:
-    wrist = MoveGroupCommander("wrist_only", world=jumping)
-    assert not wrist.has_end_effector_link()
-    with pytest.raises(MoveItCommanderException, match="is no chain and has no end effector"):
-        wrist.get_current_pose()
-    wrist.set_end_effector_link("finger")
-    assert wrist.get_current_pose().pose.position.x > 0.0
+def test_no_end_effector(tmp_path: Path) -> None:
+    (tmp_path / "lab.urdf").write_text(URDF)
+    (tmp_path / "lab.srdf").write_text(SRDF.replace(WRIST, '<joint name="shoulder"/>' + WRIST))
+    lab = to.load(tmp_path / "lab.urdf", srdf=tmp_path / "lab.srdf")
+    with World(lab, executor=JumpingExecutor(lab.positions("bent"))) as world:
+        apart = MoveGroupCommander("wrist_only", world=world)
+        assert not apart.has_end_effector_link()
+        with pytest.raises(MoveItCommanderException, match="is no chain and has no end effector"):
+            apart.get_current_pose()
+        apart.set_end_effector_link("finger")
+        assert apart.get_current_pose().pose.position.x > 0.0
+
+
+def test_joints_in_a_row_are_a_chain_as_in_moveit(jumping: World) -> None:
+    """Fetch's SRDF lists the joints of its arm, and its scripts ask for poses of its last link."""
+    assert MoveGroupCommander("wrist_only", world=jumping).get_end_effector_link() == "hand"
 
 
 def test_remembering(arm: MoveGroupCommander) -> None:

@@ -11,6 +11,7 @@ from trajopt.commander.targets import PoseTarget, Targets
 from trajopt.commander.world import World, world_or_current
 from trajopt.errors import FrameNotFound, shown
 from trajopt.grasping import PickPlaceResult
+from trajopt.model.group_tools import end_link
 from trajopt.model.placement import Placement
 from trajopt.model.requirements import WORLD
 from trajopt.moveit.frames import world_names
@@ -43,7 +44,7 @@ class GroupBase:
         """
         self._world = world_or_current(world)
         self._group = self._world.group(name)
-        self._tip = self._group.tip or ""
+        self._tip = end_link(self._world.robot, self._group.name)
         self._reference = self._planning_frame
         self._settings = Settings()
         self._targets = Targets(self._current())
