@@ -129,31 +129,28 @@ def row_of(key: str, part: Part, done: Run, seconds: float) -> dict[str, object]
 
 
 def driven(name: str, seed: int, part: Part, way: Way, key: str) -> dict[str, object]:
-    """Drive once; an exception becomes a row that names it."""
+    """Drive once; an exception becomes a row that says what it was, and where it was raised."""
+    try:
+        return _driven(name, seed, part, way, key)
+    except Exception as error:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        words = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
+        return {"key": key, "part": part.value, "error": words}
+
+
+def _driven(name: str, seed: int, part: Part, way: Way, key: str) -> dict[str, object]:
     begun = time.process_time()
     try:
         found = drawn(problem_of(name), partial(motion_of, name), part, seed)
     except TrajoptError as error:
         return {"key": key, "part": part.value, "not_drawn": str(error)}
-    except Exception as error:
-        return _error_row(key, part, error)
-    try:
-        done = driven_by(
-            lambda arm: way.pilot(arm, found.problem, way.options),
-            found.problem,
-            surprises=found.surprises,
-            cycle=way.options.cycle,
-        )
-    except Exception as error:
-        return _error_row(key, part, error)
+    done = driven_by(
+        lambda arm: way.pilot(arm, found.problem, way.options),
+        found.problem,
+        surprises=found.surprises,
+        cycle=way.options.cycle,
+    )
     return row_of(key, part, done, time.process_time() - begun)
-
-
-def _error_row(key: str, part: Part, error: Exception) -> dict[str, object]:
-    """Return what is kept of a run that an exception ended: what it says, and where it was raised."""
-    where = traceback.extract_tb(error.__traceback__)[-1]
-    words = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
-    return {"key": key, "part": part.value, "error": words}
 
 
 def share_of(words: str) -> tuple[int, int]:
