@@ -1,4 +1,4 @@
-"""No file and no folder needs itself by way of others; rooms are few in a layer, files short."""
+"""No file and no folder needs itself by way of others; rooms are few in a layer."""
 
 from pathlib import Path
 
@@ -7,7 +7,6 @@ from tests.architecture.test_layers import ORDER
 
 FILES_AT_THE_TOP = 8
 ROOMS_IN_A_LAYER = 6
-LINES = 350
 
 
 def test_no_file_needs_itself() -> None:
@@ -51,10 +50,3 @@ def test_few_files_are_at_the_top() -> None:
 
 def test_few_rooms_share_a_layer() -> None:
     assert max(len(rooms) for rooms in ORDER) <= ROOMS_IN_A_LAYER
-
-
-def test_no_file_is_long() -> None:
-    long = {
-        name: lines for name, path in modules().items() if (lines := path.read_text().count("\n")) > LINES
-    }
-    assert long == {}

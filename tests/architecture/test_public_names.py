@@ -13,12 +13,6 @@ SOURCES = sorted(
     path for folder in ("trajopt", "robots", "problems") for path in (ROOT / folder).rglob("*.py")
 )
 
-EVERY_FILE = sorted(
-    path
-    for folder in ("trajopt", "robots", "problems", "tests", "benchmarks")
-    for path in (ROOT / folder).rglob("*.py")
-)
-
 
 def public_names() -> list[str]:
     return [
@@ -39,19 +33,10 @@ def test_public_names_are_documented(name: str) -> None:
         assert (value.__doc__ or "").strip(), name
 
 
-@pytest.mark.parametrize("path", EVERY_FILE, ids=lambda path: str(path.relative_to(ROOT)))
-def test_modules_are_small(path: Path) -> None:
-    text = path.read_text()
-    assert text.count("\n") <= 350, "a module this long holds more than one concept"
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.FunctionDef):
-            assert (node.end_lineno or 0) - node.lineno < 70, f"{node.name} is too long"
-
-
-@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_public_functions_are_documented(path: Path) -> None:
+def undocumented(path: Path) -> list[str]:
+    """Return the public functions and classes of a file that have no docstring."""
     tree = ast.parse(path.read_text())
-    assert ast.get_docstring(tree) or path.read_text() == "", f"{path}: the module says nothing"
+    missing = [] if ast.get_docstring(tree) or not tree.body else [f"{path}: the module"]
     classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]
     members = [item for owner in classes if not owner.name.startswith("_") for item in owner.body]
     for node in (*tree.body, *members):
@@ -59,7 +44,13 @@ def test_public_functions_are_documented(path: Path) -> None:
             overloads = isinstance(node, ast.FunctionDef) and any(
                 ast.unparse(item) == "overload" for item in node.decorator_list
             )
-            assert overloads or ast.get_docstring(node), f"{path.name}: {node.name} has no docstring"
+            if not overloads and not ast.get_docstring(node):
+                missing.append(f"{path}: {node.name}")
+    return missing
+
+
+def test_public_functions_are_documented() -> None:
+    assert [line for path in SOURCES for line in undocumented(path)] == []
 
 
 @pytest.mark.parametrize("name", public_names())
